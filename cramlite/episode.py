@@ -1,0 +1,150 @@
+"""An episode: the episodic memory (NEEM) of one demonstration or run.
+
+Three parts, as in the NEEM handbook: a semantic map (entities), a timeline of
+events (states and actions), and pose data (tracks).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from .geometry import Floats, Pose, Vector3
+from .world import Geom
+
+
+@dataclass(frozen=True)
+class Entity:
+    """A thing, part, feature or effector of the semantic map.
+
+    Args:
+        name: unique in the episode.
+        types: classes as CURIEs or IRIs, most specific first.
+        part_of: the entity that this is a part or feature of; its pose is then fixed in that entity.
+        pose: initial pose: in ``part_of``'s frame if set, else in the world frame; None if unknown.
+        size: extents along its own axes [m], None if unknown.
+        geoms: shape, where known.
+        properties: named numbers, e.g. {"constrained_dof": 4} or {"mass": 0.3}.
+    """
+
+    name: str
+    types: tuple[str, ...]
+    part_of: str | None = None
+    pose: Pose | None = None
+    size: Vector3 | None = None
+    geoms: tuple[Geom, ...] = ()
+    properties: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Event:
+    """A state, action or situation of the timeline.
+
+    Args:
+        id: unique in the episode.
+        type: class as a CURIE: "soma:ContactState", "soma:SupportState", "cram:GraspState",
+            "soma:PhysicalAction" for an anonymous action, or a task's class for a labelled one.
+        kind: what the class is.
+        start, end: [s], end exclusive.
+        roles: role -> entity. ContactState: a, b (symmetric). SupportState: supporter, supportee.
+            GraspState: gripper, object. Actions: performer, object where known.
+        inferred: True when it was concluded from motion instead of measured contact.
+    """
+
+    id: str
+    type: str
+    kind: Literal["state", "action", "situation"]
+    start: float
+    end: float
+    roles: dict[str, str] = field(default_factory=dict)
+    inferred: bool = False
+
+
+@dataclass(frozen=True)
+class Track:
+    """The poses of one frame over time, world frame.
+
+    Args:
+        times: (N,) ascending [s].
+        poses: (N, 7) position [m] and quaternion (w, x, y, z).
+    """
+
+    times: Floats
+    poses: Floats
+
+    def at(self, time: float) -> Pose:
+        """The last pose recorded at or before ``time``; the first one before that. Recorders that
+        write on change only make holding right, and interpolating wrong."""
+        k = max(int(np.searchsorted(self.times, time, side="right")) - 1, 0)
+        row = self.poses[k]
+        return Pose(tuple(row[:3]), tuple(row[3:]))
+
+
+@dataclass(frozen=True)
+class Repair:
+    """Something a reader or smoother changed, and how to undo it."""
+
+    what: str
+    when: tuple[float, float]
+    why: str
+    removed: tuple[Event, ...] = ()
+    added: tuple[Event, ...] = ()
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One demonstration or run.
+
+    Args:
+        name: for people.
+        entities: the semantic map, parts and effectors included.
+        events: the timeline, sorted by start.
+        tracks: entity name -> poses over time. Finger tips are entities that are part of the effector.
+        effector: name of the hand or gripper that acts; None if unknown.
+        repairs: what was changed since it was recorded.
+        extras: further arrays, e.g. "joints" (N, J), "wrench" (N, 6), "opening" (N,), with "times" (N,).
+    """
+
+    name: str
+    entities: tuple[Entity, ...]
+    events: tuple[Event, ...]
+    tracks: dict[str, Track] = field(default_factory=dict)
+    effector: str | None = None
+    repairs: tuple[Repair, ...] = ()
+    extras: dict[str, Floats] = field(default_factory=dict)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last instant that anything was recorded of [s]."""
+        starts = [e.start for e in self.events] + [float(t.times[0]) for t in self.tracks.values() if len(t.times)]
+        ends = [e.end for e in self.events] + [float(t.times[-1]) for t in self.tracks.values() if len(t.times)]
+        return (min(starts), max(ends)) if starts else (0.0, 0.0)
+
+    def entity(self, name: str) -> Entity:
+        """The entity of that name.
+
+        Raises:
+            KeyError: there is none.
+        """
+        for entity in self.entities:
+            if entity.name == name:
+                return entity
+        raise KeyError(f"no entity '{name}' in episode '{self.name}'")
+
+    def pose_at(self, name: str, time: float) -> Pose | None:
+        """Pose of an entity in the world frame, or None if nothing is known of it. Parts follow their whole."""
+        if name in self.tracks and len(self.tracks[name].times):
+            return self.tracks[name].at(time)
+        entity = self.entity(name)
+        if entity.part_of is None or entity.pose is None:
+            return entity.pose
+        whole = self.pose_at(entity.part_of, time)
+        return None if whole is None else whole * entity.pose
+
+    def of(self, kind: str, types: Iterable[str] = ()) -> tuple[Event, ...]:
+        """Events of one kind, optionally of certain classes only."""
+        wanted = set(types)
+        return tuple(e for e in self.events if e.kind == kind and (not wanted or e.type in wanted))

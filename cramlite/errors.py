@@ -1,0 +1,49 @@
+"""The errors that reach a person, and the exit code each has."""
+
+from __future__ import annotations
+
+
+class CramliteError(Exception):
+    """One paragraph for a person: where, what, what would be right, what next."""
+
+    exit_code = 2
+
+
+class UserError(CramliteError):
+    """Input that cannot be used: a scenario, episode, rule, ontology, mesh or option."""
+
+
+class NoSolution(CramliteError):
+    """Every alternative was refused; the message holds the nearest miss."""
+
+    exit_code = 1
+
+
+class PluginError(CramliteError):
+    """A plugin's bug: names the plugin, its version, the hook and the designator."""
+
+    exit_code = 3
+
+
+class Unresolvable(Exception):  # noqa: N818 - an answer, not an error
+    """A plugin's answer "mine, impossible".
+
+    Args:
+        reason: a short clause with numbers and units, e.g. "reach 0.91 m > 0.85 m of arm 'ur5e'".
+        because: names of the designators or roles whose choices this depends on; empty means all earlier ones.
+    """
+
+    def __init__(self, reason: str, because: tuple[str, ...] = ()) -> None:
+        super().__init__(reason)
+        self.reason = reason
+        self.because = because
+
+
+def nearest(name: str, valid: object) -> str:
+    """A clause that lists the valid names, the nearest first: "did you mean 'x'? valid are: ..."."""
+    import difflib
+
+    names = sorted(str(v) for v in valid)  # type: ignore[attr-defined]
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"did you mean '{close[0]}'? " if close else ""
+    return f"{hint}valid are: {', '.join(names) or 'none'}"

@@ -1,0 +1,68 @@
+"""What a robot plugin declares: kinematics, limits, gripper and model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from .geometry import Pose
+
+
+@dataclass(frozen=True)
+class Gripper:
+    """A parallel gripper.
+
+    Args:
+        type: e.g. "robotiq_2f85".
+        opening: smallest and largest distance between the pads [m].
+        pad: pad width (across the closing direction) and length (along the fingers) [m].
+        depth: from the pinch point back to the palm [m]: how deep an object may reach into the hand.
+        mass: [kg].
+        tcp: the pinch point in the flange frame; tcp z is the approach direction, tcp y the closing direction.
+        force: lowest and highest grip force that can be commanded [N].
+    """
+
+    type: str
+    opening: tuple[float, float]
+    pad: tuple[float, float]
+    depth: float
+    mass: float
+    tcp: Pose
+    force: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A robot arm with its gripper.
+
+    Args:
+        type: the name that scenarios use, e.g. "ur5e".
+        joints: joint names, base to flange.
+        dh: rows (a, d, alpha) of the standard Denavit-Hartenberg parameters, T = Rz(q) Tz(d) Tx(a) Rx(alpha)
+            [m, rad]; None for arms without.
+        limits: (lower, upper) of each joint [rad].
+        velocity, acceleration: of each joint, used for timing and as validator limits [rad/s, rad/s2].
+        home: a parked joint position [rad].
+        reach: from the base axis to the flange [m].
+        payload: [kg], gripper included.
+        gripper: what is bolted to the flange.
+        sensor: where the force-torque sensor is, e.g. "flange", "axia80"; None if there is none.
+        backend: the robot's native language by backend name.
+        mjcf: returns the model of arm and gripper as MJCF text. Names in it: joints and position actuators as in
+            ``joints``; bodies as the links; actuator "gripper" (0 open .. 255 closed); sites "flange", "tcp", "ft";
+            sensors "ft_force", "ft_torque"; pad geoms "left_pad*" and "right_pad*".
+    """
+
+    type: str
+    joints: tuple[str, ...]
+    dh: tuple[tuple[float, float, float], ...] | None
+    limits: tuple[tuple[float, float], ...]
+    velocity: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    home: tuple[float, ...]
+    reach: float
+    payload: float
+    gripper: Gripper
+    sensor: str | None
+    backend: str
+    mjcf: Callable[[], str]

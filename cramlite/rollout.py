@@ -1,0 +1,73 @@
+"""A rollout: what a simulator recorded, sample by sample.
+
+Both a human demonstration and the execution of a program give one; the same
+event detection turns either into an episode.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .geometry import Floats
+from .world import World
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A contact between two bodies at one sample.
+
+    Args:
+        a, b: "thing" or "thing/part" for things; "effector/left" and "effector/right" for the two
+            finger pads (thumb and index of a hand); "effector/body" for the rest of it.
+        force: normal force, summed over the contact points [N].
+        lift: vertical component of the whole force that ``a`` exerts on ``b`` [N], up positive.
+    """
+
+    a: str
+    b: str
+    force: float
+    lift: float
+
+
+@dataclass(frozen=True)
+class Message:
+    """A line of the program's own log."""
+
+    time: float
+    text: str
+    line: int = 0
+
+
+@dataclass(frozen=True)
+class Rollout:
+    """Samples at a constant rate.
+
+    Args:
+        world: the world at the start.
+        effector: name of the hand or robot.
+        times: (N,) [s].
+        poses: thing name -> (N, 7), position and quaternion (w, x, y, z), world frame; further
+            frames "effector", "effector/left", "effector/right" (finger tips).
+        touches: N tuples.
+        joints: (N, J) arm joints [rad]; J = 0 for a hand.
+        wrench: (N, 6) what the effector applies to its environment, at the sensor, world axes [N, Nm].
+        opening: (N,) distance between the finger pads [m].
+        lines: (N,) program line under execution, 0 for none.
+        messages: the program's log.
+        outcome: "finished", or why it ended: "halted", "protective stop", "timeout", "error".
+        reason: one clause with numbers when the outcome is not "finished".
+    """
+
+    world: World
+    effector: str
+    times: Floats
+    poses: dict[str, Floats]
+    touches: tuple[tuple[Touch, ...], ...]
+    joints: Floats
+    wrench: Floats
+    opening: Floats
+    lines: Floats
+    messages: tuple[Message, ...] = ()
+    outcome: str = "finished"
+    reason: str = ""
+    extra: dict[str, float] = field(default_factory=dict)

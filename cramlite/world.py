@@ -1,0 +1,128 @@
+"""A world: things with shapes and features, and the robots among them.
+
+A world is what a scenario describes, what a simulator compiles, and, written as
+JSON, the world file that a controller process is given beside a program.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+from .geometry import Pose, Vector3
+
+
+@dataclass(frozen=True)
+class Geom:
+    """One primitive of a thing's shape.
+
+    Args:
+        shape: box, cylinder, capsule (both along local z) or sphere.
+        size: box half-extents; (radius, half-length) of cylinder and capsule; (radius,) of a sphere [m].
+        pose: in the thing's frame.
+        part: the name of the feature that this geom belongs to; empty for the body itself.
+        friction: sliding friction coefficient; None takes the thing's.
+        rgba: colour for pictures.
+    """
+
+    shape: Literal["box", "cylinder", "capsule", "sphere"]
+    size: tuple[float, ...]
+    pose: Pose = Pose()
+    part: str = ""
+    friction: float | None = None
+    rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
+
+
+@dataclass(frozen=True)
+class Feature:
+    """A functional part of a thing: a hole, a peg, its tip, a surface, a cavity.
+
+    Args:
+        name: unique within the thing, e.g. "peg".
+        type: class as a CURIE, e.g. "vrps:Peg".
+        pose: in the thing's frame; z is the functional axis (along a peg towards its tip,
+            through a hole, out of a surface, out of a container's opening).
+        size: named lengths [m], e.g. {"radius": 0.003, "length": 0.138}.
+    """
+
+    name: str
+    type: str
+    pose: Pose = Pose()
+    size: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Thing:
+    """An object of the world.
+
+    Args:
+        name: unique in the world.
+        type: class as a CURIE, e.g. "shop:Hanger".
+        pose: in the world frame.
+        geoms, features: in the thing's frame.
+        mass: [kg]; None for things that are fixed to the world.
+        friction: sliding friction coefficient of its geoms.
+    """
+
+    name: str
+    type: str
+    pose: Pose
+    geoms: tuple[Geom, ...]
+    features: tuple[Feature, ...] = ()
+    mass: float | None = None
+    friction: float = 0.6
+
+    @property
+    def movable(self) -> bool:
+        return self.mass is not None
+
+    def feature(self, type_: str) -> Feature | None:
+        """The first feature of exactly this class, or None."""
+        return next((f for f in self.features if f.type == type_), None)
+
+
+@dataclass(frozen=True)
+class RobotMount:
+    """A robot in a world: which model, and where it is bolted down."""
+
+    name: str
+    type: str
+    base: Pose = Pose()
+
+
+@dataclass(frozen=True)
+class Physics:
+    """Physics settings that scenarios and negative controls may change.
+
+    Defaults and their measured reasons: docs/explanation/simulation.md.
+    """
+
+    timestep: float = 0.002
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
+    noslip_iterations: int = 5
+    impratio: float = 10.0
+    pad_friction: float = 0.9
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything a simulator needs, and nothing about how it is solved."""
+
+    things: tuple[Thing, ...]
+    robots: tuple[RobotMount, ...] = ()
+    physics: Physics = Physics()
+
+    def thing(self, name: str) -> Thing:
+        """The thing of that name.
+
+        Raises:
+            KeyError: there is none; the message lists those there are.
+        """
+        for thing in self.things:
+            if thing.name == name:
+                return thing
+        raise KeyError(f"no thing '{name}' in the world; there are: {', '.join(t.name for t in self.things)}")
+
+    def moved(self, poses: dict[str, Pose]) -> World:
+        """The same world with some things at other poses."""
+        return replace(self, things=tuple(replace(t, pose=poses.get(t.name, t.pose)) for t in self.things))
