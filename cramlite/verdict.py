@@ -1,0 +1,51 @@
+"""A verdict: what the validators found in a program or in its rollout."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Cost = Literal["facts", "ik", "path", "rollout"]
+COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What one validator says.
+
+    Args:
+        validator: its name.
+        passed: whether it objects.
+        reason: a clause with numbers and units, whether passed or not.
+        value, limit, unit: the measured number and what it was held against, where there is one.
+        origin: the task or step that it is about.
+    """
+
+    validator: str
+    passed: bool
+    reason: str
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+    origin: str = ""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """All findings about one candidate."""
+
+    findings: tuple[Finding, ...]
+
+    @property
+    def passed(self) -> bool:
+        """True when something was checked and nobody objects: no finding is no success."""
+        return bool(self.findings) and all(f.passed for f in self.findings)
+
+    @property
+    def objections(self) -> tuple[Finding, ...]:
+        return tuple(f for f in self.findings if not f.passed)
+
+    @property
+    def reason(self) -> str:
+        """The objections in one line."""
+        return "; ".join(f"{f.validator}: {f.reason}" for f in self.objections) or "passed"
