@@ -122,7 +122,7 @@ def _finger(name: str, side: int, radius: float) -> str:
     return (
         f'<body name="{name}_finger" gravcomp="1"><inertial pos="0 {back:.6g} -0.02" mass="0.06"'
         ' diaginertia="0.00003 0.00003 0.00001"/>'
-        f'<joint name="{name}_finger" type="slide" axis="0 {-side} 0" range="0 {inner}" damping="60" armature="0.02"/>'
+        f'<joint name="{name}_finger" type="slide" axis="0 {-side} 0" range="0 {inner}" damping="100" armature="0.3"/>'
         f'<geom name="{name}_finger/0" type="capsule" fromto="0 {back:.6g} -0.06 0 {back:.6g} 0.005" size="{radius}"'
         ' rgba="0.87 0.68 0.57 1"/>'
         f'<geom name="{name}_pad" type="box" pos="0 {side * (inner + 0.004):.6g} 0" size="0.010 0.004 0.015"'
