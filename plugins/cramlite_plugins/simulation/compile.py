@@ -22,7 +22,7 @@ from cramlite.geometry import Pose
 from cramlite.robots import Robot
 from cramlite.world import Geom, Physics, RobotMount, Thing, World
 
-from .hand import HandIndex, hand_index, hand_mjcf
+from .hand import REST, HandIndex, hand_index, hand_mjcf
 from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
 
 ROBOT, PRODUCT, FURNITURE = (1, 7), (2, 7), (4, 3)
@@ -112,7 +112,7 @@ def compile_world(
     world: World,
     robots: Mapping[str, Robot],
     *,
-    hand: bool = False,
+    hand: bool | Pose = False,
     planning: bool = False,
     carried: Mapping[str, Carried] | None = None,
     clearance: float = 0.0,
@@ -126,7 +126,7 @@ def compile_world(
 
     Args:
         robots: descriptions by type name, for the mounts of the world.
-        hand: add the free-floating hand of a demonstration.
+        hand: add the free-floating hand of a demonstration; a pose gives its orientation at rest.
         planning: see above.
         carried: thing name -> where it is in which hand; planning only.
         clearance: distance [m] below which the planning model reports a contact of a robot.
@@ -139,8 +139,9 @@ def compile_world(
     _options(spec, world.physics)
     for mount in world.robots:
         _attach(spec, robots[mount.type].mjcf(), mount)
+    rest = hand if isinstance(hand, Pose) else REST
     if hand:
-        _attach(spec, hand_mjcf(), RobotMount("hand", "hand"))
+        _attach(spec, hand_mjcf(rest), RobotMount("hand", "hand"))
     _mask_robots(spec, world.physics.pad_friction, clearance if planning else 0.0)
     for thing in world.things:
         _add_thing(spec, thing, planning, (carried or {}).get(thing.name), clearance)
@@ -151,7 +152,7 @@ def compile_world(
         robots={m.name: robot_index(model, m.name, robots[m.type]) for m in world.robots},
         things={t.name: _thing_index(model, t.name) for t in world.things},
         owners=tuple(_owner(model, world, g) for g in range(model.ngeom)),
-        hand=hand_index(model) if hand else None,
+        hand=hand_index(model, rest) if hand else None,
     )
 
 

@@ -2,8 +2,9 @@
 
 It is moved by servos of finite strength and holds by friction alone. Its tool frame is a gripper's: z is
 the approach direction, y the closing direction, thumb (left) on +y.
-At rest (zero rotation) tool z is world +x, tool y is world +y: approaches forward, sideways and downward are at most
-90 degrees away. The ball joint's servos act on the rotation vector, so targets stay within 170 degrees of rest.
+At rest tool z is world +x and tool y is world +y: approaches forward, sideways and downward are at most 120 degrees
+away. The ball joint's servos act on the rotation vector from rest, so targets stay within 170 degrees of it; a
+demonstration that needs others compiles its world with another rest (``compile_world(..., hand=rest)``).
 
 Sizes: a fingertip 20 mm wide and 30 mm long, a palm 80 x 30 x 90 mm, an opening of 100 mm; forces: 60 N by the arm, 40 N
 by the pinch (adult lateral pinch strength is 40 to 100 N, Mathiowetz et al. 1985).
@@ -11,6 +12,7 @@ by the pinch (adult lateral pinch strength is 40 to 100 N, Mathiowetz et al. 198
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -34,17 +36,19 @@ class HandIndex(EffectorIndex):
         slides, ball: qpos addresses of the position and of the orientation.
         dofs: address of its first of six dofs.
         servos: the six actuators, position first.
+        rest: the tool's orientation at zero rotation.
     """
 
     slides: int
     ball: int
     dofs: int
     servos: tuple[int, ...]
+    rest: Pose
 
     @property
     def home(self) -> Pose:
         """Where it waits: the tool frame in the world."""
-        return Pose((0.3, 0.4, 0.5)) * REST
+        return Pose((0.3, 0.4, 0.5)) * self.rest
 
     def set_target(self, data: Data, pose: Pose, opening: float) -> None:
         """Servo the tool frame towards a pose (world) and the fingers towards an opening [m].
@@ -52,31 +56,31 @@ class HandIndex(EffectorIndex):
         Raises:
             UserError: the pose is turned more than 170 degrees away from rest.
         """
-        turn = _turn(pose)
+        turn = _turn(pose, self.rest)
         data.ctrl[list(self.servos)] = (*pose.position, *turn.rotvec)
         data.ctrl[self.gripper] = (self.reach[1] - opening) / 2
 
     def teleport(self, model: Model, data: Data, pose: Pose, opening: float = OPENING) -> None:
         """Put the hand somewhere, at rest, without any physics."""
         data.qpos[self.slides : self.slides + 3] = pose.position
-        data.qpos[self.ball : self.ball + 4] = _turn(pose).quaternion
+        data.qpos[self.ball : self.ball + 4] = _turn(pose, self.rest).quaternion
         data.qvel[self.dofs : self.dofs + 6] = 0.0
         self.set_opening(model, data, opening)
 
 
-def _turn(pose: Pose) -> Pose:
+def _turn(pose: Pose, rest: Pose) -> Pose:
     """The rotation from rest to a pose."""
-    turn = Pose((0, 0, 0), pose.quaternion) * REST.inverse()
+    turn = Pose((0, 0, 0), pose.quaternion) * rest.inverse()
     angle = math.hypot(*turn.rotvec)
     if angle > FARTHEST:
         raise UserError(
-            f"hand: a target turned {math.degrees(angle):.0f} degrees from rest (tool z along world x); up to"
-            f" {math.degrees(FARTHEST):.0f} degrees are possible; turn the demonstration or approach from another side"
+            f"hand: a target turned {math.degrees(angle):.0f} degrees from rest; up to {math.degrees(FARTHEST):.0f}"
+            " degrees are possible; compile the world with hand=<a nearer rest>, or turn the hand by half a turn about its approach"
         )
     return turn
 
 
-def hand_index(model: Model) -> HandIndex:
+def hand_index(model: Model, rest: Pose) -> HandIndex:
     """Look up the hand that was attached with the prefix ``hand/``."""
     slide, ball = model.joint("hand/x"), model.joint("hand/turn")
     return HandIndex(
@@ -84,11 +88,12 @@ def hand_index(model: Model) -> HandIndex:
         ball=int(ball.qposadr[0]),
         dofs=int(slide.dofadr[0]),
         servos=tuple(model.actuator(f"hand/{n}").id for n in ("x", "y", "z", "rx", "ry", "rz")),
+        rest=rest,
         **effector_fields(model, "hand", "palm", (0.0, OPENING)),
     )
 
 
-def hand_mjcf() -> str:
+def hand_mjcf(rest: Pose = REST) -> str:
     """The hand as MJCF text; the body's origin is the tool frame's origin, so that servos act on it directly."""
     return (
         '<mujoco model="hand"><compiler angle="radian" autolimits="true"/><worldbody><body name="carriage" gravcomp="1">'
@@ -96,7 +101,7 @@ def hand_mjcf() -> str:
         + "".join(f'<joint name="{n}" type="slide" axis="{a}"/>' for n, a in zip("xyz", _axes(), strict=True))
         + '<body name="wrist" gravcomp="1"><inertial pos="0 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>'
         '<joint name="turn" type="ball" armature="0.002"/>'
-        f"{_palm()}</body></body></worldbody>{_beside()}</mujoco>"
+        f"{_palm(rest)}</body></body></worldbody>{_beside()}</mujoco>"
     )
 
 
@@ -104,9 +109,9 @@ def _axes() -> tuple[str, str, str]:
     return ("1 0 0", "0 1 0", "0 0 1")
 
 
-def _palm() -> str:
+def _palm(rest: Pose) -> str:
     skin = 'rgba="0.87 0.68 0.57 1"'
-    quat = " ".join(f"{v:.9g}" for v in REST.quaternion)
+    quat = " ".join(f"{v:.9g}" for v in rest.quaternion)
     return (
         f'<body name="palm" quat="{quat}" gravcomp="1"><site name="ft" pos="0 0 {-TCP}"/><site name="tcp"/>'
         '<inertial pos="0 0 -0.08" mass="0.35" diaginertia="0.0005 0.0005 0.0003"/>'
@@ -132,7 +137,7 @@ def _finger(name: str, side: int, radius: float) -> str:
 
 def _beside() -> str:
     names = ("palm", "left_finger", "right_finger")
-    skip = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in ((0, 1), (0, 2), (1, 2)) for a, b in [(names[a], names[b])])
+    skip = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in itertools.combinations(names, 2))
     move = "".join(
         f'<position name="{n}" joint="{n}" kp="6000" kv="160" forcerange="-60 60" ctrlrange="-10 10"/>' for n in "xyz"
     )

@@ -127,8 +127,8 @@ def touches(compiled: Compiled, data: Data) -> tuple[Touch, ...]:
 def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
     """What the effector applies to its environment, at the sensor, in world axes [N, Nm], shape (6,).
 
-    MuJoCo's sensor gives the force of the effector on the wrist, s = F_environment + m g - m a. The weight m g of
-    the effector is taken off; its inertia m a is not (3 to 9 N in fast free motion).
+    MuJoCo's sensor gives the force of the wrist on the effector, s = m a - m g - F_environment. The effector's weight
+    m g is added; its inertia m a stays in (3 to 9 N in fast free motion).
     """
     turn = data.site_xmat[index.ft].reshape(3, 3)
     force = turn @ data.sensordata[index.ft_force : index.ft_force + 3]
@@ -137,5 +137,5 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
     mass = model.body_mass[bodies]
     weight = np.array([0.0, 0.0, -GRAVITY * mass.sum()])
     arm = mass @ data.xipos[bodies] / mass.sum() - data.site_xpos[index.ft]
-    return np.concatenate([weight - force, np.cross(arm, weight) - torque])
+    return np.concatenate([force + weight, torque + np.cross(arm, weight)])
 
