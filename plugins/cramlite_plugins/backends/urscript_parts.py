@@ -1,0 +1,168 @@
+"""The parts of every URScript program: the header with its preconditions, and the functions that steps call."""
+
+from __future__ import annotations
+
+from cramlite.program import Program
+from cramlite.robots import Robot
+
+from .urscript_text import plain, pose, vector
+
+# Contact is decided by the force along the motion, watched while a thread moves: the documented pattern.
+FUNCTIONS = """
+# ---- functions ----
+global motion_done = True
+global motion_thread = 0
+global force_limit = 0.0
+
+# Stop, say why, end the program.
+def abort(reason):
+  end_force_mode()
+  stopj(2.0)
+  textmsg("cramlite abort: ", reason)
+  halt
+end
+
+# The force limit of the whole program: halt ends every thread and stops the arm.
+thread watchdog():
+  while True:
+    if force() > force_limit:
+      textmsg("cramlite abort: ", str_cat(str_cat("force ", force()), str_cat(" N > ", str_cat(force_limit, " N"))))
+      halt
+    end
+    sync()
+  end
+end
+
+def check_start(start, tolerance):
+  local actual = get_actual_joint_positions()
+  local i = 0
+  while i < 6:
+    if norm(actual[i] - start[i]) > tolerance:
+      local where = str_cat("joint ", str_cat(i, str_cat(" is at ", str_cat(actual[i], " rad"))))
+      abort(str_cat(where, str_cat(", the program starts from ", str_cat(start[i], " rad"))))
+    end
+    i = i + 1
+  end
+end
+
+# Robotiq's server answers SET with "ack".
+def set_gripper(name, value):
+  socket_set_var(name, value, "gripper")
+  local answer = socket_read_byte_list(3, "gripper", 2.0)
+  if answer[0] != 3:
+    abort(str_cat("the gripper does not acknowledge SET ", name))
+  end
+end
+
+def connect_gripper():
+  if not socket_open("127.0.0.1", 63352, "gripper"):
+    abort("no gripper server at 127.0.0.1:63352")
+  end
+  if socket_get_var("STA", "gripper") != 3:
+    set_gripper("ACT", 1)
+    local waited = 0.0
+    while socket_get_var("STA", "gripper") != 3:
+      if waited > 10.0:
+        abort("the gripper was not activated within 10 s")
+      end
+      sleep(0.05)
+      waited = waited + 0.05
+    end
+  end
+  set_gripper("GTO", 1)
+end
+
+# OBJ: 0 moving, 1 and 2 stopped on an object (opening, closing), 3 at the position.
+def move_gripper(position, speed, grip, expect, timeout, step):
+  set_gripper("SPE", speed)
+  set_gripper("FOR", grip)
+  set_gripper("POS", position)
+  local waited = 0.0
+  # OBJ belongs to this order only after PRE, the echo of the order, has changed.
+  while socket_get_var("PRE", "gripper") != position or socket_get_var("OBJ", "gripper") == 0:
+    if waited > timeout:
+      abort(str_cat(step, str_cat(": the gripper still moved after ", str_cat(timeout, " s"))))
+    end
+    sleep(0.02)
+    waited = waited + 0.02
+  end
+  local object = socket_get_var("OBJ", "gripper")
+  if expect == "object" and object == 3:
+    abort(str_cat(step, ": no object between the fingers"))
+  elif expect == "none" and object != 3:
+    abort(str_cat(step, ": an object stopped the fingers"))
+  end
+end
+
+global contact_target = p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+global contact_speed = 0.0
+thread contact_move():
+  movel(contact_target, a=0.25, v=contact_speed)
+  motion_done = True
+end
+
+# Move along a direction of the base frame until the environment pushes back with the force [N].
+def move_until_contact(direction, distance, speed, threshold, timeout, expect, step):
+  local here = get_actual_tcp_pose()
+  local way = p[direction[0] * distance, direction[1] * distance, direction[2] * distance, 0.0, 0.0, 0.0]
+  contact_target = pose_add(here, way)
+  contact_speed = speed
+  motion_done = False
+  motion_thread = run contact_move()
+  local waited = 0.0
+  local reaction = 0.0
+  local found = False
+  while not found and not motion_done and waited < timeout:
+    sync()
+    waited = waited + get_steptime()
+    local f = get_tcp_force()
+    reaction = -(f[0] * direction[0] + f[1] * direction[1] + f[2] * direction[2])
+    found = reaction > threshold
+  end
+  kill motion_thread
+  stopl(3.0)
+  if found:
+    textmsg(step, str_cat(": contact at N ", reaction))
+  elif not motion_done:
+    abort(str_cat(step, str_cat(": no contact within ", str_cat(timeout, " s"))))
+  elif expect == "contact":
+    abort(str_cat(step, str_cat(": no contact within ", str_cat(distance, " m"))))
+  end
+end
+
+# Watch the running force move: its end, the force and the time.
+def watch_force_move(limit, timeout, step):
+  local waited = 0.0
+  while not motion_done and force() <= limit and waited < timeout:
+    sync()
+    waited = waited + get_steptime()
+  end
+  local measured = force()
+  kill motion_thread
+  stopl(3.0)
+  end_force_mode()
+  if not motion_done and measured > limit:
+    abort(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
+  elif not motion_done:
+    abort(str_cat(step, str_cat(": not done within ", str_cat(timeout, " s"))))
+  end
+end
+"""
+
+
+def header(program: Program, robot: Robot) -> list[str]:
+    """The comment that states what must hold before the program is started."""
+    low = ", ".join(f"{v:.2f}" for v in robot.velocity)
+    lines = [
+        "# Generated by cramlite from a typed program; this text was executed in simulation before it was offered.",
+        "# PRECONDITIONS",
+        f"#   robot: {robot.type} '{program.robot}', PolyScope 5.11 or later",
+        f"#   gripper: {robot.gripper.type} with Robotiq's URCap (server at 127.0.0.1:63352), activated, clear of people",
+        f"#   TCP in the flange: {pose(program.tcp)}",
+        f"#   payload: {program.mass:.3f} kg, centre of gravity {vector(program.center)} m",
+        f"#   safety configuration: joint speeds up to {low} rad/s; TCP force limit {program.force_limit:.0f} N or more",
+        f"#   start posture: {vector(program.start)} rad, checked to 0.01 rad",
+        "# Poses that were bound when this was planned (base frame); move one of these things, and plan anew:",
+    ]
+    lines += [f"#   {plain(s.thing)}: {pose(s.pose)}, {plain(s.source)}, {s.age:.1f} s old" for s in program.snapshots]
+    return lines if program.snapshots else lines[:-1]

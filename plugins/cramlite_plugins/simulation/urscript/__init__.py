@@ -1,0 +1,18 @@
+"""URScript: a parser with positions, a checker, and an interpreter with threads.
+
+    >>> from cramlite_plugins.simulation.urscript import Machine, load
+    >>> program = load("def double():\\n  global answer = 2 * 21\\nend\\n")
+    >>> machine = Machine(program)
+    >>> machine.cycle()
+    >>> machine.variables["answer"]
+    42
+"""
+
+from __future__ import annotations
+
+from .builtins import PURE, Library
+from .interpreter import Halted, Limits, Loaded, Machine, Stopped, load
+from .parser import parse
+from .values import ScriptError
+
+__all__ = ["PURE", "Halted", "Library", "Limits", "Loaded", "Machine", "ScriptError", "Stopped", "load", "parse"]

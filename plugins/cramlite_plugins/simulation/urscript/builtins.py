@@ -1,0 +1,133 @@
+"""URScript's built-in functions that need no robot: arithmetic, lists, strings and poses.
+
+Names, parameters and meanings: the URScript manual (Universal Robots, e-Series 5.x), chapter
+"Module urmath". A library maps names to functions; a function that is a generator blocks its thread
+and yields once every control cycle until it is done.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from cramlite.geometry import Pose
+
+from .values import PoseValue, ScriptError, as_pose, from_pose, real, show, text
+
+Library = Mapping[str, Callable[..., Any]]
+
+
+def blocks(function: Callable[..., Any]) -> bool:
+    """Whether a built-in function takes time."""
+    return inspect.isgeneratorfunction(function)
+
+
+def norm(a: Any) -> float:
+    if isinstance(a, PoseValue):
+        a = list(a)[:3]
+    return math.hypot(*(real(v, "norm") for v in a)) if isinstance(a, list) else abs(real(a, "norm"))
+
+
+def length(v: Any) -> int:
+    if not isinstance(v, list | str):
+        raise ScriptError(f"length needs a list or a string, not {show(v)}")
+    return len(v)
+
+
+def pose_trans(p_from: Any, p_from_to: Any) -> PoseValue:
+    return from_pose(as_pose(p_from, "pose_trans") * as_pose(p_from_to, "pose_trans"))
+
+
+def pose_inv(p_from: Any) -> PoseValue:
+    return from_pose(as_pose(p_from, "pose_inv").inverse())
+
+
+def pose_add(p_1: Any, p_2: Any) -> PoseValue:
+    """Positions are added, and rotations are composed, each in the base frame."""
+    a, b = as_pose(p_1, "pose_add"), as_pose(p_2, "pose_add")
+    turn = Pose((0, 0, 0), a.quaternion) * Pose((0, 0, 0), b.quaternion)
+    return from_pose(Pose(tuple(x + y for x, y in zip(a.position, b.position, strict=True)), turn.quaternion))
+
+
+def pose_sub(p_to: Any, p_from: Any) -> PoseValue:
+    a, b = as_pose(p_to, "pose_sub"), as_pose(p_from, "pose_sub")
+    turn = Pose((0, 0, 0), a.quaternion) * Pose((0, 0, 0), b.quaternion).inverse()
+    return from_pose(Pose(tuple(x - y for x, y in zip(a.position, b.position, strict=True)), turn.quaternion))
+
+
+def pose_dist(pose_from: Any, pose_to: Any) -> float:
+    return as_pose(pose_from, "pose_dist").distance(as_pose(pose_to, "pose_dist"))[0]
+
+
+def point_dist(p_from: Any, p_to: Any) -> float:
+    return as_pose(p_from, "point_dist").distance(as_pose(p_to, "point_dist"))[0]
+
+
+def interpolate_pose(p_from: Any, p_to: Any, alpha: Any) -> PoseValue:
+    a, b, part = as_pose(p_from, "interpolate_pose"), as_pose(p_to, "interpolate_pose"), real(alpha, "interpolate_pose")
+    position = tuple(x + part * (y - x) for x, y in zip(a.position, b.position, strict=True))
+    turn = Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)
+    step = Pose.from_rotvec((0, 0, 0), [part * v for v in turn.rotvec])
+    return from_pose(Pose(position, (Pose((0, 0, 0), a.quaternion) * step).quaternion))
+
+
+def str_cat(op1: Any, op2: Any) -> str:
+    return text(show(op1) + show(op2))
+
+
+def to_str(val: Any) -> str:
+    return show(val)
+
+
+def to_num(str: Any) -> float | int:  # noqa: A002 - the manual's name of the parameter
+    try:
+        return int(str) if isinstance(str, int) or str.strip().lstrip("+-").isdigit() else float(str)
+    except (ValueError, AttributeError):
+        raise ScriptError(f"to_num: {show(str)!r} is no number") from None
+
+
+def floor(f: Any) -> int:
+    return math.floor(real(f, "floor"))
+
+
+def ceil(f: Any) -> int:
+    return math.ceil(real(f, "ceil"))
+
+
+def pow(base: Any, exponent: Any) -> float:  # noqa: A001 - URScript's name
+    return math.pow(real(base, "pow"), real(exponent, "pow"))
+
+
+def _real_function(name: str, function: Callable[[float], float]) -> Callable[[Any], float]:
+    def call(f: Any) -> float:
+        return function(real(f, name))
+
+    return call
+
+
+_REAL = {
+    "sqrt": math.sqrt, "sin": math.sin, "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos,
+    "atan": math.atan, "d2r": math.radians, "r2d": math.degrees,
+}  # fmt: skip
+
+
+def atan2(x: Any, y: Any) -> float:
+    return math.atan2(real(x, "atan2"), real(y, "atan2"))
+
+
+def log(b: Any, f: Any) -> float:
+    return math.log(real(f, "log"), real(b, "log"))
+
+
+PURE: Library = {
+    **{name: _real_function(name, function) for name, function in _REAL.items()},
+    **{
+        f.__name__: f
+        for f in (
+            norm, length, pose_trans, pose_inv, pose_add, pose_sub, pose_dist, point_dist, interpolate_pose,
+            str_cat, to_str, to_num, floor, ceil, pow, atan2, log,
+        )
+    },
+}  # fmt: skip

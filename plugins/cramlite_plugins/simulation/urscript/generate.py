@@ -1,0 +1,175 @@
+"""URScript's syntax tree becomes Python source, so that a statement costs a fraction of a microsecond.
+
+Every function is a Python generator: it yields whenever its thread waits for the next control cycle.
+Names: ``f_NAME`` a function of the program, ``v_NAME`` a local variable, ``b_NAME`` a built-in function,
+``g["NAME"]`` a global variable, ``m`` the machine. Only names that the lexer accepted and ``repr`` of
+constants enter the source, so no program can smuggle Python in.
+
+Scope (URScript manual, "Scoping rules"): ``local`` is local; ``global`` is global; a name without either is the
+global of that name where there is one, and else local. Variables of the outermost function are
+visible in the functions and threads inside it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from .builtins import Library, blocks
+from .check import functions, nodes
+from .syntax import (
+    Assign,
+    Binary,
+    Call,
+    Critical,
+    Evaluate,
+    Expression,
+    Function,
+    If,
+    Item,
+    Jump,
+    ListOf,
+    Name,
+    Number,
+    Return,
+    Run,
+    Statement,
+    Text,
+    ThreadOrder,
+    Truth,
+    Unary,
+    While,
+)
+
+_CALLS = {"+": "add", "-": "subtract", "*": "multiply", "/": "divide", "%": "modulo", "<": "less", ">": "greater"}
+_SWAPPED = {"<=": "greater", ">=": "less"}  # a <= b is not a > b; there is no NaN in URScript
+
+
+def generate(program: Function, library: Library) -> str:
+    """The Python source of a program: functions nested as in the program, outermost first."""
+    scope = {n.target.name for n in nodes(program) if isinstance(n, Assign) and n.scope == "global" and _named(n)}
+    scope |= {s.target.name for s in _flat(program.body) if isinstance(s, Assign) and not s.scope and _named(s)}
+    return "\n".join(_Writer(program, library, scope).function(program, frozenset(), outermost=True)) + "\n"
+
+
+def _named(node: Assign) -> bool:
+    return isinstance(node.target, Name)
+
+
+def _flat(body: Iterable[Statement]) -> Iterable[Statement]:
+    """The statements of one function, those inside its branches and loops included."""
+    for statement in body:
+        yield statement
+        if isinstance(statement, If):
+            yield from _flat(s for branch in (*(b for _, b in statement.branches), statement.otherwise) for s in branch)
+        elif isinstance(statement, While):
+            yield from _flat(statement.body)
+
+
+class _Writer:
+    def __init__(self, program: Function, library: Library, scope: set[str]) -> None:
+        self.library, self.globals = library, scope
+        self.own = functions(program)
+        self.locals: frozenset[str] = frozenset()
+        self.outermost = False
+
+    def function(self, f: Function, around: frozenset[str], outermost: bool = False) -> list[str]:
+        saved = self.locals, self.outermost
+        own = {name for name, _ in f.parameters}
+        own |= {s.target.name for s in _flat(f.body) if isinstance(s, Assign) and s.scope == "local" and _named(s)}  # type: ignore[union-attr]
+        self.locals, self.outermost = around | own, outermost
+        parameters = ", ".join(f"v_{n}" if d is None else f"v_{n}={self.value(d)}" for n, d in f.parameters)
+        body = self.block(f.body)
+        self.locals, self.outermost = saved
+        return [f"def f_{f.name}({parameters}):", *_indented(body), "    return", "    yield"]
+
+    def block(self, body: Iterable[Statement]) -> list[str]:
+        return [line for s in body for line in self.statement(s)] or ["pass"]
+
+    def statement(self, s: Statement) -> list[str]:
+        if isinstance(s, Function):
+            return self.function(s, self.locals)
+        at = f"m.{'main' if self.outermost else 'at'}({s.line})"
+        match s:
+            case While():
+                # Python tests the condition anew in each round, and so each round counts.
+                body = [f"if not truth({self.value(s.condition)}): break", *self.block(s.body)]
+                return ["while True:", *_indented([at, *body])]
+            case If():
+                return [at, *self.conditional(s)]
+            case Assign():
+                return [at, self.assignment(s)]
+            case Evaluate():
+                return [at, self.value(s.value)]
+            case Return():
+                return [at, f"return {self.value(s.value) if s.value is not None else ''}"]
+            case ThreadOrder():
+                order = f"m.{s.word}({self.value(s.handle)})"
+                return [at, f"yield from {order}" if s.word == "join" else order]
+            case Jump():
+                return [at, s.word]
+            case Critical():
+                return [at, f"m.critical({s.word == 'enter_critical'})"]
+        raise AssertionError(s)
+
+    def conditional(self, s: If) -> list[str]:
+        lines: list[str] = []
+        for word, (condition, body) in zip(["if", *["elif"] * len(s.branches)], s.branches, strict=False):
+            lines += [f"{word} truth({self.value(condition)}):", *_indented(self.block(body))]
+        return [*lines, "else:", *_indented(self.block(s.otherwise))] if s.otherwise else lines
+
+    def assignment(self, s: Assign) -> str:
+        value = self.value(s.value)
+        if isinstance(s.target, Item):
+            return f"set_item({self.value(s.target.value)}, {self.value(s.target.index)}, {value})"
+        if isinstance(s.value, Name | Item):
+            value = f"copied({value})"
+        is_global = s.scope == "global" or (not s.scope and self.is_global(s.target.name))
+        return f'g["{s.target.name}"] = {value}' if is_global else f"v_{s.target.name} = {value}"
+
+    def is_global(self, name: str) -> bool:
+        return name in self.globals and name not in self.locals
+
+    def value(self, e: Expression) -> str:
+        match e:
+            case Number() | Truth() | Text():
+                return repr(e.value)
+            case Name():
+                return f'g["{e.name}"]' if self.is_global(e.name) else f"v_{e.name}"
+            case ListOf():
+                items = ", ".join(map(self.value, e.items))
+                return f"pose_value({items})" if e.pose else f"list_value({items})"
+            case Item():
+                return f"item({self.value(e.value)}, {self.value(e.index)})"
+            case Unary():
+                operand = self.value(e.operand)
+                return f"negative({operand})" if e.operator == "-" else f"(not truth({operand}))"
+            case Binary():
+                return self.binary(e.operator, self.value(e.left), self.value(e.right))
+            case Run():
+                return f'm.run("{e.call.function}", {self.call(e.call, "f_")})'
+            case Call():
+                return self.called(e)
+
+    def called(self, e: Call) -> str:
+        if e.function in self.own:
+            return f"(yield from {self.call(e, 'f_')})"
+        call = self.call(e, "b_")
+        return f"(yield from {call})" if blocks(self.library[e.function]) else call
+
+    def call(self, e: Call, prefix: str) -> str:
+        named = "v_" if prefix == "f_" else ""
+        arguments = [*map(self.value, e.arguments), *(f"{named}{name}={self.value(v)}" for name, v in e.named)]
+        return f"{prefix}{e.function}({', '.join(arguments)})"
+
+    def binary(self, operator: str, left: str, right: str) -> str:
+        if operator in _CALLS:
+            return f"{_CALLS[operator]}({left}, {right})"
+        if operator in _SWAPPED:
+            return f"(not {_SWAPPED[operator]}({left}, {right}))"
+        if operator in ("and", "or"):
+            return f"(truth({left}) {operator} truth({right}))"
+        return f"(truth({left}) != truth({right}))" if operator == "xor" else f"({left} {operator} {right})"
+
+
+def _indented(lines: Iterable[str]) -> list[str]:
+    return ["    " + line for line in lines]

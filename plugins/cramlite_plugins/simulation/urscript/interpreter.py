@@ -1,0 +1,220 @@
+"""Runs a URScript program: threads in lockstep with the control cycle, and limits that stop it.
+
+``load`` turns text into a program that was checked; ``Machine`` runs it. Each ``cycle`` resumes every
+thread once, in the order in which they were started, until it waits: for sync(), sleep(), a motion, a socket.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from types import CodeType
+from typing import Any
+
+from cramlite.errors import UserError
+
+from . import values
+from .builtins import PURE, Library
+from .check import check
+from .generate import generate
+from .parser import parse
+from .syntax import Function
+from .values import ScriptError
+
+Coroutine = Generator[None, None, Any]
+
+_HELPERS = (
+    values.add, values.subtract, values.multiply, values.divide, values.modulo, values.negative, values.less,
+    values.greater, values.truth, values.item, values.set_item, values.copied, values.pose_value,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What stops a program that would never end.
+
+    Args:
+        slice: statements of one thread within one control cycle: more is an endless loop without sync().
+        statements: of the whole program.
+        threads: that live at one time.
+    """
+
+    slice: int = 1_000_000
+    statements: int = 100_000_000
+    threads: int = 50
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A program that was parsed and checked: its tree and its compiled form."""
+
+    tree: Function
+    code: CodeType
+
+
+class Halted(Exception):  # noqa: N818 - not an error: the program's own wish
+    """The program called halt."""
+
+
+class Stopped(Exception):  # noqa: N818 - carries the reason
+    """The program was stopped: ``line`` and ``reason``, a clause."""
+
+    def __init__(self, line: int, reason: str) -> None:
+        super().__init__(f"line {line}: {reason}")
+        self.line, self.reason = line, reason
+
+
+def load(text: str, library: Library = PURE) -> Loaded:
+    """Parse, check and compile a program.
+
+    Args:
+        library: the built-in functions that it may call.
+
+    Raises:
+        UserError: it is no URScript, or calls what there is not; says the line.
+    """
+    try:
+        tree = parse(text)
+        check(tree, library)
+        return Loaded(tree, compile(generate(tree, library), "<urscript>", "exec"))
+    except (RecursionError, MemoryError, SyntaxError):
+        raise UserError("URScript: an expression or block is too long or nested too deeply; split it") from None
+
+
+class _Globals(dict[str, Any]):
+    def __missing__(self, name: str) -> Any:
+        raise ScriptError(f"variable '{name}' is read before it is assigned")
+
+
+class Thread:
+    """A running thread; URScript's handle of it."""
+
+    def __init__(self, name: str, coroutine: Coroutine) -> None:
+        self.name, self.coroutine, self.alive, self.line = name, coroutine, True, 0
+
+
+class Machine:
+    """A program in execution.
+
+    Args:
+        program: what ``load`` made with the same library.
+        library: built-in functions; generators among them block the thread that calls them.
+    """
+
+    def __init__(self, program: Loaded, library: Library = PURE, limits: Limits | None = None) -> None:
+        self.limits = limits or Limits()
+        self.line = self.main_line = program.tree.line
+        self.count = self.total = 0
+        self.variables = _Globals()
+        space: dict[str, Any] = {f.__name__: f for f in _HELPERS}
+        space |= {"m": self, "g": self.variables, "list_value": lambda *items: list(items), "__builtins__": {}}
+        space |= {f"b_{name}": f for name, f in library.items()}
+        exec(program.code, space)
+        start: Callable[[], Coroutine] = space[f"f_{program.tree.name}"]
+        self.threads = [Thread(program.tree.name, start())]
+        self.current = self.threads[0]
+        self.held: Thread | None = None
+
+    @property
+    def finished(self) -> bool:
+        """Whether the program's own function has ended; its threads end with it."""
+        return not self.threads or not self.threads[0].alive
+
+    def cycle(self) -> None:
+        """Resume every thread once.
+
+        Raises:
+            Halted: the program called halt.
+            Stopped: an error of the program, or a limit; the line and a reason.
+        """
+        for thread in list(self.threads):
+            if thread.alive and self.held in (None, thread):
+                self._resume(thread)
+            if self.finished:
+                break
+        self.threads = [t for t in self.threads if t.alive]
+
+    def close(self) -> None:
+        """End all threads."""
+        for thread in self.threads:
+            self.kill(thread)
+        self.threads = []
+
+    def _resume(self, thread: Thread) -> None:
+        self.current, self.count, self.line = thread, 0, thread.line
+        try:
+            next(thread.coroutine)
+        except StopIteration:
+            thread.alive = False
+            self.held = None if self.held is thread else self.held
+        except Halted:
+            raise
+        except ScriptError as error:
+            raise Stopped(self.line, str(error)) from None
+        except UnboundLocalError as error:
+            raise Stopped(self.line, f"variable {_variable(error)} is read before it is assigned") from None
+        except NameError as error:
+            raise Stopped(self.line, f"variable {_variable(error)} is not known in this function") from None
+        except RecursionError:
+            raise Stopped(self.line, "functions call each other too deeply: endless recursion") from None
+        except (ArithmeticError, ValueError) as error:
+            raise Stopped(self.line, f"arithmetic: {error}") from None
+        finally:
+            self.total += self.count
+            thread.line = self.line
+        if self.total > self.limits.statements:
+            raise Stopped(self.line, f"more than {self.limits.statements} statements")
+
+    # Called by generated code
+
+    def at(self, line: int) -> None:
+        """A statement begins."""
+        self.line = line
+        self.count += 1
+        if self.count > self.limits.slice:
+            raise ScriptError(f"{self.limits.slice} statements without sync(), sleep() or a motion: an endless loop")
+
+    def main(self, line: int) -> None:
+        """A statement of the outermost function begins."""
+        self.main_line = line
+        self.at(line)
+
+    def run(self, name: str, coroutine: Coroutine) -> Thread:
+        """Start a thread; it takes its first step in this cycle's turn or the next one's."""
+        self.threads = [t for t in self.threads if t.alive]
+        if len(self.threads) >= self.limits.threads:
+            raise ScriptError(f"more than {self.limits.threads} threads at one time")
+        thread = Thread(name, coroutine)
+        thread.line = self.line
+        self.threads.append(thread)
+        return thread
+
+    def kill(self, thread: Any) -> None:
+        """End a thread; a thread that has ended already is left alone."""
+        if not isinstance(thread, Thread):
+            raise ScriptError(f"kill needs a thread's handle, not {values.show(thread)}")
+        if thread is self.current and thread.coroutine.gi_running:
+            raise ScriptError("a thread cannot kill itself: use return")
+        thread.alive = False
+        thread.coroutine.close()
+        self.held = None if self.held is thread else self.held
+
+    def join(self, thread: Any) -> Coroutine:
+        """Wait for a thread's end."""
+        if not isinstance(thread, Thread):
+            raise ScriptError(f"join needs a thread's handle, not {values.show(thread)}")
+        while thread.alive:
+            yield
+
+    def critical(self, enter: bool) -> None:
+        """Inside a critical section no other thread runs."""
+        self.held = self.current if enter else None
+
+
+def _variable(error: NameError) -> str:
+    return f"'{str(error.name or error).removeprefix('v_')}'" if error.name else _quoted(str(error))
+
+
+def _quoted(message: str) -> str:
+    parts = message.split("'")
+    return f"'{parts[1].removeprefix('v_')}'" if len(parts) > 1 else message

@@ -1,0 +1,64 @@
+"""URScript text to tokens."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from cramlite.errors import UserError
+
+KEYWORDS = frozenset(
+    "def thread sec end if elif else while local global return break continue and or not xor run kill join "
+    "True False true false enter_critical exit_critical".split()
+)
+
+_TOKEN = re.compile(
+    r"""(?P<blank>[ \t\r\n\f]+|\#[^\n]*)
+      | (?P<number>0[xX][0-9a-fA-F]+ | (?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)
+      | (?P<name>[A-Za-z_][A-Za-z0-9_]*)
+      | (?P<text>"[^"\n]*"|'[^'\n]*')
+      | (?P<operator>==|!=|<=|>=|[-+*/%<>=()\[\],:])""",
+    re.VERBOSE | re.ASCII,
+)
+
+
+@dataclass(frozen=True)
+class Token:
+    """A word of the text; ``kind`` is number, name, keyword, text, operator or end; ``column`` counts from 0."""
+
+    kind: str
+    value: str
+    line: int
+    column: int
+
+
+def complaint(line: int, what: str) -> UserError:
+    """The error of a program that cannot be run: the place first."""
+    return UserError(f"URScript, line {line}: {what}")
+
+
+def tokens(text: str) -> Iterator[Token]:
+    """The tokens of a program, comments and blanks left out, an "end of text" last.
+
+    Raises:
+        UserError: a character or a string that is none of URScript's.
+    """
+    position, line, start = 0, 1, 0
+    while position < len(text):
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise complaint(line, _strange(text, position))
+        kind, value = str(match.lastgroup), match.group()
+        if kind != "blank":
+            yield Token("keyword" if value in KEYWORDS else kind, value, line, position - start)
+        elif "\n" in value:
+            line, start = line + value.count("\n"), position + value.rindex("\n") + 1
+        position = match.end()
+    yield Token("end of text", "", line, 0)
+
+
+def _strange(text: str, position: int) -> str:
+    if text[position] in "\"'":
+        return "this string has no closing quote on its line"
+    return f"unexpected character {text[position]!r}"

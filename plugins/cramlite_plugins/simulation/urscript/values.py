@@ -1,0 +1,153 @@
+"""URScript's values and arithmetic.
+
+Booleans, integers (32 bits), floats and strings are Python's; lists are Python lists, poses the
+subclass ``PoseValue``. Lists and poses are values: assigning one copies it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cramlite.geometry import Pose
+
+LONGEST = 1023  # characters of a string (URScript manual, "Types")
+
+
+class ScriptError(Exception):
+    """What stops a running program: a clause with its reason; the line is added where it is caught."""
+
+
+class PoseValue(list[float]):
+    """p[x, y, z, rx, ry, rz] [m, rotation vector in rad]."""
+
+    def __repr__(self) -> str:
+        return "p" + super().__repr__()
+
+
+def copied(value: Any) -> Any:
+    """The value that an assignment stores."""
+    return type(value)(value) if isinstance(value, list) else value
+
+
+def item(value: Any, index: Any) -> Any:
+    """value[index]; indices count from 0 and are never negative."""
+    return value[_position(value, index)]
+
+
+def set_item(value: Any, index: Any, new: Any) -> None:
+    """value[index] = new."""
+    value[_position(value, index)] = new
+
+
+def _position(value: Any, index: Any) -> int:
+    if not isinstance(value, list):
+        raise ScriptError(f"only lists and poses have elements, not {show(value)}")
+    if type(index) is not int or not 0 <= index < len(value):
+        raise ScriptError(f"index {show(index)} of a list with {len(value)} elements")
+    return index
+
+
+def pose_value(*numbers: Any) -> PoseValue:
+    """The value of a literal p[...]."""
+    return PoseValue(real(n, "a pose") for n in numbers)
+
+
+def real(value: Any, where: str) -> float:
+    """A finite number, or the error that says where one is needed."""
+    if type(value) not in (int, float) or not abs(value) < 1e300:
+        raise ScriptError(f"{where} needs a number, not {show(value)}")
+    return float(value)
+
+
+def as_pose(value: Any, where: str) -> Pose:
+    """A pose value as a ``Pose``."""
+    if not isinstance(value, PoseValue):
+        raise ScriptError(f"{where} needs a pose p[...], not {show(value)}")
+    v = [real(n, where) for n in value]
+    return Pose.from_rotvec(v[:3], v[3:])
+
+
+def from_pose(pose: Pose) -> PoseValue:
+    """A ``Pose`` as a pose value."""
+    return PoseValue((*pose.position, *pose.rotvec))
+
+
+def numbers(value: Any, count: int, where: str) -> list[float]:
+    """A list of exactly ``count`` numbers."""
+    if not isinstance(value, list) or len(value) != count:
+        raise ScriptError(f"{where} needs a list of {count} numbers, not {show(value)}")
+    return [real(n, where) for n in value]
+
+
+def truth(value: Any) -> bool:
+    """The value of a condition."""
+    if type(value) is not bool:
+        raise ScriptError(f"a condition needs True or False, not {show(value)}")
+    return value
+
+
+def add(a: Any, b: Any) -> Any:
+    return a + b if type(a) is float and type(b) is float else whole(_number(a, "+") + _number(b, "+"))
+
+
+def subtract(a: Any, b: Any) -> Any:
+    return a - b if type(a) is float and type(b) is float else whole(_number(a, "-") - _number(b, "-"))
+
+
+def multiply(a: Any, b: Any) -> Any:
+    return a * b if type(a) is float and type(b) is float else whole(_number(a, "*") * _number(b, "*"))
+
+
+def divide(a: Any, b: Any) -> Any:
+    if _number(b, "/") == 0:
+        raise ScriptError("division by zero")
+    return _number(a, "/") / b
+
+
+def modulo(a: Any, b: Any) -> Any:
+    if _number(b, "%") == 0:
+        raise ScriptError("division by zero")
+    return _number(a, "%") % b
+
+
+def negative(a: Any) -> Any:
+    return whole(-_number(a, "-"))
+
+
+def less(a: Any, b: Any) -> bool:
+    return bool(_number(a, "<") < _number(b, "<"))
+
+
+def greater(a: Any, b: Any) -> bool:
+    return bool(_number(a, ">") > _number(b, ">"))
+
+
+def _number(value: Any, operator: str) -> Any:
+    if type(value) not in (int, float):
+        raise ScriptError(f"'{operator}' needs numbers, not {show(value)}")
+    return value
+
+
+def whole(value: Any) -> Any:
+    """The value, if it fits: integers have 32 bits."""
+    if type(value) is int and not -(2**31) <= value < 2**31:
+        raise ScriptError(f"the integer {value} does not fit into 32 bits")
+    return value
+
+
+def text(value: str) -> str:
+    """The string, if it is not too long."""
+    if len(value) > LONGEST:
+        raise ScriptError(f"a string of {len(value)} characters; {LONGEST} is the longest")
+    return value
+
+
+def show(value: Any) -> str:
+    """A value as textmsg and to_str print it."""
+    if isinstance(value, bool) or value is None:
+        return str(value)
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, list):
+        return ("p[" if isinstance(value, PoseValue) else "[") + ", ".join(map(show, value)) + "]"
+    return str(value)[:LONGEST]
