@@ -1,0 +1,300 @@
+"""Event detection: from a rollout to the states of an episode.
+
+The one detection for human demonstrations and robot runs: it sees contacts and poses only, never
+who moved or why.
+
+- ContactState(a, b): a and b touch. "thing/part" where the contact is with a known part; the
+  effector counts as a whole.
+- SupportState(supporter, supportee): the supporter pushes the supportee up with a fair share of its
+  weight. Being grasped is not being supported: the effector never supports.
+- GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and
+  friction was seen to hold it. Squeezing without friction is no grasp.
+
+Simulated contacts flicker. So each signal has hysteresis (it starts above one threshold and ends
+below a lower one), gaps shorter than ``GAP`` are closed, and what is then shorter than ``SHORT`` is
+dropped; RobCoG's logs show contacts of 0.02 to 0.3 s for one touch (reference/neem.md).
+
+A state that still holds when the recording ends, ends one sample after it.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cramlite.episode import Episode, Event, Track
+from cramlite.geometry import Floats
+from cramlite.rollout import Rollout
+
+from .entities import effector_entities, thing_entities
+
+#: Gaps shorter than this belong to the contact around them [s]; half of RobCoG's longest flicker.
+GAP = 0.15
+#: States shorter than this are impacts, not states [s].
+SHORT = 0.06
+#: Boundaries nearer to each other than this are one [s]: a closing hand's pads touch and grip within it.
+SNAP = 0.05
+#: A contact starts above the first and ends below the second normal force [N]; 0.1 kg weighs 1 N.
+CONTACT = (0.05, 1e-6)
+#: Share of the supportee's weight that the supporter must carry to start and to keep a support.
+SUPPORT = (0.3, 0.1)
+#: Each pad's normal force to start and to keep a grip [N]; below 0.3 N friction 0.9 holds no 50 g.
+GRIP = (0.6, 0.2)
+#: The object slips when it moves faster than this in the hand [m/s], plus this share of the hand's speed.
+SLIP = (0.03, 0.3)
+#: Friction was seen to hold: the pads carry this share of the weight for GAP, or the hand drags the object this far [m].
+CARRY, DRAG = 0.5, 0.02
+GRAVITY = 9.81
+
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """Force and lift of one pair of entities, per sample."""
+
+    force: Floats
+    lift: Floats
+
+
+def detect(rollout: Rollout, name: str) -> Episode:
+    """The episode of a rollout: its entities, states and tracks.
+
+    Args:
+        rollout: samples of a demonstration or a program's run.
+        name: the episode's name.
+
+    Returns:
+        Timeline of states only; actions are what lies between their boundaries, and are segmented later.
+    """
+    entities = (*(e for t in rollout.world.things for e in thing_entities(t, rollout)), *effector_entities(rollout))
+    known = {e.name for e in entities}
+    pairs = _pairs(rollout, known)
+    states = (*_contacts(rollout, pairs), *_supports(rollout, pairs), *_grasps(rollout, pairs))
+    extras = {
+        "times": rollout.times,
+        "opening": rollout.opening,
+        "joints": rollout.joints,
+        "wrench": rollout.wrench,
+        "lines": rollout.lines,
+    }
+    return Episode(
+        name=name,
+        entities=entities,
+        events=_numbered(_snapped(states)),
+        tracks={_entity(k, rollout): _track(rollout.times, v) for k, v in rollout.poses.items()},
+        effector=rollout.effector,
+        extras={k: np.asarray(v, dtype=float) for k, v in extras.items() if np.size(v)},
+    )
+
+
+def _entity(touched: str, rollout: Rollout) -> str:
+    """Rollouts call the effector "effector", episodes by its name."""
+    return rollout.effector + touched[8:] if touched.split("/")[0] == "effector" else touched
+
+
+def _track(times: Floats, poses: Floats) -> Track:
+    """Poses on change; the first and the last sample are always kept, so that the span stays."""
+    changed = np.any(np.abs(np.diff(poses, axis=0)) > 1e-9, axis=1)
+    keep = np.concatenate([[True], changed])
+    keep[-1] = True
+    return Track(np.asarray(times, dtype=float)[keep], np.asarray(poses, dtype=float)[keep])
+
+
+def _pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], _Pair]:
+    """Signals of every touching pair, in both directions: lift is what the first exerts on the second."""
+    n = len(rollout.times)
+    pairs: dict[tuple[str, str], _Pair] = defaultdict(lambda: _Pair(np.zeros(n), np.zeros(n)))
+    for k, touches in enumerate(rollout.touches):
+        for touch in touches:
+            a, b = (_finest(_entity(v, rollout), known) for v in (touch.a, touch.b))
+            for first, second, lift in ((a, b, touch.lift), (b, a, -touch.lift)):
+                pairs[first, second].force[k] += touch.force
+                pairs[first, second].lift[k] += lift
+    return dict(pairs)
+
+
+def _finest(touched: str, known: set[str]) -> str:
+    """The part, if it is one of the entities, else the thing."""
+    return touched if touched in known else touched.split("/")[0]
+
+
+def _whole(entity: str) -> str:
+    return entity.split("/")[0]
+
+
+def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event]:
+    """One state for each unordered pair; the effector's parts are merged."""
+    forces: dict[tuple[str, str], Floats] = {}
+    for (a, b), pair in pairs.items():
+        first, second = sorted(rollout.effector if _whole(v) == rollout.effector else v for v in (a, b))
+        if a <= b and first != second:
+            forces[first, second] = forces.get((first, second), 0.0) + pair.force
+    return [
+        _state("soma:ContactState", span, {"a": a, "b": b})
+        for (a, b), force in forces.items()
+        for span in _spans(_hold(force, *CONTACT), rollout.times)
+    ]
+
+
+def _supports(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event]:
+    """Supporters at the finest entity, supportees as wholes."""
+    lifts: dict[tuple[str, str], Floats] = {}
+    for (a, b), pair in pairs.items():
+        if rollout.effector not in (_whole(a), _whole(b)):
+            lifts[a, _whole(b)] = lifts.get((a, _whole(b)), 0.0) + pair.lift
+    found = []
+    for (a, b), lift in lifts.items():
+        weight = GRAVITY * (rollout.world.thing(b).mass or 0.0)
+        if weight > 0:
+            on = _hold(_smooth(lift, rollout.times, GAP / 3), SUPPORT[0] * weight, SUPPORT[1] * weight)
+            roles = {"supporter": a, "supportee": b}
+            found += [_state("soma:SupportState", s, roles) for s in _spans(on, rollout.times)]
+    return found
+
+
+def _grasps(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event]:
+    found = []
+    for thing in rollout.world.things:
+        pads = [_pressing(pairs, f"{rollout.effector}/{side}", thing.name) for side in ("left", "right")]
+        if thing.mass is None or any(p is None for p in pads):
+            continue
+        lift = pads[0].lift + pads[1].lift  # type: ignore[union-attr]
+        pressed = np.logical_and(*(_hold(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
+        held = _closed(pressed, rollout.times)
+        for start, end in _intervals(
+            held & ~_long(held & _slipping(rollout, thing.name), rollout.times), rollout.times
+        ):
+            if _friction_seen(rollout, thing.name, slice(start, end), lift / (GRAVITY * thing.mass)):
+                roles = {"gripper": rollout.effector, "object": thing.name}
+                found.append(_state("cram:GraspState", _times(start, end, rollout.times), roles))
+    return found
+
+
+def _pressing(pairs: dict[tuple[str, str], _Pair], pad: str, thing: str) -> _Pair | None:
+    """What a pad exerts on a thing and all its parts."""
+    mine = [p for (a, b), p in pairs.items() if a == pad and _whole(b) == thing]
+    return _Pair(sum(p.force for p in mine), sum(p.lift for p in mine)) if mine else None  # type: ignore[arg-type]
+
+
+def _slipping(rollout: Rollout, thing: str) -> Flags:
+    """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
+    hand, body = rollout.poses["effector"], rollout.poses[thing]
+    inside = _rotate_back(hand[:, 3:], body[:, :3] - hand[:, :3])
+    limit = SLIP[0] + SLIP[1] * _speed(hand[:, :3], rollout.times)
+    return np.asarray(_speed(inside, rollout.times) > limit)
+
+
+def _friction_seen(rollout: Rollout, thing: str, span: slice, carried: Floats) -> bool:
+    """Did friction transmit a force: weight carried by the pads, or a drag across the closing axis?"""
+    dt = _step(rollout.times)
+    steady = _smooth(carried[span], rollout.times[span], GAP)
+    if len(steady) * dt >= SHORT and float(np.max(steady)) > CARRY:
+        return True
+    closing = rollout.poses["effector/left"][span, :3] - rollout.poses["effector/right"][span, :3]
+    closing = closing.mean(axis=0) / max(float(np.linalg.norm(closing.mean(axis=0))), 1e-9)
+    travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]
+    across = travel - np.outer(travel @ closing, closing)
+    return bool(np.max(np.linalg.norm(across, axis=1)) > DRAG)
+
+
+def _rotate_back(quaternions: Floats, vectors: Floats) -> Floats:
+    """Vectors (N, 3) of the world in frames with quaternions (N, 4), w first: v - 2w (u x v) + 2 u x (u x v)."""
+    w, u = quaternions[:, :1], quaternions[:, 1:]
+    turned = np.cross(u, vectors)
+    return np.asarray(vectors - 2 * w * turned + 2 * np.cross(u, turned))
+
+
+def _speed(points: Floats, times: Floats) -> Floats:
+    """Speed over GAP [m/s]: tremor and contact noise average out."""
+    n = max(round(GAP / _step(times)), 1)
+    if len(points) <= n:
+        return np.zeros(len(points))
+    speed = np.linalg.norm(points[n:] - points[:-n], axis=1) / (n * _step(times))
+    before = n // 2
+    return np.concatenate([np.full(before, speed[0]), speed, np.full(n - before, speed[-1])])
+
+
+def _step(times: Floats) -> float:
+    return float(np.median(np.diff(times))) if len(times) > 1 else GAP
+
+
+def _smooth(signal: Floats, times: Floats, window: float) -> Floats:
+    """Centred moving average over ``window`` seconds."""
+    n = max(min(round(window / _step(times)), len(signal)), 1)
+    return np.convolve(signal, np.ones(n) / n, mode="same")
+
+
+def _hold(signal: Floats, high: float, low: float) -> Flags:
+    """Hysteresis: on when above ``high``, off when not above ``low``, else as before."""
+    decided = np.where(signal > high, 1, np.where(signal <= low, -1, 0))
+    decided[0] = decided[0] or -1
+    last = np.maximum.accumulate(np.where(decided != 0, np.arange(len(signal)), 0))
+    return np.asarray(decided[last] == 1)
+
+
+def _closed(on: Flags, times: Floats) -> Flags:
+    """Gaps shorter than GAP filled."""
+    filled = on.copy()
+    runs = _runs(on)
+    for (_, end), (start, _) in pairwise(runs):
+        if times[start] - times[end - 1] < GAP:
+            filled[end:start] = True
+    return filled
+
+
+def _long(on: Flags, times: Floats) -> Flags:
+    """Only what holds for GAP at least."""
+    kept = np.zeros_like(on)
+    for start, end in _runs(on):
+        kept[start:end] = np.ptp(_times(start, end, times)) >= GAP
+    return kept
+
+
+def _intervals(on: Flags, times: Floats) -> list[tuple[int, int]]:
+    """Index ranges in which a flag holds for SHORT at least."""
+    return [(s, e) for s, e in _runs(on) if float(np.ptp(_times(s, e, times))) >= SHORT]
+
+
+def _spans(on: Flags, times: Floats) -> list[tuple[float, float]]:
+    return [_times(s, e, times) for s, e in _intervals(_closed(on, times), times)]
+
+
+def _runs(on: Flags) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
+    return [(int(s), int(e)) for s, e in edges.reshape(-1, 2)]
+
+
+def _times(start: int, end: int, times: Floats) -> tuple[float, float]:
+    return float(times[start]), float(times[end]) if end < len(times) else float(times[-1]) + _step(times)
+
+
+def _state(type_: str, span: tuple[float, float], roles: dict[str, str]) -> Event:
+    return Event("", type_, "state", *span, roles)
+
+
+def _snapped(states: tuple[Event, ...]) -> list[Event]:
+    """Boundaries within SNAP after another one are moved to it: they are one instant of the demonstration, and
+    would else cut actions of a few samples out of the timeline."""
+    instants: dict[float, float] = {}
+    first = -np.inf
+    for time in sorted({t for s in states for t in (s.start, s.end)}):
+        first = time if time - first > SNAP else first
+        instants[time] = first
+    moved = (replace(s, start=instants[s.start], end=instants[s.end]) for s in states)
+    return [s for s in moved if s.start < s.end]
+
+
+def _numbered(states: list[Event]) -> tuple[Event, ...]:
+    """Sorted by start, with ids that name class and number: "grasp_1"."""
+    counts: dict[str, int] = defaultdict(int)
+    found = []
+    for s in sorted(states, key=lambda e: (e.start, e.end, e.type, sorted(e.roles.items()))):
+        word = s.type.split(":")[1].removesuffix("State").lower()
+        counts[word] += 1
+        found.append(Event(f"{word}_{counts[word]}", s.type, s.kind, s.start, s.end, s.roles))
+    return tuple(found)

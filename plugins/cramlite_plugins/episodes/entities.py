@@ -1,0 +1,77 @@
+"""The semantic map of a world: its things, their parts and features, and the effector, as entities."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from cramlite.episode import Entity
+from cramlite.geometry import Floats, Pose, Vector3
+from cramlite.rollout import Rollout
+from cramlite.world import Feature, Geom, Thing
+
+#: Degrees of freedom that a feature takes from what it carries: a peg through a hole leaves sliding along
+#: it and turning about it; a surface stops motion in one direction (rule of PickingUp, reference/tasks.md).
+CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:SurfaceFeature": 1.0}
+
+
+def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
+    """A thing, its features, and the parts that its shape names although no feature describes them."""
+    properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
+    if not any(CONSTRAINED_DOF.get(f.type, 0.0) > 1.0 for f in thing.features):
+        properties["constrained_dof"] = 1.0
+    whole = Entity(
+        thing.name, (thing.type,), None, _initial(thing, rollout), extents(thing.geoms), thing.geoms, properties
+    )
+    features = tuple(_feature(thing, f) for f in thing.features)
+    parts = sorted({g.part for g in thing.geoms if g.part} - {f.name for f in thing.features})
+    return (whole, *features, *(_feature(thing, Feature(p, "soma:Feature")) for p in parts))
+
+
+def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """The hand or gripper and its two finger tips."""
+    hand = rollout.joints.ndim < 2 or rollout.joints.shape[1] == 0
+    name = rollout.effector
+    types = ("soma:Hand", "soma:PrehensileEffector") if hand else ("soma:Gripper", "soma:PrehensileEffector")
+    tips = [f for f in ("left", "right") if f"effector/{f}" in rollout.poses]
+    return (Entity(name, types), *(Entity(f"{name}/{tip}", ("soma:Finger",), part_of=name) for tip in tips))
+
+
+def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
+    """Side lengths of the axis-aligned box around a shape [m], in its own frame; None without a shape."""
+    if not geoms:
+        return None
+    low, high = zip(*(_bounds(g) for g in geoms), strict=True)
+    size = np.max(high, axis=0) - np.min(low, axis=0)
+    return (float(size[0]), float(size[1]), float(size[2]))
+
+
+def _bounds(geom: Geom) -> tuple[Floats, Floats]:
+    r = np.abs(geom.pose.rotation)
+    if geom.shape == "box":
+        half = r @ np.asarray(geom.size)
+    elif geom.shape == "sphere":
+        half = np.full(3, geom.size[0])
+    elif geom.shape == "capsule":
+        half = r[:, 2] * geom.size[1] + geom.size[0]
+    else:  # a disc of radius s across axis a reaches s*sqrt(1 - a_i^2) along axis i
+        half = r[:, 2] * geom.size[1] + geom.size[0] * np.sqrt(np.maximum(0.0, 1.0 - r[:, 2] ** 2))
+    position = np.asarray(geom.pose.position)
+    return position - half, position + half
+
+
+def _initial(thing: Thing, rollout: Rollout) -> Pose:
+    row = rollout.poses[thing.name][0] if thing.name in rollout.poses else None
+    return thing.pose if row is None else Pose(tuple(row[:3]), tuple(row[3:]))
+
+
+def _feature(thing: Thing, feature: Feature) -> Entity:
+    inverse = feature.pose.inverse()
+    geoms = tuple(replace(g, pose=inverse * g.pose) for g in thing.geoms if g.part == feature.name)
+    properties = dict(feature.size)
+    if feature.type in CONSTRAINED_DOF:
+        properties["constrained_dof"] = CONSTRAINED_DOF[feature.type]
+    return Entity(
+        f"{thing.name}/{feature.name}", (feature.type,), thing.name, feature.pose, extents(geoms), geoms, properties
+    )
