@@ -1,0 +1,252 @@
+"""An episode as the matcher sees it: actions, and what holds before, during and after each.
+
+Closed world: a state that is not known to hold does not hold. The intervals are those
+of Alt et al., KR 2023 (reference/tasks.md, "Phases of an action").
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Hashable, Iterable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from .episode import Entity, Episode, Event
+from .ontology import Taxonomy
+
+PhaseName = Literal["pre", "run", "post"]
+Row = tuple[str | float, ...]
+
+PADDING = 0.2
+"""How long after a labelled action its effects may appear [s]: the published rule base's value."""
+
+
+@dataclass(frozen=True)
+class Predicate:
+    """A relation that rule conditions may ask for.
+
+    Args:
+        name: as it is written in rules.
+        arity: number of arguments; of a value predicate, without the value.
+        function: ``function(phase, *arguments)`` yields the rows that hold in the phase; an argument is
+            None where it is open. Rows that contradict an argument are dropped by the caller. A value
+            predicate's rows end with the number.
+        phases: where it means something; a rule that asks elsewhere is refused when it is loaded.
+        value: it yields numbers, and is used in comparisons.
+        cost: rough cost, 1 for a look at the states; cheaper conditions are checked first.
+        doc: one sentence for people.
+    """
+
+    name: str
+    arity: int
+    function: Callable[..., Iterable[Row]]
+    phases: frozenset[PhaseName] = frozenset({"pre", "run", "post"})
+    value: bool = False
+    cost: int = 1
+    doc: str = ""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """An action of the timeline: a recorded one, or a gap between boundaries (``event`` is None)."""
+
+    start: float
+    end: float
+    event: Event | None = None
+
+
+class Phase:
+    """What holds at an instant (``start == end``), or all through an interval.
+
+    Predicates read it; ``memo`` is theirs to keep results in.
+    """
+
+    def __init__(self, timeline: Timeline, start: float, end: float) -> None:
+        self.timeline, self.start, self.end = timeline, start, end
+        self.episode, self.taxonomy = timeline.episode, timeline.taxonomy
+        self.memo: dict[Hashable, Any] = {}
+        self._rows: dict[Hashable, tuple[Row, ...]] = {}
+
+    def states(self, type_: str) -> tuple[Event, ...]:
+        """States of a class that hold at the instant, or span the whole interval."""
+        found = self.memo.get(type_)
+        if found is None:
+            active = self.timeline.active(type_, self.start)
+            found = tuple(e for e in active if e.end >= self.end) if self.end > self.start else active
+            self.memo[type_] = found
+        return found  # type: ignore[no-any-return]
+
+    def overlapping(self, type_: str) -> tuple[Event, ...]:
+        """States of a class that hold at some time of the phase, however short: what a
+        spanning test cannot see of a collision inside an action."""
+        return self.timeline.active_between(type_, self.start, self.end)
+
+    def rows(self, predicate: Predicate, arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
+        """The rows of a predicate that agree with the arguments; None is open."""
+        key = (predicate.name, arguments)
+        found = self._rows.get(key)
+        if found is None:
+            found = tuple(dict.fromkeys(
+                row for row in predicate.function(self, *arguments)
+                if all(a is None or a == r for a, r in zip(arguments, row, strict=False))))
+            self._rows[key] = found
+        return found
+
+
+class Timeline:
+    """The states of an episode, indexed by time, and its segmentation into actions.
+
+    A state that still holds when the recording ends is taken to go on: the end of a recording is no event.
+    """
+
+    def __init__(self, episode: Episode, taxonomy: Taxonomy) -> None:
+        self.episode, self.taxonomy = episode, taxonomy
+        self.memo: dict[Hashable, Any] = {}
+        self.entities: dict[str, Entity] = {e.name: e for e in episode.entities}
+        self.wholes: dict[str, tuple[str, ...]] = {e.name: tuple(_wholes(self.entities, e)) for e in episode.entities}
+        self._span = episode.span
+        self._indices: dict[str, _Index] = {}
+        self._instants: dict[float, Phase] = {}
+
+    def types(self, name: str) -> tuple[str, ...]:
+        """The classes of an entity, as this taxonomy names them; unknown ones as they are."""
+        key = ("types", name)
+        if key not in self.memo:
+            entity = self.entities.get(name)
+            types = entity.types if entity else ()
+            self.memo[key] = tuple(self.taxonomy.resolve(t) or t for t in types)
+        return self.memo[key]  # type: ignore[no-any-return]
+
+    def entities_of(self, type_: str) -> tuple[str, ...]:
+        """Names of the entities of a class, in the order of the semantic map."""
+        key = ("entities", type_)
+        if key not in self.memo:
+            self.memo[key] = tuple(n for n in self.entities if self.taxonomy.any_is_a(self.types(n), type_))
+        return self.memo[key]  # type: ignore[no-any-return]
+
+    def instant(self, time: float) -> Phase:
+        """What holds at a time. Neighbouring actions share it."""
+        phase = self._instants.get(time)
+        if phase is None:
+            phase = self._instants[time] = Phase(self, time, time)
+        return phase
+
+    def phases(self, segment: Segment, padding: float = PADDING) -> dict[PhaseName, Phase]:
+        """What holds just before, all through, and just after an action."""
+        return {
+            "pre": self.instant(segment.start),
+            "run": Phase(self, segment.start, segment.end),
+            "post": self.instant(self.terminal(segment, padding)),
+        }
+
+    def terminal(self, segment: Segment, padding: float) -> float:
+        """The instant at which an action's effects are looked for.
+
+        The end of an anonymous action is where a state changes, so its effects are exact. A labelled
+        action's end is a person's or a detector's judgement; its effects may appear up to ``padding``
+        later, but never after the middle of the next labelled action: with the published constant
+        0.2 s alone, a Sliding followed by a Retracting of 0.065 s would be judged by the Retracting's end.
+        """
+        if segment.event is None:
+            return segment.end
+        starts = self._labelled_starts
+        k = bisect_left(starts, segment.end)
+        if k < len(starts) and starts[k] < segment.end + padding:
+            follower = self.labelled[k]
+            return min(segment.end + padding, (follower.start + follower.end) / 2)
+        return segment.end + padding
+
+    @property
+    def labelled(self) -> tuple[Event, ...]:
+        """The recorded actions, by start."""
+        if "labelled" not in self.memo:
+            self.memo["labelled"] = tuple(sorted(self.episode.of("action"), key=lambda e: (e.start, e.end)))
+        return self.memo["labelled"]  # type: ignore[no-any-return]
+
+    @property
+    def _labelled_starts(self) -> list[float]:
+        if "starts" not in self.memo:
+            self.memo["starts"] = [e.start for e in self.labelled]
+        return self.memo["starts"]  # type: ignore[no-any-return]
+
+    def segments(self) -> tuple[Segment, ...]:
+        """The actions: the recorded ones, and each gap between two boundaries that none of them covers,
+        so that some action is always going on. Boundaries are those of states and of recorded actions."""
+        start, end = self._span
+        cuts = {start, end}
+        for event in self.episode.events:
+            if event.kind != "situation":
+                cuts.update(t for t in (event.start, event.end) if start < t < end)
+        found = [Segment(e.start, e.end, e) for e in self.labelled]
+        bounds = sorted(cuts)
+        covered = start
+        known = iter([*self.labelled, None])
+        action = next(known)
+        for a, b in zip(bounds, bounds[1:], strict=False):
+            while action is not None and action.start <= a:
+                covered = max(covered, action.end)
+                action = next(known)
+            if a >= covered and b - a > 1e-9:
+                found.append(Segment(a, b))
+        return tuple(sorted(found, key=lambda s: (s.start, s.end)))
+
+    def active(self, type_: str, time: float) -> tuple[Event, ...]:
+        """States of a class with start <= time < end."""
+        return self._index(type_).at(time)
+
+    def active_between(self, type_: str, start: float, end: float) -> tuple[Event, ...]:
+        """States of a class that hold somewhere in [start, end)."""
+        return self._index(type_).between(start, end)
+
+    def _index(self, type_: str) -> _Index:
+        index = self._indices.get(type_)
+        if index is None:
+            resolve, is_a = self.taxonomy.resolve, self.taxonomy.is_a
+            kinds = {e.type for e in self.episode.events if e.kind == "state"}
+            wanted = {t for t in kinds if is_a(resolve(t) or t, type_)}
+            events = [e for e in self.episode.events if e.kind == "state" and e.type in wanted]
+            index = self._indices[type_] = _Index(events, self._span[1])
+        return index
+
+
+class _Index:
+    """Which of some states hold, for every interval between two of their boundaries."""
+
+    def __init__(self, events: list[Event], last: float) -> None:
+        def end(event: Event) -> float:
+            return event.end if event.end < last else float("inf")
+
+        import dataclasses
+
+        open_ended = [dataclasses.replace(e, end=end(e)) if end(e) != e.end else e for e in events if e.end > e.start]
+        self._bounds = sorted({t for e in open_ended for t in (e.start, e.end)})
+        starting: dict[float, list[Event]] = {}
+        for event in open_ended:
+            starting.setdefault(event.start, []).append(event)
+        self._active: list[tuple[Event, ...]] = []
+        current: tuple[Event, ...] = ()
+        for bound in self._bounds:
+            current = (*(e for e in current if e.end > bound), *starting.get(bound, ()))
+            self._active.append(current)
+
+    def at(self, time: float) -> tuple[Event, ...]:
+        k = bisect_right(self._bounds, time) - 1
+        return self._active[k] if k >= 0 else ()
+
+    def between(self, start: float, end: float) -> tuple[Event, ...]:
+        first = bisect_right(self._bounds, start) - 1
+        after = max(bisect_left(self._bounds, end), first + 1)
+        if after == first + 1:
+            return self._active[first] if first >= 0 else ()
+        seen = {e.id: e for active in self._active[max(first, 0):after] for e in active}
+        return tuple(seen.values())
+
+
+def _wholes(entities: dict[str, Entity], entity: Entity) -> Iterable[str]:
+    """What the entity is a part of, nearest first, with itself; a cycle of part_of ends it."""
+    seen: list[str] = []
+    current: Entity | None = entity
+    while current is not None and current.name not in seen:
+        seen.append(current.name)
+        current = entities.get(current.part_of) if current.part_of else None
+    return seen

@@ -1,0 +1,218 @@
+"""Predicates about motion: what moved while an action lasted, and how far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.episode import Track
+from cramlite.geometry import Floats
+from cramlite.phases import Phase, Predicate, Row
+
+ARM_MOVED = 0.001
+"""[m] of the end effector (reference/tasks.md)."""
+GRIPPER_MOVED = 0.020
+"""[m] between the finger tips (reference/tasks.md)."""
+THING_MOVED = 0.005
+"""[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
+TILTED = np.deg2rad(30.0)
+"""[rad] from the attitude in which it was first seen; granular material starts to flow at its angle of repose, about 30 deg."""
+CLOSED, OPENED = 0.25, 0.75
+"""Share of the widest opening that counts as closed, and as open."""
+JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
+"""Share of a joint's range up to which a door counts as closed, and from which as open."""
+PARKED = 0.05
+"""[rad] a joint may be off the park state."""
+
+_RUN = frozenset({"run"})
+
+
+def all_predicates() -> tuple[Predicate, ...]:
+    return (
+        Predicate("arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm."),
+        Predicate("gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm."),
+        Predicate("moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad."),
+        Predicate("driven", 1, driven, _RUN, cost=4, doc="A thing ends more than 5 mm from where it began, the way the effector went."),
+        Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg."),
+        Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest."),
+        Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest."),
+        Predicate("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
+        Predicate("joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."),
+        Predicate("joint_closed", 1, joint_closed, cost=3, doc="A thing's joint is within 5 % of closed."),
+        Predicate("joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more."),
+        Predicate("parked", 0, parked, cost=3, doc="All arm joints are at the park state."),
+    )
+
+
+def arm_moves(phase: Phase) -> Iterator[Row]:
+    """arm_moves(): the largest distance from where the effector began, so that there-and-back motion
+    counts; the published rule compares end points only."""
+    name = phase.episode.effector
+    if name is not None and _excursion(phase, name)[0] > ARM_MOVED:
+        yield ()
+
+
+def gripper_moves(phase: Phase) -> Iterator[Row]:
+    """gripper_moves(): spread of the finger tips' distance over the action."""
+    opening = _opening(phase)
+    if opening is not None:
+        values = _within(opening[0], opening[1], phase)
+        if len(values) and float(values.max() - values.min()) > GRIPPER_MOVED:
+            yield ()
+
+
+def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """moves(Thing): anywhere during the action."""
+    for name in _candidates(phase, thing):
+        distance, angle = _excursion(phase, name)
+        if distance > THING_MOVED or angle > 0.1:
+            yield (name,)
+
+
+def driven(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """driven(Thing): displaced from start to end, within 60 deg of the effector's own displacement: what falls
+    away from an opening hand is not pushed."""
+    hand = phase.episode.tracks.get(phase.episode.effector or "")
+    for name in _candidates(phase, thing) if hand is not None and len(hand.times) else []:
+        mine, its = _displacement(hand, phase), _displacement(phase.episode.tracks[name], phase)
+        if np.linalg.norm(its) > THING_MOVED and mine @ its > 0.5 * np.linalg.norm(mine) * np.linalg.norm(its):
+            yield (name,)
+
+
+def _displacement(track: Track | None, phase: Phase) -> Floats:
+    assert track is not None
+    return np.subtract(track.at(phase.end).position, track.at(phase.start).position)
+
+
+def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """tilts(Thing): away from the attitude it had at the start of the recording."""
+    for name in _candidates(phase, thing):
+        track = phase.episode.tracks[name]
+        upright = track.at(float(track.times[0])).rotation[:, 2]
+        w, x, y, z = _within(track.times, track.poses[:, 3:], phase).T
+        up = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+        if len(w) and float((upright @ up).min()) < np.cos(TILTED):
+            yield (name,)
+
+
+def gripper_closed(phase: Phase) -> Iterator[Row]:
+    """gripper_closed(): at the instant, or all through."""
+    share = _share(phase)
+    if share is not None and share[1] < CLOSED:
+        yield ()
+
+
+def gripper_open(phase: Phase) -> Iterator[Row]:
+    """gripper_open(): at the instant, or all through."""
+    share = _share(phase)
+    if share is not None and share[0] > OPENED:
+        yield ()
+
+
+def joint_rises(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_rises(Thing): the value at the end against that at the start."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values[-1] - values[0] > JOINT_CLOSED)
+
+
+def joint_falls(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_falls(Thing): the value at the end against that at the start."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values[0] - values[-1] > JOINT_CLOSED)
+
+
+def joint_closed(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_closed(Thing)."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values.max() <= JOINT_CLOSED)
+
+
+def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_open(Thing)."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= JOINT_OPEN)
+
+
+def parked(phase: Phase) -> Iterator[Row]:
+    """parked(): against the episode's extra "park", the park state's joint values [rad]."""
+    extras = phase.episode.extras
+    if {"joints", "times", "park"} <= set(extras) and extras["joints"].ndim == 2:
+        joints = _within(extras["times"], extras["joints"], phase)
+        if joints.shape[1:] == extras["park"].shape and np.all(np.abs(joints - extras["park"]) < PARKED):
+            yield ()
+
+
+def _candidates(phase: Phase, thing: str | None) -> list[str]:
+    if thing is not None:
+        tracked = phase.episode.tracks.get(thing)
+        return [thing] if tracked is not None and len(tracked.times) else []
+    return [n for n, e in phase.timeline.entities.items() if e.part_of is None and n in phase.episode.tracks]
+
+
+def _within(times: Floats, values: Floats, phase: Phase) -> Floats:
+    """The values of a signal that holds between samples, over the phase: from the last sample before it."""
+    first = max(int(np.searchsorted(times, phase.start, side="right")) - 1, 0)
+    return values[first:max(int(np.searchsorted(times, phase.end, side="left")), first + 1)]
+
+
+def _excursion(phase: Phase, name: str) -> tuple[float, float]:
+    """The largest distance [m] and angle [rad] of an entity from where it was at the start."""
+    key = ("excursion", name)
+    if key not in phase.memo:
+        phase.memo[key] = _largest(phase.episode.tracks.get(name), phase)
+    return phase.memo[key]  # type: ignore[no-any-return]
+
+
+def _largest(track: Track | None, phase: Phase) -> tuple[float, float]:
+    poses = _within(track.times, track.poses, phase) if track is not None else np.zeros((0, 7))
+    if len(poses) < 2:
+        return 0.0, 0.0
+    offset = poses[:, :3] - poses[0, :3]
+    dot = np.abs(poses[:, 3:] @ poses[0, 3:])
+    return float(np.sqrt((offset * offset).sum(axis=1).max())), float(2 * np.arccos(min(1.0, float(dot.min()))))
+
+
+def _opening(phase: Phase) -> tuple[Floats, Floats] | None:
+    """Times and finger tip distances [m], from the extra "opening", else from the tips' tracks; None if unknown."""
+    memo = phase.timeline.memo
+    if "opening" not in memo:
+        memo["opening"] = _find_opening(phase)
+    return memo["opening"]  # type: ignore[no-any-return]
+
+
+def _find_opening(phase: Phase) -> tuple[Floats, Floats] | None:
+    episode = phase.episode
+    if "opening" in episode.extras and len(episode.extras["opening"]) == len(episode.extras.get("times", ())):
+        return episode.extras["times"], episode.extras["opening"]
+    tips = [episode.tracks[e.name] for e in episode.entities
+            if e.part_of == episode.effector and e.part_of is not None and e.name in episode.tracks]
+    if len(tips) < 2 or any(len(t.times) == 0 for t in tips):
+        return None
+    times = np.union1d(tips[0].times, tips[1].times)
+    a, b = (t.poses[np.maximum(np.searchsorted(t.times, times, side="right") - 1, 0), :3] for t in tips[:2])
+    return times, np.linalg.norm(a - b, axis=1)
+
+
+def _share(phase: Phase) -> tuple[float, float] | None:
+    """Least and largest opening in the phase as shares of the widest one known."""
+    opening = _opening(phase)
+    if opening is None or not len(opening[0]):
+        return None
+    entity = phase.timeline.entities.get(phase.episode.effector or "")
+    widest = (entity.properties.get("max_opening") if entity else None) or float(opening[1].max())
+    values = _within(*opening, phase)
+    return (float(values.min()) / widest, float(values.max()) / widest) if widest > 0 else None
+
+
+def _joints(phase: Phase, thing: str | None) -> Iterator[tuple[str, Floats]]:
+    """Things with a joint, and its value over the phase as a share of its range.
+
+    The episode's extra "joint:<thing>" holds the values at the extra "times"; the range is the
+    entity's properties joint_lower and joint_upper.
+    """
+    extras = phase.episode.extras
+    for key, values in extras.items():
+        name = key.removeprefix("joint:")
+        if key != name and thing in (None, name) and "times" in extras and name in phase.timeline.entities:
+            limits = phase.timeline.entities[name].properties
+            lower = limits.get("joint_lower", float(values.min()))
+            upper = limits.get("joint_upper", float(values.max()))
+            if upper > lower:
+                yield name, (_within(extras["times"], values, phase) - lower) / (upper - lower)

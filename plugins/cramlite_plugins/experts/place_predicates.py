@@ -1,0 +1,172 @@
+"""Predicates about places: near, above, in view. They read poses and sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.geometry import Pose, Vector3
+from cramlite.phases import Phase, Predicate, Row
+
+REACH = 0.15
+"""[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up
+(reference/neem.md)."""
+NEAR = 0.15
+"""[m] between a thing and a place it was brought to."""
+VIEW = np.deg2rad(30.0)
+"""[rad] from the camera's axis: half the 60 deg that common depth cameras see."""
+APPROACHED = 0.01
+"""[m] by which a distance must shrink to count."""
+
+
+def all_predicates() -> tuple[Predicate, ...]:
+    return (
+        Predicate("approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."),
+        Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing."),
+        Predicate("in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."),
+        Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
+        Predicate("in_view", 1, in_view, cost=5, doc="A thing is within 30 deg of a camera's axis."),
+        Predicate("pose_known", 1, pose_known, cost=4, doc="Where a thing is has been recorded by now."),
+        Predicate("thing", 1, thing, cost=3, doc="An object of the world: no part, and not the effector."),
+    )
+
+
+def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
+    """thing(X)."""
+    yield from ((name,) for name in _things(phase))
+
+
+def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
+    """approaches(Thing): distance to its box at the end against that at the start."""
+    for other in [name] if name is not None else _things(phase):
+        before, after = _gap(phase, other, phase.start), _gap(phase, other, phase.end)
+        if before is not None and after is not None and before - after > APPROACHED:
+            yield (other,)
+
+
+def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
+    """within_reach(Thing), at the end of the phase."""
+    for other in [name] if name is not None else _things(phase):
+        gap = _gap(phase, other, phase.end)
+        if gap is not None and gap < REACH:
+            yield (other,)
+
+
+def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """in_or_above(Thing, Place): Thing's origin, in Place's frame, is within its box seen from above and over its
+    bottom. Places without a size are left out."""
+    for below in [place] if place is not None else _things(phase):
+        low_high = _box(phase, below)
+        frame = phase.episode.pose_at(below, phase.end) if below in phase.timeline.entities else None
+        if low_high is None or frame is None:
+            continue
+        for above in [name] if name is not None else _things(phase):
+            pose = _pose(phase, above, phase.end)
+            if above != below and pose is not None and _over(frame.inverse().apply(pose.position), *low_high):
+                yield above, below
+
+
+def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """near(Thing, Place): from Thing's origin to Place's box."""
+    for other in [place] if place is not None else _things(phase):
+        for one in [name] if name is not None else _things(phase):
+            pose = _pose(phase, one, phase.end)
+            gap = _distance(phase, other, pose, phase.end) if pose is not None else None
+            if one != other and gap is not None and gap < NEAR:
+                yield one, other
+
+
+def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
+    """in_view(Thing): the camera looks along its z axis (the optical frame of ROS REP 103)."""
+    for camera in phase.timeline.entities_of("cram:Camera"):
+        eye = _pose(phase, camera, phase.end)
+        for other in [name] if name is not None else _things(phase):
+            pose = _pose(phase, other, phase.end)
+            if eye is not None and pose is not None and other != camera:
+                x, y, z = eye.inverse().apply(pose.position)
+                if np.arctan2(np.hypot(x, y), z) < VIEW:
+                    yield (other,)
+
+
+def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:
+    """pose_known(Thing): it has an initial pose, or was tracked at or before the phase's end."""
+    for other in [name] if name is not None else _things(phase):
+        track = phase.episode.tracks.get(other)
+        tracked = track is not None and len(track.times) > 0 and float(track.times[0]) <= phase.end
+        if tracked or (other in phase.timeline.entities and phase.timeline.entities[other].pose is not None):
+            yield (other,)
+
+
+def _things(phase: Phase) -> tuple[str, ...]:
+    memo = phase.timeline.memo
+    if "things" not in memo:
+        effectors = set(phase.timeline.entities_of("soma:PhysicalEffector")) | {phase.episode.effector}
+        memo["things"] = tuple(n for n, e in phase.timeline.entities.items() if e.part_of is None and n not in effectors)
+    return memo["things"]  # type: ignore[no-any-return]
+
+
+def _gap(phase: Phase, name: str, time: float) -> float | None:
+    """Distance of the effector's frame from a thing's box [m]."""
+    key = ("gap", name, time)
+    memo = phase.timeline.memo
+    if key not in memo:
+        hand = _pose(phase, phase.episode.effector, time) if phase.episode.effector else None
+        memo[key] = _distance(phase, name, hand, time) if hand is not None else None
+    return memo[key]  # type: ignore[no-any-return]
+
+
+def _distance(phase: Phase, name: str, hand: Pose, time: float) -> float | None:
+    pose = _pose(phase, name, time)
+    if pose is None:
+        return None
+    point = pose.inverse().apply(hand.position)
+    low, high = _box(phase, name) or (np.zeros(3), np.zeros(3))
+    return float(np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0)))
+
+
+def _pose(phase: Phase, name: str, time: float) -> Pose | None:
+    """The pose of an entity; the same one again for what never moves."""
+    if name not in phase.timeline.entities and name not in phase.episode.tracks:
+        return None
+    return phase.episode.pose_at(name, time)
+
+
+def _box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
+    """Lower and upper corner of an entity's box in its frame: of its shape, else of its size about its origin."""
+    memo = phase.timeline.memo
+    if ("box", name) not in memo:
+        memo["box", name] = _find_box(phase, name)
+    return memo["box", name]  # type: ignore[no-any-return]
+
+
+def _find_box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
+    entity = phase.timeline.entities.get(name)
+    if entity is None:
+        return None
+    if entity.geoms:
+        corners = [_reach(g.shape, g.size, g.pose) for g in entity.geoms]
+        low = np.min([c[0] for c in corners], axis=0)
+        high = np.max([c[1] for c in corners], axis=0)
+        return (tuple(low), tuple(high))  # type: ignore[return-value]
+    if entity.size is None:
+        return None
+    half = np.asarray(entity.size) / 2
+    return (tuple(-half), tuple(half))  # type: ignore[return-value]
+
+
+def _reach(shape: str, size: tuple[float, ...], pose: Pose) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+    """Corners of the box around one geom: exact for boxes and spheres, never too small for the round ones."""
+    if shape == "box":
+        half = np.asarray(size)
+    elif shape == "sphere":
+        half = np.full(3, size[0])
+    else:
+        half = np.array([size[0], size[0], size[1] + (size[0] if shape == "capsule" else 0.0)])
+    reach = half if shape == "sphere" else np.abs(pose.rotation) @ half
+    return np.asarray(pose.position) - reach, np.asarray(pose.position) + reach
+
+
+def _over(point: object, low: Vector3, high: Vector3) -> bool:
+    x, y, z = np.asarray(point)
+    return bool(low[0] <= x <= high[0] and low[1] <= y <= high[1] and z >= low[2])
