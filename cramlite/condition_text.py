@@ -1,9 +1,9 @@
 """Reading one condition of a rule file.
 
-    condition := "every" simple ("and" simple)* "->" condition | simple ("or" simple)*
-    simple    := "not" simple | atom [comparison] | Variable comparison | "(" condition ")"
-    atom      := predicate "(" [term ("," term)*] ")"
-    term      := Variable | _ | prefix:Class | number | "text"
+condition := "every" simple ("and" simple)* "->" condition | simple ("or" simple)*
+simple    := "not" simple | atom [comparison] | Variable comparison | "(" condition ")"
+atom      := predicate "(" [term ("," term)*] ")"
+term      := Variable | _ | prefix:Class | number | "text"
 """
 
 from __future__ import annotations
@@ -51,8 +51,9 @@ def _tokens(text: str) -> list[tuple[str, str]]:
 class _Parser:
     """Recursive descent over the tokens; one method for each line of the grammar."""
 
-    def __init__(self, tokens: list[tuple[str, str]], phase: PhaseName, predicates: Mapping[str, Predicate],
-                 taxonomy: Taxonomy) -> None:
+    def __init__(
+        self, tokens: list[tuple[str, str]], phase: PhaseName, predicates: Mapping[str, Predicate], taxonomy: Taxonomy
+    ) -> None:
         self.tokens, self.at, self.depth = tokens, 0, 0
         self.phase, self.predicates, self.taxonomy = phase, predicates, taxonomy
 
@@ -63,8 +64,11 @@ class _Parser:
         return found
 
     def peek(self, *values: str) -> bool:
-        return self.at < len(self.tokens) and self.tokens[self.at][0] in ("symbol", "name") and \
-            self.tokens[self.at][1] in values
+        return (
+            self.at < len(self.tokens)
+            and self.tokens[self.at][0] in ("symbol", "name")
+            and self.tokens[self.at][1] in values
+        )
 
     def take(self, *values: str) -> bool:
         if self.peek(*values):
@@ -140,7 +144,9 @@ class _Parser:
         if predicate is None:
             raise ConditionError(f"unknown predicate '{name}'; {nearest(name, self.predicates)}")
         if self.phase not in predicate.phases:
-            raise ConditionError(f"'{name}' means nothing under '{self.phase}'; it belongs under {', '.join(sorted(predicate.phases))}")
+            raise ConditionError(
+                f"'{name}' means nothing under '{self.phase}'; it belongs under {', '.join(sorted(predicate.phases))}"
+            )
         self.need("(")
         terms: list[Term] = []
         while not self.take(")"):

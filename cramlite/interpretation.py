@@ -12,10 +12,10 @@ from .errors import UserError, nearest
 from .matching import Match, Rejection, match, reject
 from .ontology import Taxonomy
 from .phases import PADDING, Segment, Timeline
-from .ranking import DEFAULT_CAP, Sequence_, best_first
+from .ranking import DEFAULT_CAP, TaskSequence, best_first
 from .rules import Rule
 
-__all__ = ["Interpretation", "Interpreted", "Match", "Rejection", "Sequence_", "interpret"]
+__all__ = ["Interpretation", "Interpreted", "Match", "Rejection", "TaskSequence", "interpret"]
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class Interpretation:
             total *= len(action.matches) or 1
         return total
 
-    def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[Sequence_]:
+    def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
         """Task sequences, best first, one at a time. The order and its reasons: ranking.py.
 
         Args:
@@ -108,7 +108,9 @@ class Interpretation:
             return "\n".join(f"{when} is {m.task}: {m.explanation}; all {m.conditions} conditions hold." for m in found)
         refused = {r.task: r for r in one.rejections}
         if name not in refused:
-            raise UserError(f"No rule speaks about the task '{task}'; {nearest(task, {m.task for m in one.matches} | set(refused))}")
+            raise UserError(
+                f"No rule speaks about the task '{task}'; {nearest(task, {m.task for m in one.matches} | set(refused))}"
+            )
         return f"{when} is {refused[name].sentence}\n  rule: {refused[name].where}"
 
     def to_json(self) -> dict[str, Any]:
@@ -118,19 +120,30 @@ class Interpretation:
 
 def _action_json(action: Interpreted) -> dict[str, Any]:
     data: dict[str, Any] = {
-        "start": action.start, "end": action.end,
+        "start": action.start,
+        "end": action.end,
         "tasks": [{"task": m.task, "roles": m.roles, "explanation": m.explanation} for m in action.matches],
         "rejections": [
-            {"task": r.task, "phase": r.phase, "condition": r.condition, "binding": r.binding,
-             "candidates": list(r.candidates), "facts": list(r.facts), "sentence": r.sentence} for r in action.rejections],
+            {
+                "task": r.task,
+                "phase": r.phase,
+                "condition": r.condition,
+                "binding": r.binding,
+                "candidates": list(r.candidates),
+                "facts": list(r.facts),
+                "sentence": r.sentence,
+            }
+            for r in action.rejections
+        ],
     }
     if action.evidence:
         data["merged"] = {"segments": [[s.start, s.end] for s in action.segments], "evidence": action.evidence}
     return data
 
 
-def interpret(episode: Episode, rules: Sequence[Rule], taxonomy: Taxonomy, *, padding: float = PADDING,
-              merge: bool = True) -> Interpretation:
+def interpret(
+    episode: Episode, rules: Sequence[Rule], taxonomy: Taxonomy, *, padding: float = PADDING, merge: bool = True
+) -> Interpretation:
     """Every task that every action of an episode may be.
 
     Args:
@@ -161,9 +174,15 @@ class _Judge:
         matches = tuple(m for rule in self.rules for m in match(rule, phases))
         label = segment.event.type if segment.event is not None else None
         label = self.timeline.taxonomy.resolve(label) if label else None
-        return Interpreted(segment.start, segment.end, matches, segments or (segment,), evidence,
-                           None if label == "soma:PhysicalAction" else label,
-                           lambda: self.reject(segment, {m.task for m in matches}))
+        return Interpreted(
+            segment.start,
+            segment.end,
+            matches,
+            segments or (segment,),
+            evidence,
+            None if label == "soma:PhysicalAction" else label,
+            lambda: self.reject(segment, {m.task for m in matches}),
+        )
 
     def reject(self, segment: Segment, matched: set[str]) -> tuple[Rejection, ...]:
         phases = self.timeline.phases(segment, self.padding)
@@ -177,8 +196,9 @@ class _Judge:
         found = self._folded(found[::-1], lambda before, _after: before.hole, backwards=True)[::-1]
         return self._folded(found, lambda _before, _after: True)
 
-    def _folded(self, actions: list[Interpreted], wanted: Callable[[Interpreted, Interpreted], bool],
-                backwards: bool = False) -> list[Interpreted]:
+    def _folded(
+        self, actions: list[Interpreted], wanted: Callable[[Interpreted, Interpreted], bool], backwards: bool = False
+    ) -> list[Interpreted]:
         found: list[Interpreted] = []
         for action in actions:
             pair = None if not found else (action, found[-1]) if backwards else (found[-1], action)
@@ -204,8 +224,10 @@ class _Judge:
         if joined.hole or not a | b <= _readings(joined):
             return None
         boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
-        evidence = (f"{len(segments)} segments with boundaries at {boundaries} were joined: the whole is judged to be "
-                    f"{', '.join(sorted({m.task for m in joined.matches}))}, which is all that each of them is")
+        evidence = (
+            f"{len(segments)} segments with boundaries at {boundaries} were joined: the whole is judged to be "
+            f"{', '.join(sorted({m.task for m in joined.matches}))}, which is all that each of them is"
+        )
         return replace(joined, evidence=evidence)
 
 

@@ -100,8 +100,16 @@ def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]
     seen = f"; known is: {', '.join(facts)}" if facts else "; nothing of the kind is known"
     sentence = f"not {rule.task}: {when}, '{clause.text}' does not hold{with_}{seen}."
     distinct: dict[str, Binding] = {str(sorted(b.items())): b for b in bindings}
-    return Rejection(rule.task, clause.phase, clause.text, dict(fullest), tuple(distinct.values())[:LISTED],
-                     facts, sentence, f"{rule.path}:{clause.line}")
+    return Rejection(
+        rule.task,
+        clause.phase,
+        clause.text,
+        dict(fullest),
+        tuple(distinct.values())[:LISTED],
+        facts,
+        sentence,
+        f"{rule.path}:{clause.line}",
+    )
 
 
 def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, ...]:

@@ -67,38 +67,6 @@ class Taxonomy:
     prefixes: dict[str, str] = field(default_factory=lambda: dict(PREFIXES))
     repairs: tuple[str, ...] = ()
 
-    @classmethod
-    def load(cls, paths: Iterable[Path | str], cache: Path | None = None) -> Taxonomy:
-        """The taxonomy of some ontology files (a folder stands for the .ttl, .owl and .rdf files in it).
-
-        Args:
-            paths: files or folders.
-            cache: folder for the parsed form; None means the user's cache folder.
-
-        Raises:
-            UserError: a file is missing or is no ontology; the message says what would be right.
-        """
-        files = _files(paths)
-        contents = [_content(file) for file in files]
-        digest = hashlib.sha256(_CACHE_FORMAT.encode())
-        for content in contents:
-            digest.update(hashlib.sha256(content).digest())
-        stored = (cache or cache_folder()) / f"taxonomy-{digest.hexdigest()[:32]}.json"
-        data = _read_cache(stored)
-        if data is None:
-            from .ontology_files import extract
-
-            data = extract(list(zip(files, contents, strict=True)))
-            write_cache(stored, data)
-        return cls(
-            parents={c: tuple(p) for c, p in data["parents"].items()},
-            restrictions={c: tuple(Restriction(*r) for r in rs) for c, rs in data["restrictions"].items()},
-            aliases=data["aliases"],
-            types={i: tuple(t) for i, t in data["types"].items()},
-            prefixes=data["prefixes"],
-            repairs=tuple(data["repairs"]),
-        )
-
     @cached_property
     def _closure(self) -> dict[str, frozenset[str]]:
         return {}
@@ -150,10 +118,12 @@ class Taxonomy:
         return found
 
     def ancestors(self, name: str) -> frozenset[str]:
-        """The class itself and all its superclasses. Cycles are allowed: their members are equivalent."""
+        """The class itself and all its superclasses. Cycles are allowed: their members are equivalent. A foreign
+        name has the superclasses of the class that it resolves to."""
         found = self._closure.get(name)
         if found is None:
-            seen, todo = {name}, [name]
+            known = name if name in self.classes else self.resolve(name) or name
+            seen, todo = {name, known}, [known]
             while todo:
                 for parent in self.parents.get(todo.pop(), ()):
                     if parent not in seen:
@@ -205,6 +175,38 @@ class Taxonomy:
         return self.offers(name, "soma:hasDisposition", disposition)
 
 
+def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Taxonomy:
+    """The taxonomy of some ontology files (a folder stands for the .ttl, .owl and .rdf files in it).
+
+    Args:
+        paths: files or folders.
+        cache: folder for the parsed form; None means the user's cache folder.
+
+    Raises:
+        UserError: a file is missing or is no ontology; the message says what would be right.
+    """
+    files = _files(paths)
+    contents = [_content(file) for file in files]
+    digest = hashlib.sha256(_CACHE_FORMAT.encode())
+    for content in contents:
+        digest.update(hashlib.sha256(content).digest())
+    stored = (cache or cache_folder()) / f"taxonomy-{digest.hexdigest()[:32]}.json"
+    data = _read_cache(stored)
+    if data is None:
+        from .ontology_files import extract
+
+        data = extract(list(zip(files, contents, strict=True)))
+        write_cache(stored, data)
+    return Taxonomy(
+        parents={c: tuple(p) for c, p in data["parents"].items()},
+        restrictions={c: tuple(Restriction(*r) for r in rs) for c, rs in data["restrictions"].items()},
+        aliases=data["aliases"],
+        types={i: tuple(t) for i, t in data["types"].items()},
+        prefixes=data["prefixes"],
+        repairs=tuple(data["repairs"]),
+    )
+
+
 def local_name(name: str) -> str:
     """The part of a CURIE or IRI after its namespace."""
     for separator in "#/:":
@@ -217,7 +219,7 @@ def curie(iri: str, prefixes: dict[str, str]) -> str:
     iri = iri.replace("http://www.ease-crc.org/ont/SOMA.owl/", PREFIXES["soma"])
     for prefix, namespace in prefixes.items():
         if iri.startswith(namespace) and len(iri) > len(namespace):
-            return f"{prefix}:{iri[len(namespace):]}"
+            return f"{prefix}:{iri[len(namespace) :]}"
     return iri
 
 
@@ -265,6 +267,8 @@ def _files(paths: Iterable[Path | str]) -> list[Path]:
 def _content(path: Path) -> bytes:
     limit = 200_000_000  # bytes; the largest published ontology in the field (SOMA, all modules) has 2 million
     if path.stat().st_size > limit:
-        raise UserError(f"{path}: {path.stat().st_size / 1e6:.0f} MB is more than the {limit / 1e6:.0f} MB that is read "
-                        "as an ontology; is it an episode? Convert or split it first")
+        raise UserError(
+            f"{path}: {path.stat().st_size / 1e6:.0f} MB is more than the {limit / 1e6:.0f} MB that is read "
+            "as an ontology; is it an episode? Convert or split it first"
+        )
     return path.read_bytes()

@@ -25,13 +25,17 @@ def parse(files: list[tuple[Path, bytes]]) -> rdflib.Graph:
     graph = rdflib.Graph()
     for path, content in files:
         try:
-            graph.parse(data=content, format=_syntax(path, content), publicID=path.as_uri() if path.is_absolute() else None)
+            graph.parse(
+                data=content, format=_syntax(path, content), publicID=path.as_uri() if path.is_absolute() else None
+            )
         except UserError:
             raise
         except Exception as error:  # rdflib's parsers raise whatever their lexers raise
             words = " ".join(str(error).split())[:300]
-            raise UserError(f"{path}: this cannot be read as an ontology: {words}. "
-                            "It should be Turtle (.ttl) or RDF/XML (.owl, .rdf); open it at the place named and correct it") from None
+            raise UserError(
+                f"{path}: this cannot be read as an ontology: {words}. "
+                "It should be Turtle (.ttl) or RDF/XML (.owl, .rdf); open it at the place named and correct it"
+            ) from None
     return graph
 
 
@@ -40,9 +44,11 @@ def _syntax(path: Path, content: bytes) -> str:
     lines = [line for line in start.splitlines() if line.strip() and not line.startswith(b"#")]
     first = lines[0].lstrip() if lines else b""
     if first.startswith((b"Prefix(", b"Ontology(")):
-        raise UserError(f"{path}: this file is in OWL functional syntax, which is not read here. Convert it to RDF/XML: "
-                        f"'pip install py-horned-owl', then 'horned-owl convert', or 'robot convert -i {path.name} -o "
-                        f"{path.stem}.rdf'")
+        raise UserError(
+            f"{path}: this file is in OWL functional syntax, which is not read here. Convert it to RDF/XML: "
+            f"'pip install py-horned-owl', then 'horned-owl convert', or 'robot convert -i {path.name} -o "
+            f"{path.stem}.rdf'"
+        )
     return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
 
 
@@ -64,7 +70,9 @@ def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
     }
 
 
-def _classes(graph: rdflib.Graph, prefixes: dict[str, str]) -> tuple[dict[str, set[str]], dict[str, set[tuple[str, Any]]]]:
+def _classes(
+    graph: rdflib.Graph, prefixes: dict[str, str]
+) -> tuple[dict[str, set[str]], dict[str, set[tuple[str, Any]]]]:
     parents: dict[str, set[str]] = {}
     restrictions: dict[str, set[tuple[str, Any]]] = {}
     for node in set(graph.subjects(RDF.type, OWL.Class)) | set(graph.subjects(RDFS.subClassOf)):
@@ -132,25 +140,37 @@ def _individuals(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, lis
     builtin = (str(OWL), str(RDF), str(RDFS))
     found: dict[str, set[str]] = {}
     for subject, class_ in graph.subject_objects(RDF.type):
-        if isinstance(subject, rdflib.URIRef) and isinstance(class_, rdflib.URIRef) and not class_.startswith(builtin):
+        if (
+            isinstance(subject, rdflib.URIRef)
+            and isinstance(class_, rdflib.URIRef)
+            and not str(class_).startswith(builtin)
+        ):
             found.setdefault(curie(subject, prefixes), set()).add(curie(class_, prefixes))
     return {i: sorted(t) for i, t in sorted(found.items())}
 
 
 def _strays(graph: rdflib.Graph) -> list[str]:
     slash = "http://www.ease-crc.org/ont/SOMA.owl/"
-    strays = sorted({str(n) for triple in graph for n in triple if isinstance(n, rdflib.URIRef) and n.startswith(slash)})
+    strays = sorted(
+        {str(n) for triple in graph for n in triple if isinstance(n, rdflib.URIRef) and n.startswith(slash)}
+    )
     return [f"read {stray} as {stray.replace(slash, PREFIXES['soma'])}" for stray in strays]
 
 
 def _cycles(graph: rdflib.Graph, prefixes: dict[str, str]) -> list[str]:
     """Classes that subClassOf axioms alone put below themselves: legal OWL, and nearly always a slip."""
-    above = {s: {o for o in graph.objects(s, RDFS.subClassOf) if isinstance(o, rdflib.URIRef) and o != s}
-             for s in set(graph.subjects(RDFS.subClassOf)) if isinstance(s, rdflib.URIRef)}
+    above = {
+        s: {o for o in graph.objects(s, RDFS.subClassOf) if isinstance(o, rdflib.URIRef) and o != s}
+        for s in set(graph.subjects(RDFS.subClassOf))
+        if isinstance(s, rdflib.URIRef)
+    }
     reach = {start: _reach(above, start) for start in above}
     groups = {frozenset(o for o in reach[s] if s in reach.get(o, ())) for s in above if s in reach[s]}
-    return sorted(f"cyclic subclass axioms: {', '.join(sorted(curie(str(c), prefixes) for c in group))} are below each "
-                  "other and so taken as the same class" for group in groups)
+    return sorted(
+        f"cyclic subclass axioms: {', '.join(sorted(curie(str(c), prefixes) for c in group))} are below each "
+        "other and so taken as the same class"
+        for group in groups
+    )
 
 
 def _reach(above: dict[Any, set[Any]], start: Any) -> set[Any]:

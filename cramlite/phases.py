@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Literal
 
 from .episode import Entity, Episode, Event
@@ -74,7 +75,7 @@ class Phase:
             active = self.timeline.active(type_, self.start)
             found = tuple(e for e in active if e.end >= self.end) if self.end > self.start else active
             self.memo[type_] = found
-        return found  # type: ignore[no-any-return]
+        return found
 
     def overlapping(self, type_: str) -> tuple[Event, ...]:
         """States of a class that hold at some time of the phase, however short: what a
@@ -86,9 +87,13 @@ class Phase:
         key = (predicate.name, arguments)
         found = self._rows.get(key)
         if found is None:
-            found = tuple(dict.fromkeys(
-                row for row in predicate.function(self, *arguments)
-                if all(a is None or a == r for a, r in zip(arguments, row, strict=False))))
+            found = tuple(
+                dict.fromkeys(
+                    row
+                    for row in predicate.function(self, *arguments)
+                    if all(a is None or a == r for a, r in zip(arguments, row, strict=False))
+                )
+            )
             self._rows[key] = found
         return found
 
@@ -182,7 +187,7 @@ class Timeline:
         covered = start
         known = iter([*self.labelled, None])
         action = next(known)
-        for a, b in zip(bounds, bounds[1:], strict=False):
+        for a, b in pairwise(bounds):
             while action is not None and action.start <= a:
                 covered = max(covered, action.end)
                 action = next(known)
@@ -216,9 +221,7 @@ class _Index:
         def end(event: Event) -> float:
             return event.end if event.end < last else float("inf")
 
-        import dataclasses
-
-        open_ended = [dataclasses.replace(e, end=end(e)) if end(e) != e.end else e for e in events if e.end > e.start]
+        open_ended = [replace(e, end=end(e)) if end(e) != e.end else e for e in events if e.end > e.start]
         self._bounds = sorted({t for e in open_ended for t in (e.start, e.end)})
         starting: dict[float, list[Event]] = {}
         for event in open_ended:
@@ -238,7 +241,7 @@ class _Index:
         after = max(bisect_left(self._bounds, end), first + 1)
         if after == first + 1:
             return self._active[first] if first >= 0 else ()
-        seen = {e.id: e for active in self._active[max(first, 0):after] for e in active}
+        seen = {e.id: e for active in self._active[max(first, 0) : after] for e in active}
         return tuple(seen.values())
 
 

@@ -29,16 +29,16 @@ DEFAULT_CAP = 100_000
 
 
 @dataclass(frozen=True)
-class Sequence_:
+class TaskSequence:
     """One task for every explained action.
 
     Args:
-        tasks: in order.
+        matches: the tasks with their roles, in order.
         score: higher is better.
         reason: what the score is made of.
     """
 
-    tasks: tuple[Match, ...]
+    matches: tuple[Match, ...]
     score: float
     reason: str
 
@@ -57,7 +57,9 @@ def affinity(before: Match, after: Match) -> float:
     return SAME_THING * bool(handled) + SHARED * len(shared)
 
 
-def best_first(choices: Sequence[Sequence[Match]], taxonomy: Taxonomy, cap: int = DEFAULT_CAP) -> Iterator[Sequence_]:
+def best_first(
+    choices: Sequence[Sequence[Match]], taxonomy: Taxonomy, cap: int = DEFAULT_CAP
+) -> Iterator[TaskSequence]:
     """All sequences in order of falling score: A* over the actions, with the exact best rest as its bound.
 
     Args:
@@ -95,7 +97,9 @@ def _best_rest(unary: list[list[float]], pairs: list[list[list[float]]]) -> list
     return rest
 
 
-def _sequence(choices: Sequence[Sequence[Match]], path: tuple[int, ...], score: float, unary: list[list[float]]) -> Sequence_:
+def _sequence(
+    choices: Sequence[Sequence[Match]], path: tuple[int, ...], score: float, unary: list[list[float]]
+) -> TaskSequence:
     claimed = sum(unary[i][k] for i, k in enumerate(path))
     tasks = tuple(choices[i][k] for i, k in enumerate(path))
-    return Sequence_(tasks, score, f"specificity {claimed:g}, neighbours {score - claimed:+g}")
+    return TaskSequence(tasks, score, f"specificity {claimed:g}, neighbours {score - claimed:+g}")

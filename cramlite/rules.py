@@ -25,7 +25,7 @@ from .ontology import Taxonomy
 from .phases import Phase, PhaseName, Predicate
 from .yaml_file import line_of, load_yaml
 
-__all__ = ["PHASES", "Clause", "Phase", "Predicate", "Rule", "load_rules"]
+__all__ = ["PHASES", "Clause", "Phase", "Predicate", "Rule", "RuleBook", "load_rules"]
 
 PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 _KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
@@ -82,7 +82,11 @@ class Rule:
         return len(self.clauses)
 
 
-def load_rules(paths: Iterable[Path | str], predicates: Iterable[Predicate], taxonomy: Taxonomy) -> tuple[Rule, ...]:
+RuleBook = tuple[Rule, ...]
+"""The rules of all task types, sorted by task."""
+
+
+def load_rules(paths: Iterable[Path | str], predicates: Iterable[Predicate], taxonomy: Taxonomy) -> RuleBook:
     """The rules of some files (a folder stands for the .yaml files in it), sorted by task.
 
     Raises:
@@ -98,8 +102,10 @@ def load_rules(paths: Iterable[Path | str], predicates: Iterable[Predicate], tax
     for path in _files(paths):
         rule = _load(path, known, taxonomy)
         if rule.task in rules:
-            raise UserError(f"{path}:1: the task '{rule.task}' has a rule already in {rules[rule.task].path}; "
-                            "join them with 'or', or remove one.")
+            raise UserError(
+                f"{path}:1: the task '{rule.task}' has a rule already in {rules[rule.task].path}; "
+                "join them with 'or', or remove one."
+            )
         rules[rule.task] = rule
     return tuple(rules[task] for task in sorted(rules))
 
@@ -133,8 +139,10 @@ def _mapping(path: Path, data: Any) -> dict[str, Any]:
         raise UserError(f"{path}:{line_of(data, ['roles'])}: 'roles' is a mapping such as 'Patient: soma:Patient'.")
     for name in roles:
         if not re.fullmatch(r"[A-Z]\w*", str(name)):
-            raise UserError(f"{path}:{line_of(data, ['roles', name])}: a role is also a variable, so '{name}' must be "
-                            "a capitalised word.")
+            raise UserError(
+                f"{path}:{line_of(data, ['roles', name])}: a role is also a variable, so '{name}' must be "
+                "a capitalised word."
+            )
     return dict(roles)
 
 
@@ -155,8 +163,9 @@ def _text(path: Path, data: Any, key: str) -> str:
     return " ".join(text.split())
 
 
-def _clauses(path: Path, data: Any, phase: PhaseName, predicates: dict[str, Predicate],
-             taxonomy: Taxonomy) -> Iterable[Clause]:
+def _clauses(
+    path: Path, data: Any, phase: PhaseName, predicates: dict[str, Predicate], taxonomy: Taxonomy
+) -> Iterable[Clause]:
     conditions = data.get(phase) or []
     if not isinstance(conditions, list):
         raise UserError(f"{path}:{line_of(data, [phase])}: '{phase}' is a list of conditions, one a line after '- '.")
@@ -176,12 +185,16 @@ def _check(rule: Rule, path: Path, data: Any) -> None:
         if role not in bound:
             used = any(role in mentions(c.condition) for c in rule.clauses)
             why = "is tested only, under 'not', 'every' or a comparison" if used else "is in no condition"
-            raise UserError(f"{path}:{line_of(data, ['roles', role])}: the role '{role}' {why}, so nothing says what "
-                            f"fills it; add a condition that does, such as 'grasps(Gripper, {role})'.")
+            raise UserError(
+                f"{path}:{line_of(data, ['roles', role])}: the role '{role}' {why}, so nothing says what "
+                f"fills it; add a condition that does, such as 'grasps(Gripper, {role})'."
+            )
     for name in re.findall(r"\{(\w+)\}", rule.explain):
         if name not in bound:
-            raise UserError(f"{path}:{line_of(data, ['explain'])}: 'explain' uses the variable '{name}', which no "
-                            f"condition binds; {nearest(name, bound)}")
+            raise UserError(
+                f"{path}:{line_of(data, ['explain'])}: 'explain' uses the variable '{name}', which no "
+                f"condition binds; {nearest(name, bound)}"
+            )
     _check_comparisons(rule, path, bound)
 
 
@@ -189,8 +202,10 @@ def _check_comparisons(rule: Rule, path: Path, bound: frozenset[str]) -> None:
     for clause in rule.clauses:
         free = _free_in_comparisons(clause.condition, bound)
         if free:
-            raise UserError(f"{path}:{clause.line}: in '{clause.text}': nothing binds the variable "
-                            f"'{min(free)}' that is compared; {nearest(min(free), bound)}")
+            raise UserError(
+                f"{path}:{clause.line}: in '{clause.text}': nothing binds the variable "
+                f"'{min(free)}' that is compared; {nearest(min(free), bound)}"
+            )
 
 
 def _free_in_comparisons(condition: Condition, bound: frozenset[str]) -> frozenset[str]:

@@ -43,15 +43,21 @@ def track(*points: tuple[float, float, float, float]) -> Track:
     return Track(times, poses)
 
 
-def episode(entities: Iterable[Entity], events: Iterable[Event], tracks: dict[str, Track] | None = None,
-            opening: Floats | None = None, **extras: Floats) -> Episode:
+def episode(
+    entities: Iterable[Entity],
+    events: Iterable[Event],
+    tracks: dict[str, Track] | None = None,
+    opening: Floats | None = None,
+    **extras: Floats,
+) -> Episode:
     """An episode of a hand; ``opening`` holds rows (t, metres)."""
     found = dict(extras)
     if opening is not None:
         found["times"] = np.arange(opening[0, 0], opening[-1, 0], 0.02)
         found["opening"] = np.interp(found["times"], opening[:, 0], opening[:, 1])
-    return Episode("sample", (*HAND, *entities), tuple(sorted(events, key=lambda e: e.start)), tracks or {}, "hand",
-                   extras=found)
+    return Episode(
+        "sample", (*HAND, *entities), tuple(sorted(events, key=lambda e: e.start)), tracks or {}, "hand", extras=found
+    )
 
 
 SHOP = (
@@ -66,15 +72,31 @@ SHOP = (
 def hanger_episode(friction: bool = True) -> Episode:
     """A product is taken off a hanger and dropped into a basket; without friction the hand closes on it in vain."""
     carry = ((3.0, 0.5, 0, 0.95), (4.0, 0.3, 0, 0.97), (6.0, 0.4, 0.5, 0.9))
-    hand = track((0, 0.1, 0, 1.2), (2.0, 0.4, 0, 0.95), (3.0, 0.42, 0, 0.95), (4.0, 0.22, 0, 0.97),
-                 (6.0, 0.32, 0.5, 0.9), (6.7, 0.2, 0.5, 0.9), (8.0, 0.1, 0.2, 1.2))
-    product = track((0, 0.5, 0, 0.95), *(carry if friction else ((3.0, 0.5, 0, 0.95),)),
-                    *(((6.3, 0.4, 0.5, 0.5),) if friction else ()), (8.0, *((0.4, 0.5, 0.5) if friction else (0.5, 0, 0.95))))
-    events = [state("contact", "hanger/peg", "product", 0.0, 3.6 if friction else 8.0),
-              state("support", "hanger/peg", "product", 0.0, 3.5 if friction else 8.0),
-              state("contact", "hand", "product", 2.3, 6.15 if friction else 2.9)]
+    hand = track(
+        (0, 0.1, 0, 1.2),
+        (2.0, 0.4, 0, 0.95),
+        (3.0, 0.42, 0, 0.95),
+        (4.0, 0.22, 0, 0.97),
+        (6.0, 0.32, 0.5, 0.9),
+        (6.7, 0.2, 0.5, 0.9),
+        (8.0, 0.1, 0.2, 1.2),
+    )
+    product = track(
+        (0, 0.5, 0, 0.95),
+        *(carry if friction else ((3.0, 0.5, 0, 0.95),)),
+        *(((6.3, 0.4, 0.5, 0.5),) if friction else ()),
+        (8.0, *((0.4, 0.5, 0.5) if friction else (0.5, 0, 0.95))),
+    )
+    events = [
+        state("contact", "hanger/peg", "product", 0.0, 3.6 if friction else 8.0),
+        state("support", "hanger/peg", "product", 0.0, 3.5 if friction else 8.0),
+        state("contact", "hand", "product", 2.3, 6.15 if friction else 2.9),
+    ]
     if friction:
-        events += [state("grasp", "hand", "product", 2.8, 6.0), state("contact", "product", "basket", 6.3, 8.0),
-                   state("support", "basket", "product", 6.4, 8.0)]
+        events += [
+            state("grasp", "hand", "product", 2.8, 6.0),
+            state("contact", "product", "basket", 6.3, 8.0),
+            state("support", "basket", "product", 6.4, 8.0),
+        ]
     opening = np.array([(0, 0.09), (2.2, 0.09), (2.7, 0.02), (5.9, 0.02), (6.3, 0.08), (8.0, 0.08)])
     return episode(SHOP, events, {"hand": hand, "product": product}, opening)

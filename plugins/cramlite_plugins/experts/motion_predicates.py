@@ -8,7 +8,7 @@ import numpy as np
 
 from cramlite.episode import Track
 from cramlite.geometry import Floats
-from cramlite.phases import Phase, Predicate, Row
+from cramlite.phases import Phase, PhaseName, Predicate, Row
 
 ARM_MOVED = 0.001
 """[m] of the end effector (reference/tasks.md)."""
@@ -17,7 +17,7 @@ GRIPPER_MOVED = 0.020
 THING_MOVED = 0.005
 """[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
 TILTED = np.deg2rad(30.0)
-"""[rad] from the attitude in which it was first seen; granular material starts to flow at its angle of repose, about 30 deg."""
+"""[rad] from the attitude in which it was first seen: the usual angle of repose of granular material."""
 CLOSED, OPENED = 0.25, 0.75
 """Share of the widest opening that counts as closed, and as open."""
 JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
@@ -25,20 +25,33 @@ JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
 PARKED = 0.05
 """[rad] a joint may be off the park state."""
 
-_RUN = frozenset({"run"})
+_RUN: frozenset[PhaseName] = frozenset({"run"})
 
 
 def all_predicates() -> tuple[Predicate, ...]:
     return (
         Predicate("arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm."),
-        Predicate("gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm."),
-        Predicate("moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad."),
-        Predicate("driven", 1, driven, _RUN, cost=4, doc="A thing ends more than 5 mm from where it began, the way the effector went."),
+        Predicate(
+            "gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm."
+        ),
+        Predicate(
+            "moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad."
+        ),
+        Predicate(
+            "driven",
+            1,
+            driven,
+            _RUN,
+            cost=4,
+            doc="A thing ends more than 5 mm from where it began, the way the effector went.",
+        ),
         Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg."),
         Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest."),
         Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest."),
         Predicate("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
-        Predicate("joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."),
+        Predicate(
+            "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."
+        ),
         Predicate("joint_closed", 1, joint_closed, cost=3, doc="A thing's joint is within 5 % of closed."),
         Predicate("joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more."),
         Predicate("parked", 0, parked, cost=3, doc="All arm joints are at the park state."),
@@ -149,7 +162,7 @@ def _candidates(phase: Phase, thing: str | None) -> list[str]:
 def _within(times: Floats, values: Floats, phase: Phase) -> Floats:
     """The values of a signal that holds between samples, over the phase: from the last sample before it."""
     first = max(int(np.searchsorted(times, phase.start, side="right")) - 1, 0)
-    return values[first:max(int(np.searchsorted(times, phase.end, side="left")), first + 1)]
+    return values[first : max(int(np.searchsorted(times, phase.end, side="left")), first + 1)]
 
 
 def _excursion(phase: Phase, name: str) -> tuple[float, float]:
@@ -181,8 +194,11 @@ def _find_opening(phase: Phase) -> tuple[Floats, Floats] | None:
     episode = phase.episode
     if "opening" in episode.extras and len(episode.extras["opening"]) == len(episode.extras.get("times", ())):
         return episode.extras["times"], episode.extras["opening"]
-    tips = [episode.tracks[e.name] for e in episode.entities
-            if e.part_of == episode.effector and e.part_of is not None and e.name in episode.tracks]
+    tips = [
+        episode.tracks[e.name]
+        for e in episode.entities
+        if e.part_of == episode.effector and e.part_of is not None and e.name in episode.tracks
+    ]
     if len(tips) < 2 or any(len(t.times) == 0 for t in tips):
         return None
     times = np.union1d(tips[0].times, tips[1].times)

@@ -22,9 +22,13 @@ APPROACHED = 0.01
 
 def all_predicates() -> tuple[Predicate, ...]:
     return (
-        Predicate("approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."),
+        Predicate(
+            "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."
+        ),
         Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing."),
-        Predicate("in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."),
+        Predicate(
+            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."
+        ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
         Predicate("in_view", 1, in_view, cost=5, doc="A thing is within 30 deg of a camera's axis."),
         Predicate("pose_known", 1, pose_known, cost=4, doc="Where a thing is has been recorded by now."),
@@ -102,7 +106,9 @@ def _things(phase: Phase) -> tuple[str, ...]:
     memo = phase.timeline.memo
     if "things" not in memo:
         effectors = set(phase.timeline.entities_of("soma:PhysicalEffector")) | {phase.episode.effector}
-        memo["things"] = tuple(n for n, e in phase.timeline.entities.items() if e.part_of is None and n not in effectors)
+        memo["things"] = tuple(
+            n for n, e in phase.timeline.entities.items() if e.part_of is None and n not in effectors
+        )
     return memo["things"]  # type: ignore[no-any-return]
 
 
@@ -148,14 +154,14 @@ def _find_box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
         corners = [_reach(g.shape, g.size, g.pose) for g in entity.geoms]
         low = np.min([c[0] for c in corners], axis=0)
         high = np.max([c[1] for c in corners], axis=0)
-        return (tuple(low), tuple(high))  # type: ignore[return-value]
+        return (tuple(low), tuple(high))
     if entity.size is None:
         return None
     half = np.asarray(entity.size) / 2
-    return (tuple(-half), tuple(half))  # type: ignore[return-value]
+    return (tuple(-half), tuple(half))
 
 
-def _reach(shape: str, size: tuple[float, ...], pose: Pose) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def _reach(shape: str, size: tuple[float, ...], pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the box around one geom: exact for boxes and spheres, never too small for the round ones."""
     if shape == "box":
         half = np.asarray(size)

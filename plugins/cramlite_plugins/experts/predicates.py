@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from cramlite.hookspecs import hookimpl
 from cramlite.phases import Phase, Predicate, Row
 
 from . import motion_predicates, place_predicates
@@ -28,16 +29,37 @@ def all_predicates() -> tuple[Predicate, ...]:
         Predicate("chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that."),
         Predicate("contains", 2, contains, doc="Container holds content."),
         Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3),
-        Predicate("has", 2, has, doc="Thing is of a class, has a part of it, or its own class says it has one.", cost=3),
+        Predicate(
+            "has", 2, has, doc="Thing is of a class, has a part of it, or its own class says it has one.", cost=3
+        ),
         Predicate("part", 2, part, doc="Thing has part.", cost=3),
-        Predicate("constrained_dof", 2, constrained_dof, value=True, cost=3,
-                  doc="Degrees of freedom that a thing's contact takes from another."),
-        Predicate("on_container", 1, on_container, cost=3, doc="A thing touches or rests on a container that is not its own."),
-        Predicate("labelled", 2, labelled, doc="The log names a task for this action, done to a thing.",
-                  phases=frozenset({"run"})),
+        Predicate(
+            "constrained_dof",
+            2,
+            constrained_dof,
+            value=True,
+            cost=3,
+            doc="Degrees of freedom that a thing's contact takes from another.",
+        ),
+        Predicate(
+            "on_container", 1, on_container, cost=3, doc="A thing touches or rests on a container that is not its own."
+        ),
+        Predicate(
+            "labelled",
+            2,
+            labelled,
+            doc="The log names a task for this action, done to a thing.",
+            phases=frozenset({"run"}),
+        ),
         *motion_predicates.all_predicates(),
         *place_predicates.all_predicates(),
     )
+
+
+@hookimpl
+def predicates() -> Iterable[Predicate]:
+    """The hook's answer."""
+    return all_predicates()
 
 
 def effector(phase: Phase, _name: str | None) -> Iterator[Row]:
