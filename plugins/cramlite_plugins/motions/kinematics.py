@@ -136,14 +136,15 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
         ValueError: the robot has no DH table.
     """
     wrist = (target * robot.gripper.tcp.inverse()).matrix
-    near = np.array(robot.home if seed is None else seed, dtype=float)
+    near = robot.home if seed is None else tuple(seed)
     branches: list[Joints] = []
     for raw in np.atleast_2d(_solver(table(robot)).IK(wrist).Q):
         found = polish(robot, target, raw) if raw.size else None
         if found is not None and not any(_same(found, b) for b in branches):
             branches.append(found)
     turned = [w for branch in branches for w in _turns(robot, branch)]
-    return tuple(sorted(turned, key=lambda q: (float(np.abs(np.subtract(q, near)).max()), q)))
+    far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
+    return tuple(turned[k] for k in np.argsort(far, kind="stable"))
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:

@@ -81,11 +81,13 @@ class Refusal:
     Args:
         samples: tree extensions that were spent.
         truncated: the wall clock ended the search: another run may find a path.
+        fraction: of a straight motion, how much of it was reached.
     """
 
     reason: str
     samples: int = 0
     truncated: bool = False
+    fraction: float = 0.0
 
 
 def plan(

@@ -47,7 +47,9 @@ class Scene:
         index: the robot that moves.
         data: scratch state; every query overwrites the joints of the robot.
         need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
-        moved: (geoms, joints) which joints move which geom.
+        moved: (geoms, joints) 1 where the joint moves the geom, else 0.
+        bound: (geoms, 1) bounding radius and horizon of each geom [m].
+        first: id of the robot's first joint; its joints follow one another.
         anchors: joint positions with the pairs that are closer there than needed, and how close.
         checks: counts state checks; a list of one, shared by all scenes made from this one.
     """
@@ -57,6 +59,8 @@ class Scene:
     data: Any
     need: Floats
     moved: Floats
+    bound: Floats
+    first: int
     anchors: tuple[tuple[Joints, Mapping[tuple[int, int], float]], ...] = ()
     checks: list[int] | None = None
 
@@ -176,26 +180,28 @@ class Scene:
 
     def _advance(self, pairs: Any, distances: Floats, way: Floats) -> float:
         """The fraction of the line that may be gone before any pair can meet."""
-        data, moved = self.data, self.moved
-        joints = slice(self._joint, self._joint + len(way))
-        axis, anchor = data.xaxis[joints], data.xanchor[joints]
-        arm = data.geom_xpos[:, None, :] - anchor
-        lever = np.linalg.norm(np.cross(arm, axis), axis=2) + self.compiled.model.geom_rbound[:, None] + HORIZON
-        rate = np.where(moved, lever, 0.0) * way
-        furthest = float(rate.sum(axis=1).max())
-        part = HORIZON / furthest if furthest > 0 else 1.0
-        if len(pairs):
-            g, h = pairs[:, 0], pairs[:, 1]
-            between = np.where(moved[g] & ~moved[h], rate[g], 0.0) + np.where(moved[h] & ~moved[g], rate[h], 0.0)
-            speed = between.sum(axis=1)
-            counted = (self.need[g, h] > -np.inf) & (speed > 0)
-            part = min(part, float((distances[counted] / speed[counted]).min(initial=part)))
-        return part
+        rate = self._rates(way)
+        part = HORIZON / max(float(rate.sum(axis=1).max()), HORIZON)
+        if not len(pairs):
+            return part
+        g, h = pairs[:, 0], pairs[:, 1]
+        between = rate[g] * (1.0 - self.moved[h]) + rate[h] * (1.0 - self.moved[g])
+        speed = between.sum(axis=1)
+        speed[self.need[g, h] == -np.inf] = 0.0
+        return min(part, 1.0 / max(float((speed / np.maximum(distances, 1e-9)).max()), 1.0))
 
-    @property
-    def _joint(self) -> int:
-        """The id of the robot's first joint; its joints follow one another."""
-        return int(np.flatnonzero(self.compiled.model.jnt_qposadr == self.index.joints[0])[0])
+    def _rates(self, way: Floats) -> Floats:
+        """How far each joint may move any point of each geom over the whole line: (geoms, joints) [m].
+
+        The lever is the distance of the geom's centre from the axis and its bounding radius; it may grow by
+        ``HORIZON`` until the next check.
+        """
+        data, first = self.data, self.first
+        axis, anchor = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)]
+        arm = data.geom_xpos[:, None, :] - anchor
+        along = (arm * axis).sum(axis=2)
+        lever = np.sqrt(np.maximum((arm * arm).sum(axis=2) - along * along, 0.0)) + self.bound
+        return lever * self.moved * way
 
 
 def scene(
@@ -237,7 +243,9 @@ def scene(
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
     moved = _moved(compiled, index)
     need = _need(compiled, moved, allowed, clearance)
-    return Scene(compiled, index, data, need, moved, checks=[0])
+    bound = compiled.model.geom_rbound[:, None] + HORIZON
+    first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
+    return Scene(compiled, index, data, need, moved, bound, first, checks=[0])
 
 
 def base(scene_: Scene) -> Pose:
@@ -246,21 +254,21 @@ def base(scene_: Scene) -> Pose:
     return next(mounts).base
 
 
-def _moved(compiled: Compiled, index: RobotIndex) -> Any:
-    """(geoms, joints): whether joint j of the arm is above geom g in the kinematic tree."""
+def _moved(compiled: Compiled, index: RobotIndex) -> Floats:
+    """(geoms, joints): 1 where joint j of the arm is above geom g in the kinematic tree, else 0."""
     model = compiled.model
     bodies = [int(model.jnt_bodyid[np.flatnonzero(model.jnt_qposadr == a)[0]]) for a in index.joints]
-    result = np.zeros((model.ngeom, len(bodies)), dtype=bool)
+    result = np.zeros((model.ngeom, len(bodies)))
     for g in range(model.ngeom):
         body = int(model.geom_bodyid[g])
         while body > 0:
             if body in bodies:
-                result[g, bodies.index(body)] = True
+                result[g, bodies.index(body)] = 1.0
             body = int(model.body_parentid[body])
     return result
 
 
-def _need(compiled: Compiled, moved: Any, allowed: Pairs, clearance: float) -> Floats:
+def _need(compiled: Compiled, moved: Floats, allowed: Pairs, clearance: float) -> Floats:
     """The distance that each pair of geoms must keep; two that no joint moves apart need none."""
     apart = (moved[:, None, :] != moved[None, :, :]).any(axis=2)
     need = np.where(apart, clearance, -np.inf)
