@@ -1,0 +1,233 @@
+"""A scripted person demonstrates a task; physics decides whether it succeeds.
+
+A script is a sequence of intentions (reach, grip, pull along the peg, carry). It knows where things are, as a person who
+looks at them does, but nothing holds unless contacts and friction hold it. All variety (approach, speeds, hesitation,
+detours, grip, height of release, tremor) comes from the seed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from cramlite.errors import UserError, nearest
+from cramlite.geometry import Floats, Pose
+from cramlite.rollout import Rollout
+from cramlite.world import Feature, Thing, World
+
+from .compile import compile_world
+from .hand import OPENING, PINCH, TCP
+from .person import Person
+
+#: Room between the fingers beside the object before they close [m].
+MARGIN = 0.012
+#: The palm and wrist stay this far below the peg, and above a container's rim, measured from the tool's axis [m].
+PALM = 0.05
+#: Pad force for one metre of closing beyond contact [N/m]: half the finger actuator's gain (hand.py).
+SQUEEZE = 10000.0
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What the person sees: an object that hangs with its hole on a peg, and a container."""
+
+    world: World
+    product: Thing
+    hole: Feature
+    hanger: Thing
+    peg: Feature
+    container: Thing
+    cavity: Feature
+
+    @property
+    def along(self) -> Floats:
+        """Unit vector along the peg, out of the wall, world axes."""
+        return self.hanger.pose.turn(self.peg.pose.turn((0, 0, 1)))
+
+
+def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rate: float = 50.0) -> Rollout:
+    """Record a person who performs a script in a world.
+
+    Args:
+        world: with the things that the script needs; robots are left out.
+        seed: of everything that varies between two demonstrations.
+        script: one of ``SCRIPTS``.
+        rate: samples a second.
+
+    Returns:
+        The recording, whatever came of it.
+
+    Raises:
+        UserError: there is no such script, or the world lacks what it needs.
+    """
+    if script not in SCRIPTS:
+        raise UserError(f"there is no script '{script}' for a demonstration; {nearest(script, SCRIPTS)}")
+    scene = _scene(world)
+    rng = np.random.default_rng(seed)
+    grasp = _grasp(scene, rng)
+    compiled = compile_world(replace(world, robots=()), {}, hand=Pose((0, 0, 0), grasp.quaternion))
+    person = Person(compiled, rng, _start(scene, grasp, rng), rate)
+    SCRIPTS[script](person, scene, grasp)
+    return person.rollout()
+
+
+def _scene(world: World) -> Scene:
+    """Find the object, the peg that it hangs on, and the container, by their features."""
+    holed = [(t, f) for t in world.things for f in t.features if f.type == "vrps:Hole" and t.movable]
+    pegs = [(t, f) for t in world.things for f in t.features if f.type == "vrps:Peg"]
+    cavities = [(t, f) for t in world.things for f in t.features if f.type == "cram:Cavity"]
+    for what, found in (("movable thing with a vrps:Hole", holed), ("thing with a vrps:Peg", pegs),
+                        ("thing with a cram:Cavity", cavities)):
+        if not found:
+            names = ", ".join(f"{t.name} ({t.type})" for t in world.things) or "none"
+            raise UserError(f"the demonstration needs a {what}, and the world has none; its things are: {names}")
+    pairs = [(_off_axis(p, h), p, h) for p in holed for h in pegs]
+    distance, product, peg = min(pairs, key=lambda c: c[0])
+    if distance > 0.02:
+        raise UserError(f"nothing hangs on a peg: the hole of '{product[0].name}' is {distance * 1000:.0f} mm off the peg of "
+                        f"'{peg[0].name}'; place the product with its hole around the peg")
+    return Scene(world, *product, *peg, *cavities[0])
+
+
+def _off_axis(product: tuple[Thing, Feature], hanger: tuple[Thing, Feature]) -> float:
+    """Distance of a hole's centre from a peg's straight part [m]."""
+    hole = product[0].pose.apply(product[1].pose.position)
+    x, y, z = (hanger[0].pose * hanger[1].pose).inverse().apply(hole)
+    beyond = max(-z, 0.0, z - hanger[1].size.get("length", 0.1))
+    return math.hypot(x, y, beyond)
+
+
+def _grasp(scene: Scene, rng: np.random.Generator) -> Pose:
+    """Where the hand will close, in the product's frame at the start, given in the world: from the front, across the
+    product's width, turned and tilted as it happens, low enough for palm and wrist to pass under the peg."""
+    half = _half_extents(scene.product)
+    top = scene.hole.pose.position[2] - PALM - 0.02
+    height = min(rng.uniform(-0.25, 0.25) * half[2], top)
+    tilt, yaw, roll = rng.normal(0, [0.10, 0.06, 0.05])
+    front = scene.product.pose.inverse().turn(-scene.along)
+    level = Pose.from_axes((0, 0, height), front, (0, 0, -1))
+    offset = np.array(level.position) + rng.uniform(-0.15, 0.15) * half[1] * np.array(front)
+    turned = Pose((0, 0, 0), level.quaternion) * Pose.from_rotvec((0, 0, 0), (yaw, tilt, roll))
+    return scene.product.pose * Pose(tuple(offset), turned.quaternion)
+
+
+def _half_extents(thing: Thing) -> Floats:
+    """Half side lengths of a thing's body, without its features."""
+    boxes = [g for g in thing.geoms if not g.part] or list(thing.geoms)
+    reach = [np.abs(g.pose.position) + np.abs(g.pose.rotation) @ _half(g.shape, g.size) for g in boxes]
+    return np.asarray(np.max(reach, axis=0))
+
+
+def _half(shape: str, size: tuple[float, ...]) -> Floats:
+    if shape == "box":
+        return np.array(size)
+    radius, length = size[0], size[1] if len(size) > 1 else 0.0
+    return np.array([radius, radius, length + (radius if shape == "capsule" else 0.0) or radius])
+
+
+def _start(scene: Scene, grasp: Pose, rng: np.random.Generator) -> Pose:
+    """Somewhere in front of the shelf, at ease, turned a little."""
+    side = np.cross(scene.along, (0, 0, 1))
+    place = np.array(grasp.position) + scene.along * rng.uniform(0.22, 0.35)
+    place += side * rng.uniform(-0.2, 0.2) + np.array([0, 0, rng.uniform(-0.2, 0.05)])
+    return Pose(tuple(place), (grasp * Pose.from_rotvec((0, 0, 0), rng.normal(0, 0.2, 3).tolist())).quaternion)
+
+
+def take_off_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
+    """Take the object off the peg and put it into the container."""
+    _reach(person, scene, grasp)
+    _close(person, _width(scene, grasp))
+    _pull_off(person, scene)
+    _carry(person, scene)
+    _let_go(person, scene)
+
+
+def _reach(person: Person, scene: Scene, grasp: Pose) -> None:
+    """Come from where the hand is, by a detour, to in front of the object; hesitate; approach."""
+    person.grip(max(_width(scene, grasp) + 2 * MARGIN, person.between(0.08, OPENING)), 0.2)
+    away = grasp.position + grasp.turn((0, 0, -person.between(0.07, 0.12)))
+    before = Pose(tuple(away), grasp.quaternion)
+    middle = np.add(person.aim.position, away) / 2 + person.rng.normal(0, 0.03, 3)
+    person.move([Pose(tuple(middle)), before], person.between(0.2, 0.4), curved=True)
+    if person.rng.random() < 0.5:
+        person.wait(person.between(0.15, 0.6))
+    person.move([grasp], person.between(0.08, 0.18))
+
+
+def _width(scene: Scene, grasp: Pose) -> float:
+    """What the fingers must enclose: the object's extent along the closing axis."""
+    axis = np.abs(scene.product.pose.inverse().turn(grasp.turn((0, 1, 0))))
+    half = _half_extents(scene.product)
+    return float(min(2 * half[int(np.argmax(axis))], OPENING))
+
+
+def _close(person: Person, width: float) -> None:
+    """Pinch with a force between half and nearly all of what the fingers have."""
+    force = person.between(0.5, 0.9) * PINCH
+    person.grip(max(width - 2 * force / SQUEEZE, 0.0), person.between(0.4, 0.8))
+    person.wait(person.between(0.15, 0.4))
+
+
+def _pull_off(person: Person, scene: Scene) -> None:
+    """Lift until the peg is in the middle of the hole, then lead the hole along the peg and over its tip."""
+    peg = scene.hanger.pose * scene.peg.pose
+    hole = person.pose(scene.product.name) * scene.hole.pose
+    x, y, depth = peg.inverse().apply(hole.position)
+    centred = np.array(hole.position) - peg.turn((x, y, 0))
+    end = peg.apply((0, 0, max(scene.peg.size["length"], depth)))
+    route = [centred, end, *_tip(scene), _tip(scene)[-1] + scene.along * person.between(0.05, 0.09)]
+    _lead(person, scene, route[:1], 0.03)
+    _lead(person, scene, route[1:], person.between(0.07, 0.16))
+
+
+def _tip(scene: Scene) -> list[Floats]:
+    """Where a bent tip leads: its end; the peg's own end where it has none."""
+    tip = scene.hanger.feature("vrps:Tip")
+    if tip is not None:
+        return [scene.hanger.pose.apply(tip.pose.position)]
+    return [scene.hanger.pose.apply(scene.peg.pose.apply((0, 0, scene.peg.size["length"])))]
+
+
+def _lead(person: Person, scene: Scene, route: list[Floats], speed: float) -> None:
+    """Move the hole along points; the hand keeps its orientation. The person sees where the hole is in the hand."""
+    hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
+    offset = np.array(person.tool().position) - hole
+    person.move([Pose(tuple(p + offset), person.aim.quaternion) for p in route], speed)
+
+
+def _carry(person: Person, scene: Scene) -> None:
+    """Over the container, by an arc, tilting the hand as it comes."""
+    opening = scene.container.pose * scene.cavity.pose
+    inner = np.array([scene.cavity.size[k] for k in ("width", "depth")])
+    spot = opening.apply((*(person.rng.uniform(-0.12, 0.12, 2) * inner), 0.0))
+    held = np.array(person.tool().position)
+    body = np.array(person.pose(scene.product.name).position)
+    low = body[2] - _half_extents(scene.product)[2]
+    above = np.array([*(spot[:2] + held[:2] - body[:2]), max(opening.position[2] + held[2] - low, opening.position[2] + PALM)])
+    above[2] += person.between(0.03, 0.08)
+    middle = (held + above) / 2 + np.array([*person.rng.normal(0, 0.03, 2), abs(person.rng.normal(0.05, 0.03))])
+    turned = Pose((0, 0, 0), person.aim.quaternion) * Pose.from_rotvec((0, 0, 0), person.rng.normal(0, 0.12, 3).tolist())
+    person.move([Pose(tuple(middle)), Pose(tuple(above), turned.quaternion)], person.between(0.2, 0.4), curved=True)
+    if person.rng.random() < 0.4:
+        person.wait(person.between(0.1, 0.5))
+
+
+def _let_go(person: Person, scene: Scene) -> None:
+    """Lower as far as palm and rim allow, or not quite so far; open; withdraw; wait until all is quiet."""
+    rim = (scene.container.pose * scene.cavity.pose).position[2]
+    x, y, z = person.aim.position
+    lowest = rim + PALM + person.between(0.0, 0.04)
+    if z > lowest:
+        person.move([Pose((x, y, lowest), person.aim.quaternion)], person.between(0.08, 0.2))
+    person.wait(person.between(0.05, 0.3))
+    person.grip(OPENING, person.between(0.25, 0.5))
+    back = person.aim.position + person.aim.turn((0, 0, -(TCP - 0.02)))
+    person.move([Pose((*back[:2], z + person.between(0.05, 0.1)), person.aim.quaternion)], person.between(0.15, 0.3))
+    person.wait(1.0)
+
+
+#: Scripts by name; a script moves the person, given what was seen and where the hand will close.
+SCRIPTS: Mapping[str, Callable[[Person, Scene, Pose], None]] = {"take_off_hanger": take_off_hanger}
