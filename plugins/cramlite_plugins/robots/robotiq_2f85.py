@@ -46,7 +46,7 @@ def _body() -> str:
         f'<body name="gripper" gravcomp="1"><site name="ft"/><site name="tcp" pos="0 0 {TCP}"/>'
         '<inertial pos="0 0 0.055" mass="0.725" diaginertia="0.0009 0.0009 0.0005"/>'
         '<geom name="gripper/0" type="cylinder" fromto="0 0 0 0 0 0.014" size="0.0375" rgba="0.5 0.5 0.53 1"/>'
-        f'<geom name="gripper/1" type="cylinder" fromto="0 0 0.014 0 0 {PALM}" size="0.0375" rgba="0.16 0.16 0.18 1"/>'
+        f'<geom name="gripper/1" type="cylinder" fromto="0 0 0.014 0 0 {PALM}" size="0.0375" rgba=".16 .16 .18 1"/>'
         f'{_finger("left", 1)}{_finger("right", -1)}</body>'
     )
 
@@ -54,9 +54,9 @@ def _body() -> str:
 def _finger(name: str, side: int) -> str:
     """A finger at rest in the open position; side +1 is the +y side of the tool frame.
 
-    Damping is the gear train's: 50 N move a finger at 0.15 m/s, the data sheet's speed. Armature is the motor's reflected
-    inertia: below 0.1 kg the stiff pads chatter at the 2 ms step and a held product creeps at 1.6 mm/s; at 0.5 kg the pad
-    force is 50.0 N and a 0.8 kg product creeps less than 0.01 mm/s (measured).
+    Damping is the gear train's: 50 N move a finger at 0.15 m/s, the data sheet's speed. Armature is the motor's
+    reflected inertia: below 0.1 kg the stiff pads chatter at the 2 ms step and a held product creeps at 1.6 mm/s; at
+    0.5 kg the pad force is 50.0 N and a 0.8 kg product creeps less than 0.01 mm/s (measured).
     """
     inner = STROKE / 2
     pads = "".join(
@@ -69,7 +69,8 @@ def _finger(name: str, side: int) -> str:
     return (
         f'<body name="{name}_finger" gravcomp="1"><inertial pos="0 {side * back:.6g} 0.13" mass="0.1"'
         ' diaginertia="0.00008 0.00008 0.00002"/>'
-        f'<joint name="{name}_finger" type="slide" axis="0 {-side} 0" range="0 {inner}" damping="330" armature="0.5"/>'
+        f'<joint name="{name}_finger" type="slide" axis="0 {-side} 0" range="0 {inner}"'
+        ' damping="330" armature="0.5"/>'
         f'<geom name="{name}_finger/0" type="box" pos="0 {side * back:.6g} {(PALM + TIP) / 2:.6g}"'
         f' size="{PAD_WIDTH / 2} 0.006 {(TIP - PALM) / 2:.6g}" rgba="0.35 0.35 0.38 1"/>'
         f'<geom name="{name}_finger/1" type="box" pos="0 {side * (back - 0.007):.6g} {PALM - 0.01:.6g}"'

@@ -6,8 +6,8 @@ At rest tool z is world +x and tool y is world +y: approaches forward, sideways 
 away. The ball joint's servos act on the rotation vector from rest, so targets stay within 170 degrees of it; a
 demonstration that needs others compiles its world with another rest (``compile_world(..., hand=rest)``).
 
-Sizes: a fingertip 20 mm wide and 30 mm long, a palm 80 x 30 x 90 mm, an opening of 100 mm; forces: 60 N by the arm, 40 N
-by the pinch (adult lateral pinch strength is 40 to 100 N, Mathiowetz et al. 1985).
+Sizes: a fingertip 20 mm wide and 30 mm long, a palm 90 x 30 x 60 mm, an opening of 100 mm; forces: 60 N by the arm,
+40 N by the pinch (adult lateral pinch strength is 40 to 100 N, Mathiowetz et al. 1985).
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def _turn(pose: Pose, rest: Pose) -> Pose:
     if angle > FARTHEST:
         raise UserError(
             f"hand: a target turned {math.degrees(angle):.0f} degrees from rest; up to {math.degrees(FARTHEST):.0f}"
-            " degrees are possible; compile the world with hand=<a nearer rest>, or turn the hand by half a turn about its approach"
+            " degrees are possible; compile the world with hand=<a nearer rest>, or turn the hand half a turn"
         )
     return turn
 
@@ -96,7 +96,8 @@ def hand_index(model: Model, rest: Pose) -> HandIndex:
 def hand_mjcf(rest: Pose = REST) -> str:
     """The hand as MJCF text; the body's origin is the tool frame's origin, so that servos act on it directly."""
     return (
-        '<mujoco model="hand"><compiler angle="radian" autolimits="true"/><worldbody><body name="carriage" gravcomp="1">'
+        '<mujoco model="hand"><compiler angle="radian" autolimits="true"/><worldbody>'
+        '<body name="carriage" gravcomp="1">'
         '<inertial pos="0 0 0" mass="0.2" diaginertia="0.001 0.001 0.001"/>'
         + "".join(f'<joint name="{n}" type="slide" axis="{a}"/>' for n, a in zip("xyz", _axes(), strict=True))
         + '<body name="wrist" gravcomp="1"><inertial pos="0 0 0" mass="0.1" diaginertia="0.001 0.001 0.001"/>'

@@ -40,7 +40,8 @@ def product(
     width, depth, height = size
     radius = hole_diameter / 2
     centre = height / 2 + radius + TAB_RIM
-    hole = Feature("hole", "vrps:Hole", Pose.from_axes((0, 0, centre), (0, -1, 0), (1, 0, 0)), {"diameter": hole_diameter})
+    through = Pose.from_axes((0, 0, centre), (0, -1, 0), (1, 0, 0))
+    hole = Feature("hole", "vrps:Hole", through, {"diameter": hole_diameter})
     bottom = Feature(
         "bottom", "vrps:SurfaceFeature", Pose.from_axes((0, 0, -height / 2), (0, 0, -1), (1, 0, 0)),
         {"width": width, "depth": depth},
@@ -88,16 +89,18 @@ def hanger(
         raise UserError(f"hanger '{name}': a tip of {tip} m cannot rise {rise} m; make rise smaller than tip")
     along = (run / tip, 0.0, rise / tip) if tip > 0 else (1.0, 0.0, 0.0)
     end = (length + run, 0.0, rise)
-    middle = (length + run / 2, 0.0, rise / 2)
+    root = Pose.from_axes((0, 0, 0), (1, 0, 0), (0, 0, 1))
+    middle = Pose.from_axes((length + run / 2, 0.0, rise / 2), along, (0, 1, 0))
+    bent = {"radius": radius, "length": tip, "rise": rise}
     geoms = [
         Geom("box", (wall[2] / 2, wall[0] / 2, wall[1] / 2), Pose((-wall[2] / 2, 0, 0)), rgba=(0.88, 0.88, 0.86, 1.0)),
-        Geom("capsule", (radius, length / 2), Pose.from_axes((length / 2, 0, 0), (1, 0, 0), (0, 0, 1)), "peg", rgba=rgba),
+        Geom("capsule", (radius, length / 2), root * Pose((0, 0, length / 2)), "peg", rgba=rgba),
     ]
     if tip > 0:
-        geoms.append(Geom("capsule", (radius, tip / 2), Pose.from_axes(middle, along, (0, 1, 0)), "tip", rgba=rgba))
+        geoms.append(Geom("capsule", (radius, tip / 2), middle, "tip", rgba=rgba))
     features = (
-        Feature("peg", "vrps:Peg", Pose.from_axes((0, 0, 0), (1, 0, 0), (0, 0, 1)), {"radius": radius, "length": length}),
-        Feature("tip", "vrps:Tip", Pose.from_axes(end, along, (0, 1, 0)), {"radius": radius, "length": tip, "rise": rise}),
+        Feature("peg", "vrps:Peg", root, {"radius": radius, "length": length}),
+        Feature("tip", "vrps:Tip", Pose.from_axes(end, along, (0, 1, 0)), bent),
     )
     return Thing(name, "cram:Hanger", pose, tuple(geoms), features, None, friction)
 
@@ -145,7 +148,8 @@ def table(
     """
     w, d, h = size
     top = Feature("top", "vrps:SurfaceFeature", Pose(), {"width": w, "depth": d})
-    return Thing(name, "cram:Table", pose, (Geom("box", (w / 2, d / 2, h / 2), Pose((0, 0, -h / 2)), rgba=rgba),), (top,), None, friction)
+    plate = Geom("box", (w / 2, d / 2, h / 2), Pose((0, 0, -h / 2)), rgba=rgba)
+    return Thing(name, "cram:Table", pose, (plate,), (top,), None, friction)
 
 
 def hung(product: Thing, hanger: Thing, depth: float, yaw: float = 0.0) -> Pose:

@@ -51,7 +51,7 @@ class Recorder:
         return Rollout(
             world=self.compiled.world,
             effector=self.index.name,
-            times=np.arange(len(samples)) * self.period,
+            times=np.array([i * self.period for i in range(len(samples))]),
             poses={n: np.array([s["poses"][n] for s in samples]) for n in names},
             touches=tuple(s["touches"] for s in samples),
             joints=np.array([s["joints"] for s in samples]).reshape(len(samples), -1),

@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from cramlite.geometry import Pose
-from cramlite.world import Physics, RobotMount, Thing, World
+from cramlite.world import Physics, RobotMount, World
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.models import basket, hanger, hung, product, table
 
@@ -24,6 +24,6 @@ def standard_world(physics: Physics | None = None, robot: bool = True) -> World:
 
 
 def standing_world(physics: Physics | None = None) -> World:
-    """A product that stands on the table in front of the robot, its width along y."""
-    item: Thing = product("product", Pose((0.5, 0.1, 0.075)) * Pose((0, 0, 0)))
-    return World((table("table", Pose((0.4, 0, 0))), item), (RobotMount("arm", "ur5e", Pose((0, 0, 0.001))),), physics or Physics())
+    """A product that stands on the table in front of the robot, its depth along y."""
+    item = product("product", Pose((0.65, 0.1, 0.075)), mass=0.8)
+    return World((table("table", Pose((0.4, 0, 0))), item), (RobotMount("arm", "ur5e"),), physics or Physics())

@@ -1,0 +1,198 @@
+"""A world as an MjSpec, thing by thing.
+
+Contact: robots 1/7, products 2/7, furniture 4/3 (contype/conaffinity), as measured in
+docs/explanation/simulation.md, except that a robot meets itself too.
+In a planning model everything but robots and what they carry is furniture, so that ``data.ncon == 0`` means
+exactly: no robot touches anything.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+
+from cramlite.errors import UserError, nearest
+from cramlite.geometry import Pose
+from cramlite.robots import Robot
+from cramlite.world import Geom, Physics, RobotMount, Thing, World
+
+from .index import Model
+
+ROBOT, PRODUCT, FURNITURE = (1, 7), (2, 7), (4, 3)
+SHAPES = {
+    "box": (mujoco.mjtGeom.mjGEOM_BOX, 3),
+    "cylinder": (mujoco.mjtGeom.mjGEOM_CYLINDER, 2),
+    "capsule": (mujoco.mjtGeom.mjGEOM_CAPSULE, 2),
+    "sphere": (mujoco.mjtGeom.mjGEOM_SPHERE, 1),
+}
+CONES = {"elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC, "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL}
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A thing that a planning model fixes to a robot's tool.
+
+    Args:
+        robot: name of the mount.
+        pose: of the thing in the tool (tcp) frame.
+    """
+
+    robot: str
+    pose: Pose
+
+
+def check(world: World, robots: Mapping[str, Robot]) -> None:
+    """What MuJoCo would refuse or silently accept.
+
+    Raises:
+        UserError: a name, type, size, mass or friction cannot be used.
+    """
+    names: set[str] = set()
+    for name in [*(t.name for t in world.things), *(m.name for m in world.robots)]:
+        if not name or "/" in name or name in names or name in ("world", "effector", "hand"):
+            why = "is used twice" if name in names else "is empty, reserved, or has a '/'"
+            raise UserError(f"world: the name '{name}' {why}; every thing and robot needs a name of its own")
+        names.add(name)
+    for mount in world.robots:
+        if mount.type not in robots:
+            hint = nearest(mount.type, robots)
+            raise UserError(f"robot '{mount.name}': there is no robot type '{mount.type}'; {hint}")
+    for thing in world.things:
+        _check_thing(thing)
+
+
+def _check_thing(thing: Thing) -> None:
+    if not thing.geoms:
+        raise UserError(f"thing '{thing.name}' has no geoms; give it at least one box, cylinder, capsule or sphere")
+    if thing.mass is not None and not 1e-4 <= thing.mass < 1e4:
+        raise UserError(f"thing '{thing.name}': mass {thing.mass} kg; it must lie between 0.0001 and 10000 kg")
+    for i, geom in enumerate(thing.geoms):
+        where = f"thing '{thing.name}', geom {i}"
+        if geom.shape not in SHAPES:
+            raise UserError(f"{where}: there is no shape '{geom.shape}'; {nearest(geom.shape, SHAPES)}")
+        count = SHAPES[geom.shape][1]
+        if len(geom.size) != count or not all(0 < s < 100 for s in geom.size):
+            raise UserError(f"{where}: a {geom.shape} needs {count} positive size(s) in metres, not {geom.size}")
+        friction = thing.friction if geom.friction is None else geom.friction
+        if not 0 <= friction < 100:
+            raise UserError(f"{where}: friction {friction}; it must not be negative")
+
+
+def set_options(spec: Any, physics: Physics) -> None:
+    """Set on the parent: attaching a child only warns about options that differ."""
+    spec.compiler.autolimits = True
+    spec.compiler.degree = False
+    spec.option.timestep = physics.timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = CONES[physics.cone]
+    spec.option.impratio = physics.impratio
+    spec.option.noslip_iterations = physics.noslip_iterations
+
+
+def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
+    """Bolt a robot down; its names get the prefix ``{mount}/``."""
+    child = mujoco.MjSpec.from_string(mjcf)
+    frame = spec.worldbody.add_frame(pos=list(mount.base.position), quat=list(mount.base.quaternion))
+    spec.attach(child, prefix=f"{mount.name}/", frame=frame)
+
+
+def mask_robots(spec: Any, pad_friction: float, clearance: float) -> None:
+    """Contact bits, margin [m] and pad friction of all robots and hands; before any thing is added."""
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = ROBOT
+        geom.margin = clearance
+        if is_pad(geom.name):
+            geom.friction = [pad_friction, 0.005, 0.0001]
+
+
+def is_pad(name: str) -> bool:
+    """Whether a geom of that name is a finger pad."""
+    return name.split("/")[-1].startswith(("left_pad", "right_pad"))
+
+
+def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, clearance: float) -> None:
+    """Add a thing as a body: fixed, free, or (when planning) carried by a robot."""
+    mask = FURNITURE if planning or not thing.movable else PRODUCT
+    if planning and carried is not None:
+        mask, margin = ROBOT, clearance
+        body = _carry(spec, thing, carried)
+    else:
+        margin = 0.0
+        body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
+        if thing.movable:
+            body.add_freejoint(name=thing.name)
+    geoms = [part for i, g in enumerate(thing.geoms) for part in _solid(i, g, planning)]
+    volume = sum(_volume(g) for _, g in geoms)
+    for key, geom in geoms:
+        _add_geom(body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask, margin)
+
+
+def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
+    """Put the thing on the gripper's body; it may touch the gripper, which holds it."""
+    gripper, tcp = spec.body(f"{carried.robot}/gripper"), spec.site(f"{carried.robot}/tcp")
+    if gripper is None:
+        raise UserError(f"thing '{thing.name}' is carried by '{carried.robot}', which is no robot of this world")
+    pose = Pose(tuple(tcp.pos), tuple(tcp.quat)) * carried.pose
+    for b in [gripper, *gripper.find_all("body")]:
+        spec.add_exclude(bodyname1=thing.name, bodyname2=b.name)
+    return gripper.add_body(name=thing.name, pos=pose.position, quat=pose.quaternion)
+
+
+def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
+    """The geom; in a planning model a capsule as a cylinder and two spheres."""
+    if geom.shape != "capsule" or not planning:
+        return [(str(index), geom)]
+    radius, half = geom.size
+    ends = [
+        (f"{index}{c}", replace(geom, shape="sphere", size=(radius,), pose=geom.pose * Pose((0, 0, z))))
+        for c, z in (("a", half), ("b", -half))
+    ]
+    return [(str(index), replace(geom, shape="cylinder")), *ends]
+
+
+def _volume(geom: Geom) -> float:
+    """In units of which only the ratio matters, but right for each shape."""
+    size = geom.size
+    if geom.shape == "box":
+        return 8 * size[0] * size[1] * size[2]
+    ball = 4 / 3 * math.pi * size[0] ** 3
+    if geom.shape == "sphere":
+        return ball
+    return 2 * math.pi * size[0] ** 2 * size[1] + (ball if geom.shape == "capsule" else 0.0)
+
+
+def _add_geom(
+    body: Any, thing: Thing, key: str, geom: Geom, mass: float, mask: tuple[int, int], margin: float
+) -> None:
+    friction = thing.friction if geom.friction is None else geom.friction
+    body.add_geom(
+        name=f"{thing.name}/{geom.part or 'body'}/{key}",
+        type=SHAPES[geom.shape][0],
+        size=[*geom.size, 0.0, 0.0][:3],
+        pos=geom.pose.position,
+        quat=geom.pose.quaternion,
+        friction=[friction, 0.005, 0.0001],
+        rgba=geom.rgba,
+        mass=mass,
+        contype=mask[0],
+        conaffinity=mask[1],
+        margin=margin,
+    )
+
+
+def finish(spec: Any) -> Model:
+    """Compile.
+
+    Raises:
+        UserError: with MuJoCo's reason.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        hint = "check the shape and mass of what is named there"
+        raise UserError(f"the world does not compile: {reason}; {hint}") from None

@@ -1,0 +1,60 @@
+"""Pictures show what is there, without a display."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from standard import ROBOTS, standard_world
+
+from cramlite.geometry import Pose
+from cramlite.world import Geom, Thing, World
+from cramlite_plugins.simulation.compile import compile_world
+from cramlite_plugins.simulation.render import Camera, cast, render
+
+
+def test_a_picture_shows_robot_product_and_basket() -> None:
+    compiled = compile_world(standard_world(), ROBOTS)
+    data = compiled.data()
+    picture = render(compiled.model, data, width=160, height=120, shadows=True)
+    assert picture.shape == (120, 160, 3)
+    assert picture.dtype == np.uint8
+    red, green = (picture[..., 0] > 1.6 * picture[..., 1]).sum(), (picture[..., 1] > 1.2 * picture[..., 0]).sum()
+    assert red > 20
+    assert green > 500
+    compiled.place(data, "product", Pose((0, 0, -5)))
+    from mujoco import mj_forward
+
+    mj_forward(compiled.model, data)
+    gone = render(compiled.model, data, width=160, height=120)
+    assert (gone[..., 0] > 1.6 * gone[..., 1]).sum() == 0
+
+
+def test_rays_measure_distances_and_normals() -> None:
+    wall = Thing("wall", "cram:Wall", Pose((2, 0, 0)), (Geom("box", (0.5, 5, 5)),))
+    compiled = compile_world(World((wall,)), {})
+    directions = np.array([[1.0, 0, 0], [-1.0, 0, 0], [np.sqrt(0.5), np.sqrt(0.5), 0]])
+    geom, distance, normal = cast(compiled.model, compiled.data(), np.zeros(3), directions)
+    assert list(geom) == [0, -1, 0]
+    assert distance[[0, 2]] == pytest.approx([1.5, 1.5 * np.sqrt(2)])
+    assert normal[0] == pytest.approx((-1, 0, 0))
+
+
+def test_the_camera_sees_its_target_in_the_middle_and_up_is_up() -> None:
+    ball = Thing("ball", "cram:Ball", Pose((1, 0, 1)), (Geom("sphere", (0.05,), rgba=(1, 0, 0, 1)),))
+    compiled = compile_world(World((ball,)), {})
+    data = compiled.data()
+
+    def centre(camera: Camera) -> np.ndarray:
+        picture = render(compiled.model, data, camera, 81, 61)
+        rows, columns = np.nonzero(picture[..., 0] > 1.5 * picture[..., 1].astype(float))
+        return np.array([rows.mean(), columns.mean()])
+
+    assert centre(Camera((0, 0, 0), (1, 0, 1))) == pytest.approx((30, 40), abs=0.6)
+    assert centre(Camera((0, 0, 0), (1, 0, 0.8)))[0] < 29
+    assert centre(Camera((0, 0, 0), (1, 0.2, 1)))[1] > 41
+    assert np.isnan(centre_or_nan(compiled, data))
+
+
+def centre_or_nan(compiled: object, data: object) -> float:
+    picture = render(compiled.model, data, Camera((0, 0, 0), (-1, 0, -1)), 81, 61)  # type: ignore[attr-defined]
+    return float("nan") if not (picture[..., 0] > 1.5 * picture[..., 1].astype(float)).any() else 0.0
