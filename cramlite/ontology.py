@@ -185,7 +185,7 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
     Raises:
         UserError: a file is missing or is no ontology; the message says what would be right.
     """
-    files = _files(paths)
+    files = ontology_files(paths)
     contents = [_content(file) for file in files]
     digest = hashlib.sha256(_CACHE_FORMAT.encode())
     for content in contents:
@@ -252,7 +252,12 @@ def write_cache(path: Path, data: dict[str, Any]) -> None:
         return
 
 
-def _files(paths: Iterable[Path | str]) -> list[Path]:
+def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
+    """The files that some paths mean: a folder stands for the ontology files in it.
+
+    Raises:
+        UserError: there is no such file.
+    """
     found: list[Path] = []
     for path in map(Path, paths):
         if path.is_dir():

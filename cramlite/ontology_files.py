@@ -52,13 +52,19 @@ def _syntax(path: Path, content: bytes) -> str:
     return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
 
 
-def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
-    """What ``Taxonomy`` holds, as JSON data."""
-    graph = parse(files)
+def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
+    """Ours, and those that the files add; ours cannot be given another meaning."""
     prefixes = dict(PREFIXES)
     for prefix, namespace in graph.namespaces():
         if prefix and prefix not in prefixes and str(namespace) not in prefixes.values():
             prefixes[prefix] = str(namespace)
+    return prefixes
+
+
+def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
+    """What ``Taxonomy`` holds, as JSON data."""
+    graph = parse(files)
+    prefixes = prefixes_of(graph)
     parents, restrictions = _classes(graph, prefixes)
     return {
         "parents": {c: sorted(p) for c, p in sorted(parents.items())},

@@ -1,0 +1,73 @@
+"""cramlite: demonstrations become robot programs whose text was proven in simulation.
+
+This module is the whole public API. Names are imported when they are first used,
+so that ``import cramlite`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from .hookspecs import hookimpl
+
+if TYPE_CHECKING:
+    from .answers import Answers, Context, Grounding, Refused
+    from .belief import Belief, Estimate, Held, initial_belief
+    from .designators import Action, Late, Location, Motion, Object, Place
+    from .engine import Engine, Solution
+    from .episode import Entity, Episode, Event, Repair, Track
+    from .errors import CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
+    from .geometry import Pose
+    from .interpretation import Interpretation
+    from .plan import Plan
+    from .plugin_types import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
+    from .program import (
+        Code, ForceMove, MoveJoints, MoveLinear, MoveUntilContact, Program, SetGripper, SetPayload, Step, Wait,
+        ZeroSensor,
+    )
+    from .robots import Gripper, Robot
+    from .rollout import Message, Rollout, Touch
+    from .scenario import Scenario, read_scenario
+    from .search import Budget
+    from .tasks import Decomposition, Parameter, Role, TaskType
+    from .trace import Trace
+    from .verdict import Finding, Verdict
+    from .world import Feature, Geom, Physics, RobotMount, Thing, World
+
+__version__ = "0.1.0"
+
+_HOMES = {
+    "answers": "Answers Context Grounding Refused",
+    "belief": "Belief Estimate Held initial_belief",
+    "designators": "Action Late Location Motion Object Place",
+    "engine": "Engine Solution",
+    "episode": "Entity Episode Event Repair Track",
+    "errors": "CramliteError NoSolution PluginError Unresolvable UserError nearest",
+    "geometry": "Pose",
+    "interpretation": "Interpretation",
+    "plan": "Plan",
+    "plugin_types": "Backend Candidate ModelMaker ReportSection Simulator Validator",
+    "program": "Code ForceMove MoveJoints MoveLinear MoveUntilContact Program SetGripper SetPayload Step Wait ZeroSensor",
+    "robots": "Gripper Robot",
+    "rollout": "Message Rollout Touch",
+    "scenario": "Scenario read_scenario",
+    "search": "Budget",
+    "tasks": "Decomposition Parameter Role TaskType",
+    "trace": "Trace",
+    "verdict": "Finding Verdict",
+    "world": "Feature Geom Physics RobotMount Thing World",
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names.split()}
+
+__all__ = ["hookimpl", *sorted(_HOME_OF)]  # noqa: PLE0604 - built from the table above
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'cramlite' has no attribute '{name}'")
+    return getattr(importlib.import_module(f".{_HOME_OF[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOME_OF])

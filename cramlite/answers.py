@@ -1,0 +1,73 @@
+"""What plugins answer when they are asked to ground a designator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from .belief import Belief
+from .designators import Designator
+from .program import AnyStep
+from .robots import Robot
+from .world import RobotMount
+
+if TYPE_CHECKING:
+    from .ontology import Taxonomy
+
+
+@dataclass(frozen=True)
+class Grounding:
+    """One alternative.
+
+    Args:
+        value: for an object its entity name; for a location a Place; for an action its
+            Decomposition; for a motion the steps of the program.
+        reason: why this one, a clause with numbers and units.
+        cost: alternatives of one plugin come best first; costs of different plugins are compared.
+        belief: the belief after a motion; None when nothing changed.
+        key: identifies the alternative among its siblings; text of the value if empty.
+    """
+
+    value: Any
+    reason: str
+    cost: float = 0.0
+    belief: Belief | None = None
+    key: str = ""
+
+
+@dataclass(frozen=True)
+class Refused:
+    """An alternative that was considered and dropped: it appears in explanations."""
+
+    value: str
+    reason: str
+
+
+Answer = Grounding | Refused
+Answers = Iterable[Answer] | None
+Steps = tuple[AnyStep, ...]
+
+
+@dataclass(frozen=True)
+class Context:
+    """What a plugin may know besides the designator and the belief.
+
+    Args:
+        robot: the acting robot's model.
+        mount: where it stands.
+        bindings: designator name -> what it was grounded to, so far.
+        agenda: what is still to be resolved, in order; experts may look ahead, never change it.
+        taxonomy: classes and affordances.
+        seed: derived from scenario, choice path and attempt; the only randomness a plugin may use.
+        samples: how many samples a sampling planner may draw (counted work, never seconds).
+    """
+
+    robot: Robot
+    mount: RobotMount
+    bindings: Mapping[str, Any]
+    taxonomy: Taxonomy
+    agenda: tuple[Designator, ...] = ()
+    seed: int = 0
+    samples: int = 4000
+    notes: Mapping[str, str] = field(default_factory=dict)

@@ -1,0 +1,118 @@
+"""Belief: what is held true at one point of a plan, and where each part of it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+
+from .geometry import Pose
+from .world import Feature, Thing, World
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A pose with its uncertainty and provenance.
+
+    Args:
+        pose: world frame.
+        sigma: standard deviation of the position [m].
+        source: who said so.
+    """
+
+    pose: Pose
+    sigma: float = 0.0
+    source: str = "known from the scenario"
+
+
+@dataclass(frozen=True)
+class Held:
+    """A thing in the gripper: its pose in the TCP frame, and the finger distance [m]."""
+
+    thing: str
+    tcp_to_thing: Pose
+    opening: float
+
+
+Relation = tuple[str, str, str]
+
+
+@dataclass(frozen=True)
+class Belief:
+    """State of the world as the engine believes it; frozen.
+
+    Args:
+        world: shapes and features of the things; its poses are the initial ones.
+        poses: thing -> estimate, for every thing that is not held.
+        robot: the mount that acts.
+        joints: its joint position [rad].
+        opening: of its gripper [m].
+        held: what is grasped, and how.
+        relations: facts such as ("hangs_on", "tea", "hanger").
+    """
+
+    world: World
+    poses: Mapping[str, Estimate]
+    robot: str
+    joints: tuple[float, ...]
+    opening: float
+    held: Held | None = None
+    relations: frozenset[Relation] = field(default_factory=frozenset)
+
+    def thing(self, entity: str) -> Thing:
+        """The thing that an entity name ("thing" or "thing/feature") belongs to."""
+        return self.world.thing(entity.split("/")[0])
+
+    def feature(self, entity: str, type_: str | None = None) -> Feature | None:
+        """The feature that an entity names, or the thing's first feature of a class."""
+        thing, _, part = entity.partition("/")
+        owner = self.world.thing(thing)
+        if part:
+            return next((f for f in owner.features if f.name == part), None)
+        return owner.feature(type_) if type_ else None
+
+    def base(self) -> Pose:
+        """The robot's base in the world."""
+        return next(r.base for r in self.world.robots if r.name == self.robot)
+
+    def pose(self, entity: str) -> Pose:
+        """Pose of a thing or feature in the robot's base frame.
+
+        Raises:
+            KeyError: the thing is held (its pose depends on the arm) or unknown.
+        """
+        thing, _, part = entity.partition("/")
+        pose = self.base().inverse() * self.poses[thing].pose
+        feature = self.feature(entity) if part else None
+        return pose * feature.pose if feature else pose
+
+    def moved(self, joints: tuple[float, ...]) -> Belief:
+        return replace(self, joints=joints)
+
+    def grasped(self, held: Held) -> Belief:
+        """The thing moves with the hand from now on; nothing else supports it until that is known."""
+        poses = {k: v for k, v in self.poses.items() if k != held.thing}
+        return replace(self, poses=poses, held=held, opening=held.opening)
+
+    def released(self, estimate: Estimate, opening: float) -> Belief:
+        """Let go of what is held; it is then where ``estimate`` says."""
+        assert self.held is not None
+        return replace(self, poses={**self.poses, self.held.thing: estimate}, held=None, opening=opening)
+
+    def related(self, *facts: Relation) -> Belief:
+        return replace(self, relations=self.relations | set(facts))
+
+    def unrelated(self, predicate: str, subject: str) -> Belief:
+        """Without any fact ``predicate(subject, _)``."""
+        return replace(self, relations=frozenset(r for r in self.relations if r[:2] != (predicate, subject)))
+
+    def relates(self, predicate: str, subject: str) -> str | None:
+        """The first thing that ``predicate(subject, thing)`` holds for."""
+        return next((o for p, s, o in sorted(self.relations) if (p, s) == (predicate, subject)), None)
+
+
+def initial_belief(
+    world: World, robot: str, joints: tuple[float, ...], opening: float, relations: Iterable[Relation] = ()
+) -> Belief:
+    """The belief that takes every pose of the world as known."""
+    poses = {t.name: Estimate(t.pose) for t in world.things}
+    return Belief(world, poses, robot, joints, opening, relations=frozenset(relations))

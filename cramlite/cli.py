@@ -1,0 +1,153 @@
+"""The command line: arguments -> engine -> explain. No logic of its own; heavy modules are imported when a command runs."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from .errors import CramliteError, UserError
+
+Command = Callable[[argparse.Namespace], int]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Returns:
+        0 solved, 1 no solution, 2 the user's mistake, 3 a plugin's bug, 130 interrupted.
+    """
+    arguments = _parser().parse_args(argv)
+    try:
+        return int(arguments.run(arguments))
+    except CramliteError as error:
+        print(f"cramlite: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("cramlite: interrupted; what was written so far is kept.", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="cramlite", description="Demonstrations become robot programs whose text was proven in simulation."
+    )
+    parser.add_argument("--version", action="version", version=_version())
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    resolve = _add(commands, "resolve", _resolve, "make a proven robot program from a scenario")
+    resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
+    resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")
+    resolve.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
+    resolve.add_argument("--backend", help="code writer; default the robot's native language")
+    resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
+    resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
+    resolve.add_argument("--json", action="store_true", help="print the result as JSON")
+    interpret = _add(commands, "interpret", _interpret, "say which tasks the actions of an episode may execute")
+    interpret.add_argument("episode", type=Path, help="a NEEM: folder or file")
+    interpret.add_argument("--why", metavar="TASK@ACTION", help="why an action is, or is not, a task")
+    interpret.add_argument("--json", action="store_true")
+    record = _add(commands, "record", _record, "let a simulated person demonstrate a scenario")
+    record.add_argument("scenario")
+    record.add_argument("--seed", type=int, default=0)
+    record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")
+    tasks = _add(commands, "tasks", _tasks, "list the task types")
+    tasks.add_argument("--json", action="store_true")
+    plugins = _add(commands, "plugins", _plugins, "list the plugins, with their faults")
+    plugins.add_argument("--json", action="store_true")
+    explain = _add(commands, "explain", _explain, "print the decisions of a run")
+    explain.add_argument("directory", type=Path, metavar="RUN", help="a run directory")
+    explain.add_argument("designator", nargs="?", help="only this designator, e.g. object_1 or grasp")
+    explain.add_argument("--json", action="store_true")
+    return parser
+
+
+def _add(commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, run: Command, text: str) -> argparse.ArgumentParser:
+    parser = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+    parser.set_defaults(run=run)
+    parser.add_argument("--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file")
+    parser.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
+    return parser
+
+
+def _version() -> str:
+    from . import __version__
+
+    return f"cramlite {__version__}"
+
+
+def _resolve(arguments: argparse.Namespace) -> int:
+    from .pipeline import resolve_scenario
+
+    return resolve_scenario(
+        arguments.scenario,
+        out=arguments.out,
+        seed=arguments.seed,
+        backend=arguments.backend,
+        demonstration=arguments.demonstration,
+        plugins=arguments.plugin,
+        block=arguments.block,
+        report=not arguments.no_report,
+        json_output=arguments.json,
+    )
+
+
+def _interpret(arguments: argparse.Namespace) -> int:
+    from .engine import Engine
+    from .explain import as_json, interpretation_text
+
+    engine = Engine(files=arguments.plugin, blocked=arguments.block)
+    found = engine.interpret(engine.read_episode(arguments.episode))
+    if arguments.why:
+        task, _, action = arguments.why.partition("@")
+        if not action.isdigit():
+            raise UserError(f"'--why {arguments.why}' should be TASK@ACTION, e.g. Grasping@3, with an action's number from 'cramlite interpret'.")
+        print(found.why(task, int(action)))
+    else:
+        print(as_json(found.to_json()) if arguments.json else interpretation_text(found))
+    return 0
+
+
+def _record(arguments: argparse.Namespace) -> int:
+    from .pipeline import record_demonstration
+
+    return record_demonstration(arguments.scenario, seed=arguments.seed, out=arguments.out, plugins=arguments.plugin, block=arguments.block)
+
+
+def _tasks(arguments: argparse.Namespace) -> int:
+    from .explain import as_json, tasks_json, tasks_text
+    from .knowledge import Knowledge
+    from .registry import Registry
+
+    tasks = Knowledge(Registry(tuple(arguments.plugin), tuple(arguments.block))).tasks.values()
+    print(as_json(tasks_json(tasks)) if arguments.json else tasks_text(tasks))
+    return 0
+
+
+def _plugins(arguments: argparse.Namespace) -> int:
+    from .explain import as_json, plugins_text
+    from .registry import Registry
+
+    registry = Registry(tuple(arguments.plugin), tuple(arguments.block))
+    print(as_json(registry.infos) if arguments.json else plugins_text(registry.infos))
+    return 3 if registry.faults else 0
+
+
+def _explain(arguments: argparse.Namespace) -> int:
+    from .explain import as_json, trace_text
+    from .run import read_json
+    from .trace import Trace
+
+    trace = Trace.from_json(read_json(arguments.directory / "trace.json", "trace")["entries"])
+    entries = list(trace.about(arguments.designator)) if arguments.designator else trace.entries
+    if not entries:
+        names = ", ".join(dict.fromkeys(e.designator for e in trace.entries))
+        raise UserError(f"Nothing in '{arguments.directory}' is called '{arguments.designator}'; there are: {names}.")
+    print(as_json(entries) if arguments.json else trace_text(trace, arguments.designator))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

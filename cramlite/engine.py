@@ -1,0 +1,266 @@
+"""The engine: goals become proven programs, lazily, one solution after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from .answers import Context
+from .belief import Belief, Relation, initial_belief
+from .designators import Object
+from .episode import Episode
+from .errors import UserError, nearest
+from .interpretation import Interpretation
+from .knowledge import Knowledge, pick
+from .plan import Plan, TaskCall, build_plan, plan_from_episode
+from .plugin_types import Backend, Candidate
+from .proof import assemble, conflict_of, prove
+from .registry import Registry
+from .robots import Robot
+from .scenario import ObjectSpec, Scenario, TaskSpec, build_world
+from .search import Budget, Search, State, task_type
+from .trace import Trace
+from .verdict import Verdict
+from .world import World
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Where a plan is to be carried out.
+
+    Args:
+        name: of the program.
+        world: the robot's world.
+        relations: what is known to hold in it.
+        robot: the robot's model; the first mount of the world acts.
+        backend: who writes the code.
+        seed: of everything that is drawn.
+    """
+
+    name: str
+    world: World
+    relations: tuple[Relation, ...]
+    robot: Robot
+    backend: Backend
+    seed: int
+
+    def belief(self) -> Belief:
+        mount = self.world.robots[0]
+        return initial_belief(self.world, mount.name, self.robot.home, self.robot.gripper.opening[1], self.relations)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """A program whose text ran and was judged, with everything that led to it.
+
+    Args:
+        number: which candidate task sequence it came from, from 1.
+        candidate: plan, program, code, bindings and rollout.
+        verdict: what the validators found.
+        trace: every decision of the search so far.
+        interpretation, episode: what the plan came from; None when it did not come from a demonstration.
+        seed: that gives this solution again.
+    """
+
+    number: int
+    candidate: Candidate
+    verdict: Verdict
+    trace: Trace
+    setting: Setting
+    interpretation: Interpretation | None = None
+    episode: Episode | None = None
+
+    @property
+    def plan(self) -> Plan:
+        return self.candidate.plan
+
+    @property
+    def program(self) -> Any:
+        return self.candidate.program
+
+    @property
+    def code(self) -> str:
+        """The text that was proven."""
+        assert self.candidate.code is not None
+        return self.candidate.code.text
+
+
+class Engine:
+    """An engine with its own plugins; two of them share nothing.
+
+    Args:
+        files: plugin modules to load by path.
+        blocked, preferred: names of plugins.
+        ontologies: further ontology files.
+
+    Example:
+        >>> from cramlite import Engine, read_scenario          # doctest: +SKIP
+        >>> solution = next(Engine().resolve(read_scenario(path)))  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        *,
+        files: Sequence[Path] = (),
+        blocked: Sequence[str] = (),
+        preferred: Sequence[str] = (),
+        ontologies: Sequence[Path] = (),
+    ) -> None:
+        self.registry = Registry(tuple(files), tuple(blocked), tuple(preferred))
+        self.knowledge = Knowledge(self.registry, ontologies)
+
+    def read_episode(self, path: Path) -> Episode:
+        """Read an episode in any format that a plugin reads.
+
+        Raises:
+            UserError: no such path, no reader, or a file that cannot be used.
+        """
+        if not path.exists():
+            raise UserError(f"There is no episode at '{path}'; give the folder of a NEEM, or record one with 'cramlite record'.")
+        episode = self.registry.first("read_episode", path=path)
+        if episode is None:
+            raise UserError(f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'.")
+        if not episode.events:
+            raise UserError(f"'{path}': the episode has no events, so there is nothing to interpret; record it with contacts.")
+        return episode  # type: ignore[no-any-return]
+
+    def interpret(self, episode: Episode) -> Interpretation:
+        """Every task that each action of the episode may execute."""
+        from .interpretation import interpret
+
+        return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
+
+    def setting(self, scenario: Scenario, *, seed: int = 0, backend: str | None = None) -> Setting:
+        """The robot's world of a scenario.
+
+        Raises:
+            UserError: an unknown robot, model, backend or thing.
+        """
+        robot = pick("robot", self.knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
+        name = backend or scenario.spec.backend or robot.backend
+        writer = pick("backend", self.knowledge.backends, name)
+        world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, self.knowledge.models, seed)
+        return Setting(scenario.name, world, relations, robot, writer, seed)
+
+    def resolve(
+        self,
+        goal: Scenario | Episode | Sequence[TaskSpec] | TaskSpec,
+        *,
+        world: Setting | None = None,
+        seed: int = 0,
+        budget: Budget | None = None,
+        trace: Trace | None = None,
+        progress: Progress = lambda _: None,
+    ) -> Iterator[Solution]:
+        """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
+
+        Args:
+            goal: a scenario, an episode (with ``world``), tasks, or one task.
+            world: the setting, where the goal does not bring one.
+            seed: the same one gives the same programs.
+            budget: counted work.
+            trace: is filled while the search runs, also when nothing is found.
+            progress: called with a line for people.
+
+        Raises:
+            UserError: the goal cannot be used.
+        """
+        if isinstance(goal, Scenario):
+            world = world or self.setting(goal, seed=seed)
+        if world is None:
+            raise UserError("A goal that is not a scenario needs a world: pass world=engine.setting(scenario).")
+        trace, budget = trace if trace is not None else Trace(), budget or Budget()
+        for number, (plan, source) in enumerate(self._plans(goal, world, progress), 1):
+            if number > budget.sequences:
+                trace.add(0, "sequences", "", "capped", "engine", f"{budget.sequences} task sequences tried, the rest left out")
+                return
+            trace.candidate = number
+            progress(f"candidate {number}: {plan}")
+            for candidate, verdict in self._prove_plan(plan, world, budget, trace, progress):
+                yield Solution(number, candidate, verdict, trace, world, *source)
+
+    def _plans(
+        self, goal: Any, world: Setting, progress: Progress
+    ) -> Iterator[tuple[Plan, tuple[Interpretation | None, Episode | None]]]:
+        if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
+            goal = self.read_episode(goal.beside(goal.spec.demonstration))
+        if isinstance(goal, Episode):
+            found = self.interpret(goal)
+            progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
+            for sequence in found.sequences():
+                calls = [TaskCall(task_type(self.knowledge.tasks, m.task), m.roles) for m in sequence.matches]
+                yield plan_from_episode(world.name, calls, goal), (found, goal)
+            return
+        objects: dict[str, ObjectSpec] = {}
+        where = ""
+        if isinstance(goal, Scenario):
+            objects, where = goal.spec.objects, goal.where("tasks" if goal.spec.tasks is not None else "designator")
+            goal = goal.spec.tasks if goal.spec.tasks is not None else goal.spec.designator
+        tasks = goal if isinstance(goal, list | tuple) else [goal]
+        yield self._plan_from_tasks(tasks, objects, world, where), (None, None)
+
+    def _plan_from_tasks(self, tasks: Sequence[TaskSpec], objects: dict[str, ObjectSpec], world: Setting, where: str) -> Plan:
+        try:
+            calls = [TaskCall(task_type(self.knowledge.tasks, t.task), t.roles, t.parameters) for t in tasks]
+            for call in calls:
+                _check_call(call)
+            fillers = dict.fromkeys(f for c in calls for f in c.roles.values())
+            designators = {f: _object(f, objects, world.world) for f in fillers}
+        except UserError as error:
+            raise UserError(f"{where}: {error}" if where else str(error)) from error
+        return build_plan(world.name, calls, designators)
+
+    def _prove_plan(
+        self, plan: Plan, setting: Setting, budget: Budget, trace: Trace, progress: Progress
+    ) -> Iterator[tuple[Candidate, Verdict]]:
+        mount = setting.world.robots[0]
+        context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
+        search = Search(self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress)
+        start = State((*plan.objects, *plan.actions), setting.belief())
+        states = search.solve(start)
+        conflict, proofs = None, 0
+        while proofs < budget.proofs:
+            try:
+                state = states.send(conflict) if proofs else next(states)
+            except StopIteration:
+                return
+            proofs += 1
+            candidate = assemble(setting.name, plan, start, state, setting.robot, setting.world, self.knowledge)
+            for step in candidate.program.steps:
+                self.registry.notify("on_step", step=step, candidate=candidate)
+            progress(f"candidate program {proofs} of {len(candidate.program.steps)} steps: running its text")
+            candidate, verdict = prove(candidate, self.knowledge, setting.backend, setting.seed)
+            outcome = "proven" if verdict.passed else "failed"
+            trace.add(0, "proof", str(plan), outcome, setting.backend.name, verdict.reason)  # type: ignore[arg-type]
+            conflict = None
+            if verdict.passed:
+                yield candidate, verdict
+            else:
+                progress(f"refused: {verdict.reason}")
+                conflict = conflict_of(verdict, state)
+
+
+def _check_call(call: TaskCall) -> None:
+    """Roles are known and complete."""
+    names = {r.name for r in call.task.roles}
+    for role in call.roles:
+        if role not in names:
+            raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
+    for role in call.task.roles:
+        if role.required and not role.effector and role.name not in call.roles:
+            raise UserError(f"Task '{call.task.task}' needs a filler for its role '{role.name}'.")
+
+
+def _object(name: str, objects: dict[str, ObjectSpec], world: World) -> Object:
+    """A declared object, or a thing (or "thing/feature") of the world by name."""
+    if name in objects:
+        return Object(name, **objects[name].model_dump())
+    features = {f"{t.name}/{f.name}" for t in world.things for f in t.features}
+    valid = {t.name for t in world.things} | features
+    if name not in valid | set(objects):
+        raise UserError(f"No object '{name}' is declared under 'objects' or stands in the world; {nearest(name, valid | set(objects))}.")
+    return replace(Object(name), entity=name)

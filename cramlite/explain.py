@@ -1,0 +1,137 @@
+"""The only printer: values become text for people, or JSON for machines."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+from .trace import Entry, Trace
+
+if TYPE_CHECKING:
+    from .engine import Solution
+    from .interpretation import Interpretation
+    from .registry import PluginInfo
+    from .tasks import TaskType
+
+MARKS = {
+    "asked": "?", "chosen": "+", "refused": "-", "impossible": "x", "failed": "x", "nogood": "-", "capped": "!", "fault": "!!",
+    "proven": "OK",
+}  # fmt: skip
+
+
+def as_json(value: Any) -> str:
+    """Indented JSON of plain data, dataclasses and arrays."""
+    return json.dumps(value, indent=1, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value) and not isinstance(value, type):
+        return asdict(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    return str(value)
+
+
+def solution_text(solution: Solution, folder: str) -> str:
+    """A short summary of a proven program."""
+    program, plan = solution.program, solution.plan
+    lines = [f"Solved: {plan}", f"  from candidate sequence {solution.number}, {len(program.steps)} steps, {solution.code.count(chr(10))} lines"]
+    chosen = {e.designator: e for e in solution.trace.entries if e.outcome == "chosen"}
+    for designator in plan.objects:
+        entry = chosen.get(designator.name)
+        lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {entry.text if entry else '?'}: {entry.reason if entry else ''}")
+    lines.append("  Judged after running the text:")
+    lines += [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in solution.verdict.findings]
+    return "\n".join([*lines, f"  Files: {folder}"])
+
+
+def failure_text(trace: Trace, faults: Iterable[object]) -> str:
+    """Why nothing was found: the last failure of each candidate, and the nearest miss."""
+    lines = ["No solution: every alternative was refused."]
+    nearest = nearest_miss(trace)
+    if nearest is not None:
+        lines.append(f"  Nearest miss: candidate {nearest.candidate}, {nearest.designator}: {nearest.reason}")
+    for number in dict.fromkeys(e.candidate for e in trace.entries):
+        own = [e for e in trace.entries if e.candidate == number]
+        lines.append(f"  Candidate {number}:")
+        lines += [f"    {e.designator}: {e.reason} [{e.plugin}]" for e in _unique(own)][:8]
+    lines += [f"  Fault: {f}" for f in faults]
+    return "\n".join(lines)
+
+
+def _unique(entries: Iterable[Entry]) -> list[Entry]:
+    """Refusals that carry a reason, each once."""
+    wanted = ("refused", "impossible", "fault")
+    kept = {(e.designator, e.reason): e for e in entries if e.outcome in wanted or (e.designator == "proof" and e.outcome == "failed")}
+    return list(kept.values())
+
+
+def nearest_miss(trace: Trace) -> Entry | None:
+    """The refusal that came after the most choices."""
+    reasons = [e for e in trace.entries if e.outcome in ("refused", "impossible") or (e.designator == "proof" and e.outcome == "failed")]
+    return max(reasons, key=lambda e: (e.designator == "proof", _depth(trace, e), -e.number), default=None)
+
+
+def _depth(trace: Trace, entry: Entry) -> int:
+    depth = 0
+    while entry.parent:
+        entry, depth = trace.entries[entry.parent - 1], depth + 1
+    return depth
+
+
+def trace_text(trace: Trace, designator: str | None = None) -> str:
+    """The tree of a search, or everything about one designator."""
+    entries = list(trace.about(designator)) if designator else trace.entries
+    indent = (lambda e: 0) if designator else (lambda e: _depth(trace, e))  # type: ignore[unused-ignore]
+    lines = []
+    for entry in entries:
+        cost = f" (cost {entry.cost:.3g})" if entry.cost is not None else ""
+        text = entry.text if entry.outcome in ("asked", "chosen", "refused") else ""
+        said = ": ".join(x for x in (text, entry.reason) if x)
+        who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
+        lines.append(f"{'  ' * min(indent(entry), 20)}{MARKS[entry.outcome]:2} {entry.designator} {said}{cost}{who}")
+    return "\n".join(lines)
+
+
+def interpretation_text(found: Interpretation) -> str:
+    """Every action with the tasks it may execute."""
+    lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} candidate task sequences"]
+    for k, action in enumerate(found.actions):
+        lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s")
+        lines += [f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}" for m in action.matches]
+        if action.hole:
+            lines.append(f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing")
+    return "\n".join(lines)
+
+
+def tasks_text(tasks: Iterable[TaskType]) -> str:
+    lines = []
+    for task in sorted(tasks, key=lambda t: t.task):
+        roles = ", ".join(r.name + ("" if r.required else "?") for r in task.roles)
+        names = f"  also {', '.join(task.aliases)}" if task.aliases else ""
+        lines.append(f"{task.task}({roles}): {task.summary}{names}")
+    return "\n".join(lines)
+
+
+def tasks_json(tasks: Iterable[TaskType]) -> list[dict[str, Any]]:
+    return [
+        {
+            "task": t.task, "aliases": list(t.aliases), "summary": t.summary,
+            "roles": [asdict(r) for r in t.roles], "parameters": [asdict(p) for p in t.parameters],
+        }
+        for t in sorted(tasks, key=lambda t: t.task)
+    ]  # fmt: skip
+
+
+def plugins_text(infos: Iterable[PluginInfo]) -> str:
+    lines = []
+    for info in infos:
+        lines.append(f"{info.name} ({info.distribution} {info.version}) {info.load_ms:.1f} ms: {', '.join(info.hooks) or 'no hooks'}")
+        lines.append(f"    {info.file}")
+        if info.fault:
+            lines.append(f"    NOT LOADED: {info.fault}")
+    return "\n".join(lines)

@@ -1,0 +1,103 @@
+"""What an engine knows from its plugins: task types, robots, object models, backends, judges, classes, rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .errors import PluginError, UserError, nearest
+from .registry import Registry
+from .resources import data_folder
+
+if TYPE_CHECKING:
+    from .ontology import Taxonomy
+    from .plugin_types import Backend, ModelMaker, ReportSection, Simulator, Validator
+    from .robots import Robot
+    from .rules import Rule
+    from .tasks import TaskType
+
+
+class Knowledge:
+    """Collected from one registry, each kind when it is first needed.
+
+    Args:
+        registry: whose plugins are asked.
+        ontologies: further ontology files, beside the shipped ones and those of plugins.
+    """
+
+    def __init__(self, registry: Registry, ontologies: Iterable[Path] = ()) -> None:
+        self.registry = registry
+        self._ontologies = tuple(ontologies)
+
+    @cached_property
+    def task_owners(self) -> Mapping[str, str]:
+        """Task class -> plugin. Names and aliases are unique."""
+        owners: dict[str, str] = {}
+        for plugin, task in self.registry.collect("task_types"):
+            for name in (task.task, task.task.split(":")[-1], *task.aliases):
+                if owners.get(name, plugin) != plugin:
+                    raise PluginError(
+                        f"Plugins '{owners[name]}' and '{plugin}' both declare the task name '{name}'. "
+                        f"Names must be unique: block one with --block {plugin}, or rename it."
+                    )
+                owners[name] = plugin
+        return owners
+
+    @cached_property
+    def tasks(self) -> Mapping[str, TaskType]:
+        _ = self.task_owners
+        return {task.task: task for _, task in self.registry.collect("task_types")}
+
+    @cached_property
+    def robots(self) -> Mapping[str, Robot]:
+        return self.registry.named("robots", "type")
+
+    @cached_property
+    def models(self) -> Mapping[str, ModelMaker]:
+        return self.registry.named("object_models", "name")
+
+    @cached_property
+    def backends(self) -> Mapping[str, Backend]:
+        return self.registry.named("backends", "name")
+
+    @cached_property
+    def validators(self) -> tuple[Validator, ...]:
+        return tuple(self.registry.named("validators", "name").values())
+
+    @cached_property
+    def simulator(self) -> Simulator:
+        for _, simulator in self.registry.collect("simulators"):
+            return simulator  # type: ignore[no-any-return]
+        raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
+
+    @cached_property
+    def sections(self) -> list[ReportSection]:
+        return sorted((s for _, s in self.registry.collect("report_sections")), key=lambda s: (s.order, s.title))
+
+    @cached_property
+    def taxonomy(self) -> Taxonomy:
+        from .ontology import Taxonomy
+
+        shipped = sorted(data_folder("ontologies").glob("*.ttl"))
+        offered = [path for _, path in self.registry.collect("ontologies")]
+        return Taxonomy.load([*shipped, *offered, *self._ontologies])
+
+    @cached_property
+    def rules(self) -> tuple[Rule, ...]:
+        from .rules import load_rules
+
+        predicates = [p for _, p in self.registry.collect("predicates")]
+        return load_rules(sorted(data_folder("task_rules").glob("*.yaml")), predicates, self.taxonomy)
+
+
+def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
+    """An entry by name.
+
+    Raises:
+        UserError: there is none; the nearest valid names are listed.
+    """
+    if name not in table:
+        raise UserError(f"{where + ': ' if where else ''}There is no {kind} '{name}'; {nearest(name, table)}.")
+    return table[name]

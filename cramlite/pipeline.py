@@ -1,0 +1,186 @@
+"""The stage functions in order: what one command does from its arguments to its files."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from . import __version__
+from .engine import Engine, Solution
+from .errors import NoSolution, PluginError, UserError
+from .explain import as_json, failure_text, solution_text
+from .resources import find_scenario
+from .run import RunDirectory, content_key
+from .scenario import Scenario, build_world, read_scenario
+from .search import Budget
+from .trace import Trace
+
+
+def resolve_scenario(
+    name: str,
+    *,
+    out: Path | None = None,
+    seed: int = 0,
+    backend: str | None = None,
+    demonstration: Path | None = None,
+    plugins: Sequence[Path] = (),
+    block: Sequence[str] = (),
+    report: bool = True,
+    json_output: bool = False,
+) -> int:
+    """Resolve a scenario and write its run directory.
+
+    Returns:
+        0 when a program was proven.
+
+    Raises:
+        NoSolution: every candidate was refused; the run directory holds the trace.
+        PluginError: nothing was found, and a plugin broke on the way.
+        UserError: the scenario cannot be used.
+    """
+    scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
+    engine = make_engine(scenario, plugins, block)
+    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, seed, backend, engine))
+    if run.complete:
+        print(f"{run.path} is complete and nothing has changed since; see {run.path / 'report.html'}.", file=sys.stderr)
+        return 0
+    trace, say = Trace(), Progress(quiet=json_output)
+    budget = Budget(**_budget(scenario))
+    setting = engine.setting(scenario, seed=seed, backend=backend)
+    solutions = engine.resolve(scenario, world=setting, seed=seed, budget=budget, trace=trace, progress=say)
+    solution = next(solutions, None)
+    _write_trace(run, trace, engine)
+    if solution is None:
+        text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+        raise PluginError(text) if engine.registry.faults else NoSolution(text)
+    write_solution(run, solution, engine, seed)
+    if report:
+        from .report import write_report
+
+        say("writing the report")
+        write_report(run, solution, engine)
+    run.finish()
+    say.done()
+    for fault in engine.registry.faults:
+        print(f"cramlite: warning: {fault}", file=sys.stderr)
+    print(as_json(_summary(solution, run)) if json_output else solution_text(solution, str(run.path)))
+    return 0
+
+
+def record_demonstration(name: str, *, seed: int, out: Path, plugins: Sequence[Path] = (), block: Sequence[str] = ()) -> int:
+    """Record a demonstration of a scenario and write it as a NEEM.
+
+    Raises:
+        UserError: the scenario says nothing about recording, or the folder is not empty.
+    """
+    scenario = read_scenario(find_scenario(name))
+    recipe = scenario.spec.record
+    if recipe is None:
+        raise UserError(f"{scenario.path}: has no 'record' section, which says what a person should do in which world.")
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    engine = make_engine(scenario, plugins, block)
+    world, _ = build_world(scenario, recipe.things, recipe.vary, engine.knowledge.models, seed)
+    simulator = engine.knowledge.simulator
+    rollout = simulator.demonstrate(replace(world, robots=()), recipe.script, seed=seed)
+    episode = simulator.episode(rollout, scenario.name)
+    simulator.save_episode(episode, out)
+    print(f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'")
+    return 0
+
+
+def make_engine(scenario: Scenario, plugins: Sequence[Path] = (), block: Sequence[str] = ()) -> Engine:
+    """An engine with what the command line and the scenario ask for."""
+    ontologies = [scenario.beside(o) for o in scenario.spec.ontologies]
+    return Engine(
+        files=plugins, blocked=(*block, *scenario.spec.block), preferred=scenario.spec.prefer, ontologies=ontologies
+    )
+
+
+def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
+    if path is None:
+        return scenario
+    update = {"demonstration": str(path.resolve()), "tasks": None, "designator": None}
+    return replace(scenario, spec=scenario.spec.model_copy(update=update))
+
+
+def _budget(scenario: Scenario) -> dict[str, int]:
+    from dataclasses import fields
+
+    from .errors import nearest
+
+    valid = [f.name for f in fields(Budget)]
+    for key, value in scenario.spec.budget.items():
+        if key not in valid:
+            raise UserError(f"{scenario.where('budget', key)}: no budget '{key}'; {nearest(key, valid)}.")
+        if value < 1:
+            raise UserError(f"{scenario.where('budget', key)}: a budget is at least 1, not {value}.")
+    return dict(scenario.spec.budget)
+
+
+def _key(scenario: Scenario, seed: int, backend: str | None, engine: Engine) -> dict[str, Any]:
+    """What a run depends on."""
+    files = [scenario.path]
+    if scenario.spec.demonstration and scenario.beside(scenario.spec.demonstration).exists():
+        files.append(scenario.beside(scenario.spec.demonstration))
+    plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
+    return {
+        "cramlite": __version__, "scenario": scenario.name, "content": content_key(*files), "seed": seed,
+        "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
+    }  # fmt: skip
+
+
+def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
+    faults = [str(f) for f in engine.registry.faults]
+    run.write("trace.json", as_json({"entries": trace.to_json(), "faults": faults}))
+
+
+def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
+    """The stages' values, each in its file."""
+    from pydantic import TypeAdapter
+
+    from .program import Program
+    from .world import World
+
+    candidate = solution.candidate
+    assert candidate.code is not None
+    run.write(f"program{candidate.code.suffix}", candidate.code.text)
+    run.write("program.json", TypeAdapter(Program).dump_json(candidate.program, indent=1))
+    run.write("world.json", TypeAdapter(World).dump_json(candidate.world, indent=1))
+    run.write("plan.json", as_json(candidate.plan))
+    run.write("verdict.json", as_json(solution.verdict))
+    run.write("summary.json", as_json({**_summary(solution, run), "seed": seed}))
+    if solution.interpretation is not None:
+        run.write("interpretation.json", as_json(solution.interpretation.to_json()))
+    if candidate.episode is not None and not (run.path / "episode").exists():
+        engine.knowledge.simulator.save_episode(candidate.episode, run.path / "episode")
+
+
+def _summary(solution: Solution, run: RunDirectory) -> dict[str, Any]:
+    entities = {k: v for k, v in solution.candidate.bindings.items() if isinstance(v, str)}
+    return {
+        "solved": True, "directory": str(run.path), "candidate": solution.number, "plan": str(solution.plan),
+        "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
+    }  # fmt: skip
+
+
+class Progress:
+    """Lines for people on standard error, with the time since the start; the last one stays on a terminal."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._begin, self._quiet = time.monotonic(), quiet
+        self._live = sys.stderr.isatty()
+
+    def __call__(self, text: str) -> None:
+        if self._quiet or not (self._live or not text[:1].isdigit()):
+            return
+        line = f"[{time.monotonic() - self._begin:5.1f} s] {text}"
+        print(f"\r\x1b[K{line[:110]}" if self._live else line, end="" if self._live else "\n", file=sys.stderr, flush=True)
+
+    def done(self) -> None:
+        if self._live and not self._quiet:
+            print("\r\x1b[K", end="", file=sys.stderr)

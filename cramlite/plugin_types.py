@@ -1,0 +1,129 @@
+"""The protocols of what plugins declare: simulators, validators, backends, object models, report sections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .belief import Belief
+from .designators import Action
+from .geometry import Pose
+from .plan import Plan
+from .program import Code, Program
+from .robots import Robot
+from .rollout import Rollout
+from .verdict import Cost, Finding
+from .world import Thing, World
+
+if TYPE_CHECKING:
+    from .episode import Episode
+    from .ontology import Taxonomy
+    from .rules import Rule
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A fully grounded plan on its way to being proven.
+
+    Args:
+        plan: what was asked for.
+        program, code: the typed program and its text; None before they exist.
+        bindings: designator name -> grounding.
+        belief: predicted at the end.
+        rules, taxonomy: by which demonstrations are interpreted.
+        rollout: what happened when the text ran; None before it did.
+        episode: the same as events, by the detection that also reads demonstrations.
+        actions: the plan's actions with their objects grounded to entities.
+        robot: the robot's model.
+    """
+
+    plan: Plan
+    program: Program
+    code: Code | None
+    bindings: Mapping[str, Any]
+    belief: Belief
+    actions: tuple[Action, ...]
+    robot: Robot
+    world: World
+    rules: tuple[Rule, ...]
+    taxonomy: Taxonomy
+    rollout: Rollout | None = None
+    episode: Episode | None = None
+
+
+class Validator(Protocol):
+    """Judges a candidate. Validators of cost "rollout" are asked after its text ran, the others before."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def cost(self) -> Cost: ...
+    def check(self, candidate: Candidate) -> Iterable[Finding]: ...
+
+
+class Backend(Protocol):
+    """Writes a program as code. ``executable`` says whether a simulator here runs that text."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def executable(self) -> bool: ...
+    def emit(self, program: Program, robot: Robot) -> Code: ...
+
+
+class Simulator(Protocol):
+    """Runs code and demonstrations in physics."""
+
+    @property
+    def name(self) -> str: ...
+    def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
+        """Run a program's text on the controller model. It sees the text and the world, nothing else."""
+        ...
+
+    def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
+        """Let a simulated person act."""
+        ...
+
+    def episode(self, rollout: Rollout, name: str) -> Episode:
+        """The events of a rollout: the one detection for demonstrations and runs."""
+        ...
+
+    def save_episode(self, episode: Episode, folder: Path) -> None:
+        """Write an episode as a NEEM."""
+        ...
+
+    def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
+        """A picture of one sample of a rollout: (height, width, 3) uint8."""
+        ...
+
+
+@dataclass(frozen=True)
+class ModelMaker:
+    """A parametric object model.
+
+    Args:
+        name: what scenarios write under ``model``.
+        make: called with ``name``, ``pose`` and the scenario's parameters as keywords.
+        hung: for models that can hang: the pose on a hanger (thing, hanger, depth [m], yaw [rad]).
+    """
+
+    name: str
+    make: Callable[..., Thing]
+    hung: Callable[..., Pose] | None = None
+
+
+@dataclass(frozen=True)
+class ReportSection:
+    """A part of the report page.
+
+    Args:
+        title: heading.
+        order: lower is further up.
+        render: gives HTML from the finished run's Solution and what led to it.
+    """
+
+    title: str
+    order: int
+    render: Callable[[Any], str]

@@ -1,0 +1,103 @@
+"""Proving a grounded plan: its text is written, run on the controller model, and judged."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+
+from .knowledge import Knowledge
+from .plan import Plan
+from .plugin_types import Backend, Candidate
+from .program import Program, Snapshot
+from .robots import Robot
+from .search import Conflict, State
+from .verdict import COSTS, Finding, Verdict
+from .world import World
+
+
+def assemble(name: str, plan: Plan, start: State, end: State, robot: Robot, world: World, knowledge: Knowledge) -> Candidate:
+    """The typed program of a fully grounded state."""
+    belief = start.belief
+    used = sorted({str(v).split("/")[0] for v in end.bindings.values() if isinstance(v, str)})
+    snapshots = tuple(
+        Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses
+    )
+    gripper = robot.gripper
+    program = Program(
+        name=re.sub(r"\W", "_", name),
+        robot=belief.robot,
+        robot_type=robot.type,
+        tcp=gripper.tcp,
+        start=belief.joints,
+        steps=end.steps,
+        sections=end.sections,
+        snapshots=snapshots,
+        mass=gripper.mass,
+        center=(0.0, 0.0, gripper.tcp.position[2] / 2),
+    )
+    return Candidate(
+        plan, program, None, end.bindings, end.belief, end.actions, robot, world, knowledge.rules, knowledge.taxonomy
+    )
+
+
+def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int) -> tuple[Candidate, Verdict]:
+    """Judge a candidate, cheap checks first; its text runs only if those pass.
+
+    Returns:
+        The candidate with code and rollout as far as they came to be, and the verdict.
+    """
+    findings = _judge(candidate, knowledge, rollout=False)
+    if any(not f.passed for f in findings):
+        return candidate, Verdict(tuple(findings))
+    candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
+    assert candidate.code is not None
+    if not backend.executable:
+        note = Finding("execution", True, f"text of backend '{backend.name}' cannot be run here: its program was checked, its text was not")
+        return candidate, Verdict((*findings, note))
+    rollout = knowledge.simulator.execute(
+        candidate.code.text, candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
+    )
+    episode = knowledge.simulator.episode(rollout, candidate.program.name)
+    candidate = replace(candidate, rollout=rollout, episode=episode)
+    return candidate, Verdict((*findings, *_judge(candidate, knowledge, rollout=True)))
+
+
+def _judge(candidate: Candidate, knowledge: Knowledge, *, rollout: bool) -> list[Finding]:
+    """Findings of all validators of the wanted kind; a cost class that objects spares the dearer ones."""
+    findings: list[Finding] = []
+    for cost in COSTS:
+        for validator in knowledge.validators:
+            if validator.cost == cost and (cost == "rollout") == rollout:
+                findings += _ask(validator, candidate, knowledge)
+        if any(not f.passed for f in findings):
+            break
+    return findings
+
+
+def _ask(validator: object, candidate: Candidate, knowledge: Knowledge) -> Iterable[Finding]:
+    """A validator that breaks has not approved: its fault is an objection."""
+    name = getattr(validator, "name", str(validator))
+    try:
+        return list(validator.check(candidate))  # type: ignore[attr-defined]
+    except Exception as error:
+        fault = knowledge.registry.fault(name, "validators", name, error)
+        return [Finding(name, False, f"the validator itself failed: {fault.error}")]
+
+
+def conflict_of(verdict: Verdict, state: State) -> Conflict:
+    """The choices that a failed proof depends on: objects, places and decompositions up to the task that failed.
+
+    Another path between the same places would fail in the same way, so motions are left out.
+    """
+    names = [name for name, _ in state.choices]
+    tasks = [a.name for a in state.actions]
+    failed = [f.origin.split("/")[0] for f in verdict.objections]
+    known = [tasks.index(f) for f in failed if f in tasks]
+    if known and min(known) + 1 < len(tasks):
+        names = names[: names.index(tasks[min(known) + 1])]
+    return frozenset(n for n in names if not _is_motion(n))
+
+
+def _is_motion(name: str) -> bool:
+    return "/" in name and "(" not in name

@@ -1,0 +1,53 @@
+"""Numbers with units, as people write them in YAML: "50 mm", "20 deg", "0.3 kg", or plain SI numbers."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+
+UNITS: dict[str, dict[str, float]] = {
+    "length": {"m": 1.0, "cm": 0.01, "mm": 0.001},
+    "angle": {"rad": 1.0, "deg": math.pi / 180},
+    "mass": {"kg": 1.0, "g": 0.001},
+    "force": {"N": 1.0},
+}
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]*)\s*")
+
+
+def parse_quantity(value: Any, kind: str) -> float:
+    """A number in SI units.
+
+    Args:
+        value: a number (already SI) or text such as "50 mm".
+        kind: "length", "angle", "mass" or "force".
+
+    Raises:
+        ValueError: not a finite number, or a unit of another kind; says which units are right.
+    """
+    units = UNITS[kind]
+    right = f"a {kind} is a number in {next(iter(units))}, or text such as '{_EXAMPLES[kind]}' (units: {', '.join(units)})"
+    match = _NUMBER.fullmatch(str(value)) if not isinstance(value, bool) else None
+    if match is None:
+        raise ValueError(f"'{value}' is not a {kind}: {right}")
+    number, unit = float(match[1]), match[2]
+    if unit and unit not in units:
+        raise ValueError(f"'{unit}' is not a unit of {kind}: {right}")
+    if not math.isfinite(number):
+        raise ValueError(f"'{value}' is not finite: {right}")
+    return number * units.get(unit, 1.0)
+
+
+_EXAMPLES = {"length": "50 mm", "angle": "20 deg", "mass": "0.3 kg", "force": "10 N"}
+
+
+def _parser(kind: str) -> Callable[[Any], float]:
+    return lambda value: parse_quantity(value, kind)
+
+
+Length = Annotated[float, BeforeValidator(_parser("length"))]
+Angle = Annotated[float, BeforeValidator(_parser("angle"))]
+Mass = Annotated[float, BeforeValidator(_parser("mass"))]

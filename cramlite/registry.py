@@ -1,0 +1,208 @@
+"""The registry: the only module that touches pluggy. Loads, orders, isolates and asks plugins."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pluggy
+
+from . import hookspecs
+from .errors import PluginError, Unresolvable, UserError, nearest
+
+GROUP = "cramlite"
+OWN_DISTRIBUTION = "cramlite"
+
+
+@dataclass(frozen=True)
+class PluginInfo:
+    """What is known of a plugin: for ``cramlite plugins`` and for messages."""
+
+    name: str
+    distribution: str
+    version: str
+    file: str
+    hooks: tuple[str, ...]
+    load_ms: float
+    fault: str = ""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A plugin's bug: where it happened and what it was."""
+
+    plugin: str
+    version: str
+    hook: str
+    designator: str
+    error: str
+
+    def __str__(self) -> str:
+        return f"plugin '{self.plugin}' {self.version}, hook {self.hook}, at {self.designator or 'load'}: {self.error}"
+
+
+@dataclass
+class Registry:
+    """The plugins of one engine. Two registries share nothing.
+
+    Args:
+        files: plugin modules to load by path, before all others.
+        blocked: names of plugins that are not loaded.
+        preferred: names of plugins that are asked first.
+    """
+
+    files: tuple[Path, ...] = ()
+    blocked: tuple[str, ...] = ()
+    preferred: tuple[str, ...] = ()
+    infos: list[PluginInfo] = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._manager = pluggy.PluginManager(GROUP)
+        self._manager.add_hookspecs(hookspecs)
+        points = _entry_points()
+        known = {p.name for p in points} | {f.stem for f in self.files}
+        for name in (*self.blocked, *self.preferred):
+            if name not in known:
+                raise UserError(f"There is no plugin '{name}' to block or prefer; {nearest(name, known)}.")
+        for file in self.files:
+            self._load(file.stem, lambda file=file: _module_from(file), "file", "", str(file))  # type: ignore[misc]
+        for point in points:
+            if point.name not in self.blocked:
+                dist = point.dist
+                self._load(point.name, point.load, dist.name if dist else "?", dist.version if dist else "?", point.value)
+
+    def _load(self, name: str, load: Callable[[], Any], distribution: str, version: str, place: str) -> None:
+        begin, fault = time.perf_counter(), ""
+        hooks: tuple[str, ...] = ()
+        try:
+            module = load()
+            self._manager.register(module, name)
+            self._manager.check_pending()
+            hooks = tuple(sorted(h.name for h in self._manager.get_hookcallers(module) or ()))
+            place = getattr(module, "__file__", None) or place
+        except Exception as error:
+            fault = f"{type(error).__name__}: {error}"
+            self.faults.append(Fault(name, version, "import", "", fault))
+            if self._manager.has_plugin(name):
+                self._manager.unregister(name=name)
+        elapsed = (time.perf_counter() - begin) * 1000
+        self.infos.append(PluginInfo(name, distribution, version, place, hooks, elapsed, fault))
+
+    def _implementations(self, hook: str) -> list[Any]:
+        """Preferred plugins first, then ad hoc files, then third parties, then our own, each in load order."""
+        order = {info.name: k for k, info in enumerate(self.infos)}
+        own = {info.name for info in self.infos if info.distribution == OWN_DISTRIBUTION}
+        impls = getattr(self._manager.hook, hook).get_hookimpls()
+        return sorted(impls, key=lambda i: (i.plugin_name not in self.preferred, i.plugin_name in own, order[i.plugin_name]))
+
+    def collect(self, hook: str) -> Iterator[tuple[str, Any]]:
+        """(plugin name, object) for everything that plugins declare under a hook; a broken plugin is skipped and named."""
+        for impl in self._implementations(hook):
+            try:
+                answers = list(impl.function())
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, "", error)
+                continue
+            yield from ((impl.plugin_name, answer) for answer in answers)
+
+    def named(self, hook: str, key: str) -> Mapping[str, Any]:
+        """The declared objects of a hook by their ``key`` attribute.
+
+        Raises:
+            PluginError: two plugins declare one name; both are named.
+        """
+        found: dict[str, tuple[str, Any]] = {}
+        for plugin, item in self.collect(hook):
+            name = getattr(item, key)
+            if name in found:
+                raise PluginError(
+                    f"Plugins '{found[name][0]}' and '{plugin}' both declare {hook.removesuffix('s')} '{name}'. "
+                    f"Names must be unique: block one with --block {plugin}, or rename it."
+                )
+            found[name] = (plugin, item)
+        return {name: item for name, (_, item) in found.items()}
+
+    def first(self, hook: str, **arguments: Any) -> Any:
+        """The first answer that is not None; user errors pass through, bugs are isolated."""
+        for impl in self._implementations(hook):
+            try:
+                answer = impl.function(*[arguments[a] for a in impl.argnames])
+            except UserError:
+                raise
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, str(next(iter(arguments.values()), "")), error)
+                continue
+            if answer is not None:
+                return answer
+        return None
+
+    def alternatives(self, hook: str, designator: Any, **arguments: Any) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
+        """(plugin, its answers) for every plugin that says "mine", one at a time; answers stay lazy."""
+        name = getattr(designator, "name", str(designator))
+        for impl in self._implementations(hook):
+            values = [arguments[a] if a in arguments else designator for a in impl.argnames]
+            try:
+                answer = impl.function(*values)
+            except Unresolvable as impossible:
+                yield impl.plugin_name, impossible
+                continue
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, name, error)
+                continue
+            if answer is not None:
+                yield impl.plugin_name, self.guarded(impl.plugin_name, hook, name, answer)
+
+    def guarded(self, plugin: str, hook: str, designator: str, answers: Iterable[Any]) -> Iterator[Any]:
+        """The answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""
+        try:
+            yield from answers
+        except (Unresolvable, GeneratorExit):
+            raise
+        except Exception as error:
+            self.fault(plugin, hook, designator, error)
+
+    def notify(self, hook: str, **arguments: Any) -> None:
+        for impl in self._implementations(hook):
+            try:
+                impl.function(*[arguments[a] for a in impl.argnames])
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, "", error)
+
+    def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
+        """Record a plugin's bug with the place in its own code."""
+        version = next((i.version for i in self.infos if i.name == plugin), "?")
+        trace, place = error.__traceback__, ""
+        while trace is not None:
+            place, trace = f" ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})", trace.tb_next
+        fault = Fault(plugin, version, hook, designator, f"{type(error).__name__}: {error}{place}")
+        self.faults.append(fault)
+        return fault
+
+
+def _entry_points() -> list[importlib.metadata.EntryPoint]:
+    """Sorted, because the order in which a file system lists distributions is no order; third parties first."""
+    points = importlib.metadata.entry_points(group=GROUP)
+
+    def key(point: importlib.metadata.EntryPoint) -> tuple[bool, str, str]:
+        name = point.dist.name if point.dist else ""
+        return (name == OWN_DISTRIBUTION, name, point.name)
+
+    return sorted({(p.name, p.value): p for p in points}.values(), key=key)
+
+
+def _module_from(file: Path) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"cramlite_file_{file.stem}", file)
+    if spec is None or spec.loader is None or not file.is_file():
+        raise FileNotFoundError(f"no Python file at '{file}'")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,29 @@
+"""Where ontologies, task rules and scenarios are: inside the wheel, or in a checkout."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .errors import UserError, nearest
+
+
+def data_folder(kind: str) -> Path:
+    """The folder of shipped "ontologies", "task_rules" or "scenarios"."""
+    package = Path(__file__).resolve().parent
+    wheel = package / "data" / kind
+    return wheel if wheel.is_dir() else package.parent / kind
+
+
+def find_scenario(name: str) -> Path:
+    """A scenario file: a path, or the bare name of a shipped one.
+
+    Raises:
+        UserError: there is no such file; lists the shipped ones, the nearest first.
+    """
+    path = Path(name)
+    if path.is_file():
+        return path
+    shipped = {p.stem: p for p in data_folder("scenarios").glob("**/*.yaml")}
+    if name in shipped:
+        return shipped[name]
+    raise UserError(f"There is no scenario file '{name}', and none of that name is shipped; {nearest(name, shipped)}.")

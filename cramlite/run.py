@@ -1,0 +1,96 @@
+"""A run directory: what one ``cramlite resolve`` produced, and the manifest that says from what."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from .errors import UserError
+
+MANIFEST = "manifest.json"
+
+
+class RunDirectory:
+    """A folder that belongs to one run.
+
+    Args:
+        path: created if it does not exist.
+        key: what the run depends on; a folder that holds another run is refused.
+
+    Raises:
+        UserError: the folder holds something else, or cannot be written.
+    """
+
+    def __init__(self, path: Path, key: Mapping[str, Any]) -> None:
+        self.path = path
+        manifest = path / MANIFEST
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            known = json.loads(manifest.read_text()) if manifest.is_file() else None
+            foreign = known is None and any(path.iterdir())
+        except (OSError, ValueError) as error:
+            raise UserError(f"The run directory '{path}' cannot be used: {error}. Choose another one with --out.") from error
+        if foreign:
+            raise UserError(f"'{path}' is not empty and is no run directory; nothing was written. Choose another one with --out.")
+        self.key = dict(key)
+        self.complete = bool(known and known.get("complete") and known.get("key") == self.key)
+        if known and known.get("key") != self.key:
+            changed = [k for k in self.key if known.get("key", {}).get(k) != self.key[k]]
+            raise UserError(
+                f"'{path}' holds another run (different: {', '.join(changed)}); nothing was written. "
+                "Choose another directory with --out, or delete this one."
+            )
+        self.refused: list[int] = list(known.get("refused", [])) if known else []
+        self._save(complete=self.complete)
+
+    def _save(self, *, complete: bool) -> None:
+        self.write(MANIFEST, json.dumps({"key": self.key, "complete": complete, "refused": self.refused}, indent=1))
+
+    def refuse(self, number: int) -> None:
+        """Remember that a candidate sequence was refused: a resumed run does not try it again."""
+        self.refused.append(number)
+        self._save(complete=False)
+
+    def finish(self) -> None:
+        self.complete = True
+        self._save(complete=True)
+
+    def write(self, name: str, content: str | bytes) -> Path:
+        """Write a file whole: through a temporary one, so that an interruption leaves no half of it."""
+        target = self.path / name
+        temporary = target.with_name(f".{target.name}.part")
+        data = content.encode() if isinstance(content, str) else content
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            temporary.write_bytes(data)
+            temporary.replace(target)
+        except OSError as error:
+            raise UserError(f"'{target}' cannot be written: {error.strerror}. What was written before is kept.") from error
+        return target
+
+
+def content_key(*paths: Path) -> str:
+    """A hash over files and folders, by name and content."""
+    digest = hashlib.blake2b(digest_size=16)
+    for path in paths:
+        files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
+        for file in files:
+            digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()
+
+
+def read_json(path: Path, what: str) -> Any:
+    """A JSON file of a run directory.
+
+    Raises:
+        UserError: it is missing or broken.
+    """
+    try:
+        return json.loads(path.read_text())
+    except OSError as error:
+        raise UserError(f"There is no {what} at '{path}'; give a directory that 'cramlite resolve --out' wrote.") from error
+    except ValueError as error:
+        raise UserError(f"'{path}' is not valid JSON ({error}); the run directory is damaged, run 'cramlite resolve' again.") from error

@@ -1,0 +1,306 @@
+"""Scenarios: YAML that says what to start from, which robot acts, and what is in its world."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from .belief import Relation
+from .errors import UserError, nearest
+from .geometry import Pose
+from .plugin_types import ModelMaker
+from .quantities import UNITS, Angle, Length, parse_quantity
+from .world import Physics, RobotMount, Thing, World
+from .yaml_file import explain_validation, line_of, load_yaml
+
+
+class _Spec(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PoseSpec(_Spec):
+    """A pose as people write it: position and turns about the fixed axes x, y, z, in that order."""
+
+    position: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    roll: Angle = 0.0
+    pitch: Angle = 0.0
+    yaw: Angle = 0.0
+
+    def pose(self) -> Pose:
+        turns = [((0, 0, 1), self.yaw), ((0, 1, 0), self.pitch), ((1, 0, 0), self.roll)]
+        result = Pose(self.position)
+        for axis, angle in turns:
+            result = result * Pose.from_rotvec((0, 0, 0), [a * angle for a in axis])
+        return result
+
+
+class HangSpec(_Spec):
+    """A thing that hangs on a hanger's peg: how far from its root, turned how far about the vertical."""
+
+    hanger: str
+    depth: Length
+    yaw: Angle = 0.0
+
+
+class ThingSpec(_Spec):
+    """A thing: which model, where, and the model's parameters under ``with``."""
+
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    model: str
+    type: str | None = None
+    at: PoseSpec | None = None
+    hangs_on: HangSpec | None = None
+    parameters: dict[str, Any] = Field(default_factory=dict, alias="with")
+
+    @model_validator(mode="after")
+    def _placed_once(self) -> ThingSpec:
+        if (self.at is None) == (self.hangs_on is None):
+            raise ValueError(f"thing '{self.name}' needs exactly one of 'at' and 'hangs_on'")
+        return self
+
+
+class RobotSpec(_Spec):
+    """The robot: its mount's name, its type (a robot plugin's), and where its base is."""
+
+    name: str = "arm"
+    type: str
+    at: PoseSpec = PoseSpec()
+
+
+class VarySpec(_Spec):
+    """What a seed other than 0 changes: a thing's position (uniform, each horizontal axis), its yaw, or parameters
+    drawn from a list."""
+
+    thing: str
+    position: Length = 0.0
+    yaw: Angle = 0.0
+    parameters: dict[str, list[Any]] = Field(default_factory=dict, alias="with")
+
+
+class RecordSpec(_Spec):
+    """How to record a demonstration for this scenario: the person's script, and the world they act in."""
+
+    script: str
+    things: tuple[ThingSpec, ...]
+    vary: tuple[VarySpec, ...] = ()
+
+
+class ObjectSpec(_Spec):
+    """An object that tasks refer to: by class and needs, or one thing by name."""
+
+    types: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
+    affords: tuple[str, ...] = ()
+    entity: str | None = None
+
+
+def _task_spec(value: Any) -> Any:
+    """{task: T, Role: filler, parameters: {...}} with roles beside the task's name."""
+    if isinstance(value, str):
+        return {"task": value}
+    if not isinstance(value, Mapping) or "task" not in value:
+        raise ValueError("a task is a name, or a mapping with 'task' and its roles")
+    own = {"task", "parameters"}
+    return {"roles": {k: v for k, v in value.items() if k not in own}, **{k: value[k] for k in own if k in value}}
+
+
+class TaskSpec(_Spec):
+    """A task with its roles."""
+
+    task: str
+    roles: dict[str, str] = Field(default_factory=dict)
+    parameters: dict[str, float] = Field(default_factory=dict)
+
+
+TaskEntry = Annotated[TaskSpec, BeforeValidator(_task_spec)]
+
+
+class PhysicsSpec(_Spec):
+    """Physics settings that differ from the defaults (used by negative controls)."""
+
+    timestep: float = 0.002
+    cone: str = Field("elliptic", pattern="^(elliptic|pyramidal)$")
+    noslip_iterations: int = 5
+    impratio: float = 10.0
+    pad_friction: float = 0.9
+
+
+class ScenarioSpec(_Spec):
+    """The keys of a scenario file."""
+
+    scenario: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    title: str = ""
+    demonstration: str | None = None
+    tasks: tuple[TaskEntry, ...] | None = None
+    designator: TaskEntry | None = None
+    objects: dict[str, ObjectSpec] = Field(default_factory=dict)
+    robot: RobotSpec
+    things: tuple[ThingSpec, ...]
+    vary: tuple[VarySpec, ...] = ()
+    record: RecordSpec | None = None
+    physics: PhysicsSpec = PhysicsSpec()
+    ontologies: tuple[str, ...] = ()
+    backend: str | None = None
+    block: tuple[str, ...] = ()
+    prefer: tuple[str, ...] = ()
+    budget: dict[str, int] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _one_start(self) -> ScenarioSpec:
+        starts = [k for k in ("demonstration", "tasks", "designator") if getattr(self, k) is not None]
+        if len(starts) != 1:
+            raise ValueError(
+                "a scenario starts from exactly one of 'demonstration', 'tasks' and 'designator'; "
+                f"this one has {' and '.join(starts) or 'none'}"
+            )
+        return self
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scenario file that was read and checked.
+
+    Args:
+        path: where it is; relative paths in it start from its folder.
+        spec: its content.
+        data: the YAML with line positions.
+    """
+
+    path: Path
+    spec: ScenarioSpec
+    data: Any
+
+    @property
+    def name(self) -> str:
+        return self.spec.scenario
+
+    def where(self, *location: str | int) -> str:
+        """"file:line" of a part of the scenario."""
+        return f"{self.path}:{line_of(self.data, location)}"
+
+    def beside(self, name: str) -> Path:
+        """A path that the scenario mentions."""
+        return self.path.parent / name
+
+
+def read_scenario(path: Path) -> Scenario:
+    """Read a scenario file.
+
+    Raises:
+        UserError: not YAML, an unknown key, a wrong type or unit: with file, line and the nearest right name.
+    """
+    data = load_yaml(path)
+    if not isinstance(data, Mapping):
+        raise UserError(f"{path}:1: a scenario is a mapping that begins with 'scenario: NAME', not {type(data).__name__}.")
+    try:
+        return Scenario(path, ScenarioSpec.model_validate(data), data)
+    except ValidationError as error:
+        raise explain_validation(path, data, error, _valid_keys(error)) from error
+
+
+def _valid_keys(error: ValidationError) -> list[str]:
+    """The keys that are right where the first unknown key stands."""
+    models: dict[str, type[BaseModel]] = {
+        "at": PoseSpec, "hangs_on": HangSpec, "things": ThingSpec, "robot": RobotSpec, "vary": VarySpec,
+        "record": RecordSpec, "objects": ObjectSpec, "physics": PhysicsSpec,
+    }
+    loc = next((p["loc"] for p in error.errors() if p["type"] == "extra_forbidden"), ())
+    holder = next((models[str(s)] for s in reversed(loc[:-1]) if str(s) in models), ScenarioSpec)
+    return [field.alias or name for name, field in holder.model_fields.items()]
+
+
+def build_world(
+    scenario: Scenario, things: Iterable[ThingSpec], vary: Iterable[VarySpec], models: Mapping[str, ModelMaker], seed: int
+) -> tuple[World, tuple[Relation, ...]]:
+    """The world of a scenario, and the relations that it states.
+
+    Args:
+        seed: 0 gives the world as written; any other draws ``vary`` from it.
+
+    Raises:
+        UserError: an unknown model, parameter or thing.
+    """
+    import numpy as np
+
+    rng = np.random.default_rng([seed, 77])
+    built: dict[str, Thing] = {}
+    relations: list[Relation] = []
+    changes = {v.thing: v for v in vary} if seed else {}
+    specs = list(things)
+    for name in changes:
+        if name not in {s.name for s in specs}:
+            raise UserError(f"{scenario.where('vary')}: no thing '{name}'; {nearest(name, [s.name for s in specs])}.")
+    for spec in specs:
+        place = _where(scenario, spec)
+        if spec.name in built:
+            raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
+        built[spec.name] = _build(spec, changes.get(spec.name), built, models, rng, place)
+        if spec.hangs_on:
+            relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
+    mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
+    physics = Physics(**scenario.spec.physics.model_dump())
+    return World(tuple(built.values()), (mount,), physics), tuple(relations)
+
+
+def _where(scenario: Scenario, spec: ThingSpec) -> str:
+    names = [t.get("name") for t in scenario.data["things"]]
+    if spec.name in names:
+        return scenario.where("things", names.index(spec.name))
+    return scenario.where("record", "things")
+
+
+def _build(
+    spec: ThingSpec, change: VarySpec | None, built: Mapping[str, Thing], models: Mapping[str, ModelMaker], rng: Any, place: str
+) -> Thing:
+    if spec.model not in models:
+        raise UserError(f"{place}: no object model '{spec.model}'; {nearest(spec.model, models)}.")
+    maker, parameters = models[spec.model], {k: _si(v) for k, v in spec.parameters.items()}
+    if change:
+        parameters |= {k: _si(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
+    if spec.type:
+        parameters["type"] = spec.type
+    try:
+        thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
+        if spec.hangs_on:
+            thing = replace(thing, pose=_hang(spec, thing, built, maker))
+    except (UserError, TypeError, ValueError) as error:
+        raise UserError(f"{place}: thing '{spec.name}': {error}") from error
+    return replace(thing, pose=_shifted(thing.pose, change, rng)) if change else thing
+
+
+def _hang(spec: ThingSpec, thing: Thing, built: Mapping[str, Thing], maker: ModelMaker) -> Pose:
+    hang = spec.hangs_on
+    assert hang is not None
+    if hang.hanger not in built:
+        raise ValueError(f"hangs on '{hang.hanger}', which is not a thing above it; {nearest(hang.hanger, built)}.")
+    if maker.hung is None:
+        raise ValueError(f"model '{spec.model}' cannot hang; only models with a hole can.")
+    return maker.hung(thing, built[hang.hanger], hang.depth, hang.yaw)
+
+
+def _shifted(pose: Pose, change: VarySpec, rng: Any) -> Pose:
+    x, y = rng.uniform(-change.position, change.position, 2)
+    turn = Pose.from_rotvec((0, 0, 0), (0, 0, float(rng.uniform(-change.yaw, change.yaw))))
+    moved = tuple(a + float(d) for a, d in zip(pose.position, (x, y, 0.0), strict=True))
+    return Pose(moved, (turn * Pose((0, 0, 0), pose.quaternion)).quaternion)  # type: ignore[arg-type]
+
+
+_TEXT_WITH_UNIT = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s+([A-Za-z]+)\s*")
+
+
+def _si(value: Any) -> Any:
+    """A model parameter with every "50 mm" in it turned into SI numbers."""
+    if isinstance(value, list | tuple):
+        return tuple(_si(v) for v in value)
+    match = _TEXT_WITH_UNIT.fullmatch(value) if isinstance(value, str) else None
+    if match is None:
+        return value
+    kind = next((k for k, units in UNITS.items() if match[1] in units), None)
+    if kind is None:
+        raise UserError(f"'{match[1]}' in '{value}' is not a unit; units are {', '.join(u for t in UNITS.values() for u in t)}.")
+    return parse_quantity(value, kind)

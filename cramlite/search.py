@@ -1,0 +1,277 @@
+"""Resolution: depth first, lazy, with backjumping, no-goods, caps and counted budgets.
+
+Every designator is a choice point, identified by its name. A failure names the
+choices it depends on (its conflict set); the search returns to the latest of
+them and skips the rest, which is conflict-directed backjumping (Prosser 1993,
+"Hybrid algorithms for the constraint satisfaction problem").
+"""
+
+from __future__ import annotations
+
+import hashlib
+import heapq
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from .answers import Context, Grounding, Refused
+from .belief import Belief
+from .designators import Action, Designator, Late, Location, Motion, Object
+from .errors import Unresolvable, UserError
+from .program import AnyStep, Section
+from .registry import Registry
+from .tasks import Decomposition, Effect, TaskType
+from .trace import Trace
+
+Conflict = frozenset[str]
+Item = Designator | Effect
+HOOKS: dict[type, str] = {
+    Action: "resolve_action",
+    Object: "resolve_object",
+    Late: "resolve_object",
+    Location: "resolve_location",
+    Motion: "resolve_motion",
+}
+CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Counted work: the same seed gives the same program on any machine.
+
+    Args:
+        asks: designators that plugins may be asked about, over one task sequence.
+        proofs: fully grounded candidates that may be executed, over one task sequence.
+        samples: of a sampling planner, per query.
+        sequences: candidate task sequences that are tried.
+    """
+
+    asks: int = 3000
+    proofs: int = 8
+    samples: int = 4000
+    sequences: int = 12
+
+
+@dataclass(frozen=True)
+class State:
+    """A node of the search: what is done, and what is still to do."""
+
+    agenda: tuple[Item, ...]
+    belief: Belief
+    bindings: Mapping[str, Any] = field(default_factory=dict)
+    steps: tuple[AnyStep, ...] = ()
+    sections: tuple[Section, ...] = ()
+    actions: tuple[Action, ...] = ()
+    opened: Mapping[str, int] = field(default_factory=dict)
+    choices: tuple[tuple[str, str], ...] = ()
+
+
+class BudgetSpent(Exception):  # noqa: N818 - a signal, not an error
+    """The counted budget of a search is used up."""
+
+
+def derive_seed(seed: int, choices: Iterable[tuple[str, str]], name: str) -> int:
+    """A seed for one query, from the run's seed and the choice path: blake2b, so that it is the same everywhere."""
+    text = repr((seed, tuple(choices), name)).encode()
+    return int.from_bytes(hashlib.blake2b(text, digest_size=4).digest(), "big") & 0x7FFFFFFF
+
+
+@dataclass
+class Search:
+    """One search over one plan.
+
+    Args:
+        registry: whom to ask.
+        tasks: task types by class.
+        owners: which plugin declared each task type.
+        context: for plugins; bindings and seed are set for each question.
+        trace: filled as the search goes.
+    """
+
+    registry: Registry
+    tasks: Mapping[str, TaskType]
+    owners: Mapping[str, str]
+    context: Context
+    trace: Trace
+    budget: Budget = Budget()
+    progress: Callable[[str], None] = lambda _: None
+
+    def __post_init__(self) -> None:
+        self._asks = 0
+        self._nogoods: dict[tuple[str, str], list[frozenset[tuple[str, str]]]] = {}
+
+    def solve(self, state: State) -> Generator[State, Conflict | None, None]:
+        """Fully grounded states, lazily. Send the conflict of one that could not be proven, or nothing to go on."""
+        try:
+            yield from self._descend(state, 0)
+        except BudgetSpent as spent:
+            self.trace.add(0, "budget", "", "capped", "engine", str(spent))
+
+    def _descend(self, state: State, parent: int) -> Generator[State, Conflict | None, Conflict]:
+        if not state.agenda:
+            everything = frozenset(name for name, _ in state.choices)
+            conflict = yield state
+            return everything if conflict is None else conflict & everything
+        item, rest = state.agenda[0], state.agenda[1:]
+        if isinstance(item, Effect):
+            return (yield from self._descend(self._close(state, item, rest), parent))
+        if not isinstance(item, Action | Motion) and item.name in state.bindings:
+            return (yield from self._descend(replace(state, agenda=rest), parent))
+        if isinstance(item, Motion) and item.to and item.to.name not in state.bindings:
+            return (yield from self._descend(replace(state, agenda=(item.to, *state.agenda)), parent))
+        return (yield from self._choose(item, replace(state, agenda=rest), parent))
+
+    def _choose(self, item: Designator, state: State, parent: int) -> Generator[State, Conflict | None, Conflict]:
+        """Try the alternatives of one designator; return the choices that its failure depends on."""
+        node = self.trace.add(parent, item.name, str(item), "asked", "engine", "")
+        conflict = set(_domain(item, state))
+        tried = 0
+        for plugin, answer in self._alternatives(item, state, node, conflict):
+            key = answer.key or _key(answer.value)
+            choices = (*state.choices, (item.name, key))
+            if self._is_nogood(choices):
+                self.trace.add(node, item.name, key, "nogood", "engine", "the same combination failed before", answer.cost)
+                continue
+            if tried == CAPS[type(item)]:
+                self.trace.add(node, item.name, "", "capped", "engine", f"{tried} alternatives tried, the rest left out")
+                break
+            tried += 1
+            chosen = self.trace.add(node, item.name, key, "chosen", plugin, answer.reason, answer.cost)
+            self.progress(f"{item.name}: {answer.reason}")
+            below = yield from self._descend(self._apply(item, answer, state, choices), chosen)
+            if item.name not in below:
+                return below
+            conflict |= below - {item.name}
+        self._remember(frozenset(conflict), state.choices)
+        self.trace.add(node, item.name, str(item), "failed", "engine", _exhausted(tried, conflict))
+        return frozenset(conflict)
+
+    def _alternatives(
+        self, item: Designator, state: State, node: int, conflict: set[str]
+    ) -> Iterator[tuple[str, Grounding]]:
+        """Groundings of all plugins, merged by cost; what was refused goes to the trace, its causes to ``conflict``."""
+        self._asks += 1
+        if self._asks > self.budget.asks:
+            raise BudgetSpent(f"{self.budget.asks} designators were asked about, the budget of one task sequence")
+        context = replace(
+            self.context,
+            bindings=state.bindings,
+            agenda=tuple(i for i in state.agenda if not isinstance(i, Effect)),
+            seed=derive_seed(self.context.seed, state.choices, item.name),
+        )
+        streams, faults = [], len(self.registry.faults)
+        asked = self.registry.alternatives(HOOKS[type(item)], item, belief=state.belief, context=context)
+        for plugin, answers in asked:
+            streams.append(self._accepted(plugin, answers, item, state, node, conflict))
+        if isinstance(item, Action):
+            owner = self.owners[item.task]
+            ways = self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
+            streams.append(self._accepted(owner, ways, item, state, node, conflict))
+        if not streams:
+            self.trace.add(node, item.name, str(item), "impossible", "engine", f"no plugin resolves {item}")
+        yield from heapq.merge(*streams, key=lambda pair: pair[1].cost)
+        for fault in self.registry.faults[faults:]:
+            self.trace.add(node, item.name, str(item), "fault", fault.plugin, str(fault))
+
+    def _accepted(
+        self, plugin: str, answers: Iterable[Any] | Unresolvable, item: Designator, state: State, node: int,
+        conflict: set[str],
+    ) -> Iterator[tuple[str, Grounding]]:
+        try:
+            if isinstance(answers, Unresolvable):
+                raise answers
+            for answer in answers:
+                if isinstance(answer, Refused):
+                    self.trace.add(node, item.name, answer.value, "refused", plugin, answer.reason)
+                else:
+                    yield plugin, answer
+        except Unresolvable as impossible:
+            self.trace.add(node, item.name, str(item), "impossible", plugin, impossible.reason)
+            names = frozenset(name for name, _ in state.choices)
+            conflict |= (names & set(impossible.because)) if impossible.because else names
+
+    def _own(self, action: Action, state: State) -> Iterator[Grounding]:
+        """The task type's own decompositions."""
+        grounded = ground_roles(action, state.bindings)
+        for way in self.tasks[action.task].decompose(grounded, state.belief):
+            yield Grounding(way, way.reason, way.cost, key=way.reason)
+
+    def _apply(self, item: Designator, answer: Grounding, state: State, choices: tuple[tuple[str, str], ...]) -> State:
+        after = replace(state, choices=choices, belief=answer.belief or state.belief)
+        if isinstance(item, Action):
+            way: Decomposition = answer.value
+            opened = {**state.opened, item.name: len(state.steps)}
+            return replace(after, agenda=(*way.steps, Effect(item), *state.agenda), opened=opened)
+        bindings = {**state.bindings, item.name: answer.value}
+        steps = (*state.steps, *answer.value) if isinstance(item, Motion) else state.steps
+        return replace(after, bindings=bindings, steps=steps)
+
+    def _close(self, state: State, effect: Effect, rest: tuple[Item, ...]) -> State:
+        """The end of an action: its effects on the belief, its section of the program."""
+        action = ground_roles(effect.action, state.bindings)
+        belief = self.tasks[action.task].effects(action, state.belief)
+        section = Section(action.name, describe(action), state.opened[action.name], len(state.steps))
+        top = "/" not in action.name
+        return replace(
+            state,
+            agenda=rest,
+            belief=belief,
+            sections=(*state.sections, section) if top else state.sections,
+            actions=(*state.actions, action) if top else state.actions,
+        )
+
+    def _is_nogood(self, choices: tuple[tuple[str, str], ...]) -> bool:
+        made = set(choices)
+        return any(nogood <= made for nogood in self._nogoods.get(choices[-1], ()))
+
+    def _remember(self, conflict: Conflict, choices: tuple[tuple[str, str], ...]) -> None:
+        nogood = frozenset(c for c in choices if c[0] in conflict)
+        for choice in nogood:
+            self._nogoods.setdefault(choice, []).append(nogood)
+
+
+def ground_roles(action: Action, bindings: Mapping[str, Any]) -> Action:
+    """The action with the entity that each role was bound to."""
+    roles = {k: replace(v, entity=bindings.get(v.name, v.entity)) for k, v in action.roles.items()}
+    return replace(action, roles=roles)
+
+
+def describe(action: Action) -> str:
+    """A line for people: the task and its objects."""
+    fillers = ", ".join(f"{k} {v.entity or v.name}" for k, v in action.roles.items())
+    return f"{action.task.split(':')[-1]}" + (f": {fillers}" if fillers else "")
+
+
+def task_type(tasks: Mapping[str, TaskType], name: str) -> TaskType:
+    """A task type by class, local name or alias.
+
+    Raises:
+        UserError: there is none; the nearest valid names are listed.
+    """
+    from .errors import nearest
+
+    table = {alias: t for t in tasks.values() for alias in (t.task, t.task.split(":")[-1], *t.aliases)}
+    if name not in table:
+        raise UserError(f"There is no task type '{name}'; {nearest(name, table)}.")
+    return table[name]
+
+
+def _domain(item: Designator, state: State) -> set[str]:
+    """The choices that the set of alternatives itself depends on."""
+    made = {name for name, _ in state.choices}
+    if isinstance(item, Object | Late):
+        part_of = item.part_of if isinstance(item, Object) else None
+        return made & ({part_of} if part_of else set())
+    if isinstance(item, Action):
+        return made & {o.name for o in item.roles.values()}
+    return made
+
+
+def _key(value: Any) -> str:
+    text = str(value)
+    return text if len(text) <= 60 else hashlib.blake2b(text.encode(), digest_size=6).hexdigest()
+
+
+def _exhausted(tried: int, conflict: set[str]) -> str:
+    causes = ", ".join(sorted(conflict)) or "nothing before it"
+    return f"{tried} alternatives failed; it depends on {causes}"

@@ -1,0 +1,105 @@
+"""Task types: what a task plugin subclasses."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from .belief import Belief
+from .designators import Action, Designator, Location, Object
+
+
+@dataclass(frozen=True)
+class Role:
+    """A role of a task type.
+
+    Args:
+        name: "Patient", "Locatum", "Relatum", "Agent", ...
+        types: classes that a filler may have; any one will do.
+        features: features that a filler must have, e.g. a hole for a peg.
+        affords: affordances that a filler must offer.
+        required: whether the task makes sense without it.
+        effector: the filler is the hand or gripper itself, never an object of the world.
+    """
+
+    name: str
+    types: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
+    affords: tuple[str, ...] = ()
+    required: bool = True
+    effector: bool = False
+
+    def constrain(self, designator: Object) -> Object:
+        """The designator with what this role needs added."""
+        return designator.merged(Object(designator.name, (), self.features, self.affords))
+
+
+@dataclass(frozen=True)
+class Decomposition:
+    """One way to do a task: designators in order.
+
+    Args:
+        steps: actions, locations and motions.
+        reason: why this way.
+        cost: lower is tried first.
+    """
+
+    steps: tuple[Designator, ...]
+    reason: str
+    cost: float = 0.0
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number that a task uses.
+
+    Args:
+        name: with its unit, e.g. "speed_m_s".
+        default: in that unit.
+        source: where the default comes from.
+    """
+
+    name: str
+    default: float
+    source: str
+
+
+class TaskType(ABC):
+    """What a kind of task is, and how it can be done.
+
+    A plugin subclasses this and overrides ``decompose`` and ``effects``; fields have class defaults.
+    """
+
+    task: ClassVar[str] = ""
+    aliases: ClassVar[tuple[str, ...]] = ()
+    roles: ClassVar[tuple[Role, ...]] = ()
+    summary: ClassVar[str] = ""
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    leads_on: ClassVar[bool] = False
+    """True for free motions: their goal, unless given, is where the next task begins."""
+
+    @abstractmethod
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        """The ways to do ``action``, best first.
+
+        Raises:
+            Unresolvable: it cannot be done in this belief, with the reason.
+        """
+
+    def effects(self, action: Action, belief: Belief) -> Belief:
+        """The belief after the task succeeded, beyond what its motions already changed."""
+        return belief
+
+    def begins_at(self, action: Action) -> Location | None:
+        """Where the arm stands when the task begins: the goal of a free motion that leads to it."""
+        return None
+
+    def role(self, name: str) -> Role | None:
+        return next((r for r in self.roles if r.name == name), None)
+
+    def parameter(self, action: Action, name: str) -> float:
+        """The value of a parameter: the action's own, else the declared default."""
+        declared = next(p for p in self.parameters if p.name == name)
+        return float(action.parameters.get(name, declared.default))

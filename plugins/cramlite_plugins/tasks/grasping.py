@@ -1,0 +1,44 @@
+"""soma:Grasping: the fingers close on an object until friction holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+
+
+class Grasping(TaskType):
+    task = "soma:Grasping"
+    aliases = ("Grasp",)
+    roles = (Role("Patient", ("soma:PhysicalObject", "dul:PhysicalObject")),)
+    summary = "approach an object, close the fingers, check that it is held"
+    parameters = (
+        Parameter("approach_speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25"),
+        Parameter("force_n", 50.0, "46 to 55 N a pad held 0.1 to 0.8 kg in simulation"),
+    )
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is not None:
+            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'")
+        grasp = self.begins_at(action)
+        patient = action.roles["Patient"].name
+        speed = self.parameter(action, "approach_speed_m_s")
+        close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
+        steps = (
+            grasp,
+            Motion(action.inside("open"), "gripper", grasp, {"to": "place"}, reason="as wide as the grasp needs"),
+            Motion(action.inside("transfer"), "transfer", grasp, reason="to the pre-grasp"),
+            Motion(action.inside("approach"), "linear", grasp, {"stage": "pose", "speed_m_s": speed}, (patient,), "to the grasp"),
+            Motion(action.inside("close"), "gripper", grasp, close, reason=f"hold {action.roles['Patient'].entity}"),
+            Motion(action.inside("payload"), "payload", reason="the arm now carries the object"),
+        )
+        yield Decomposition(steps, "pre-grasp, straight approach, close on the object")
+
+    def begins_at(self, action: Action) -> Location:
+        patient = action.roles["Patient"].name
+        return Location(f"grasp({patient})", "grasp", patient)
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [Grasping()]

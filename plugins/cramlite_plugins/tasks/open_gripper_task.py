@@ -1,0 +1,24 @@
+"""artm:OpenGripperTask: open the empty gripper where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
+
+
+class OpenGripperTask(TaskType):
+    task = "artm:OpenGripperTask"
+    aliases = ("OpenGripper",)
+    roles = (Role("Agent", required=False, effector=True),)
+    summary = "open the empty gripper where it is"
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is not None:
+            raise Unresolvable(f"opening would drop '{belief.held.thing}'; Releasing does that on purpose")
+        yield Decomposition((Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="open"),), "open")
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [OpenGripperTask()]

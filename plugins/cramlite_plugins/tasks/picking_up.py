@@ -1,0 +1,29 @@
+"""soma:PickingUp: lift a held object off what supports it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+
+
+class PickingUp(TaskType):
+    task = "soma:PickingUp"
+    aliases = ("PickUp", "Lift")
+    roles = (Role("Locatum"), Role("Relatum", required=False))
+    summary = "lift a held object straight up"
+    parameters = (Parameter("height_m", 0.1, "clears the rim of a tray and leaves room for a free motion"),)
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is None:
+            raise Unresolvable("the object must be grasped before it is picked up")
+        if peg := belief.relates("hangs_on", belief.held.thing):
+            raise Unresolvable(f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom")
+        up = Location(action.inside("up"), "lift", parameters={"height_m": self.parameter(action, "height_m")})
+        touched = tuple(o.name for k, o in action.roles.items() if k == "Relatum")
+        yield Decomposition((up, Motion(action.inside("lift"), "linear", up, {"stage": "pose"}, touched, "straight up")), "straight up")
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [PickingUp()]

@@ -1,0 +1,34 @@
+"""soma:Placing: put a held object onto a surface and let go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Role, TaskType, Unresolvable, hookimpl
+from cramlite import Location
+
+
+class Placing(TaskType):
+    task = "soma:Placing"
+    aliases = ("Place", "PutOn")
+    roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    summary = "lower a held object onto a surface, open, withdraw"
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is None:
+            raise Unresolvable("nothing is held that could be placed")
+        parts = ("soma:PuttingDown", "soma:Releasing", "soma:Retracting")
+        steps = tuple(Action(action.inside(p.split(":")[-1]), p, action.roles) for p in parts)
+        yield Decomposition(steps, "put down, release, retract")
+
+    def effects(self, action: Action, belief: Belief) -> Belief:
+        return belief.related(("on", action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""))
+
+    def begins_at(self, action: Action) -> Location:
+        surface = action.roles["Relatum"].name
+        return Location(f"on({surface})", "on", surface)
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [Placing()]

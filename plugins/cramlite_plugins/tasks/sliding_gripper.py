@@ -1,0 +1,34 @@
+"""artm:SlidingGripper: move the empty gripper along a surface, in contact, pressing gently."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+
+
+class SlidingGripper(TaskType):
+    task = "artm:SlidingGripper"
+    aliases = ("SlideGripper",)
+    roles = (Role("Locatum", effector=True, required=False), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    summary = "move the empty gripper along a surface, in contact"
+    parameters = (
+        Parameter("distance_m", 0.08, "a short stroke; scenarios say what they need"),
+        Parameter("speed_m_s", 0.03, "below the 20 mm/s to 50 mm/s where inertia looks like contact"),
+        Parameter("press_n", 3.0, "keeps contact without lifting friction above 2 N"),
+        Parameter("force_limit_n", 25.0, "as for extraction"),
+    )
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is not None:
+            raise Unresolvable(f"the gripper holds '{belief.held.thing}'; it must be empty to slide along a surface itself")
+        surface = action.roles["Relatum"]
+        way = Location(action.inside("slide"), "slide", surface.name, {"distance_m": self.parameter(action, "distance_m")})
+        force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}
+        slide = Motion(action.inside("stroke"), "force_path", way, force, (surface.name,), f"along {surface.entity}")
+        yield Decomposition((way, slide), "compliant straight stroke")
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [SlidingGripper()]

@@ -1,0 +1,26 @@
+"""soma:Transporting: carry a held object to another thing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, Unresolvable, hookimpl
+
+
+class Transporting(TaskType):
+    task = "soma:Transporting"
+    aliases = ("Transport", "Carry")
+    roles = (Role("Patient"), Role("Destination", required=False))
+    summary = "carry a held object to another thing"
+    leads_on = True
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is None:
+            raise Unresolvable("nothing is held that could be carried")
+        goal = action.goal or Location("home", "home")
+        yield Decomposition((Motion(action.inside("carry"), "transfer", goal, reason=f"to the stand-off of {goal}"),), f"collision-free motion to {goal}")
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [Transporting()]

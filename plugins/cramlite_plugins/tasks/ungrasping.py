@@ -1,0 +1,40 @@
+"""artm:Ungrasping: let go of an object in or above a container."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, Unresolvable, hookimpl
+
+
+class Ungrasping(TaskType):
+    task = "artm:Ungrasping"
+    aliases = ("DropInto", "Ungrasp")
+    roles = (Role("Locatum"), Role("Relatum", ("soma:DesignedContainer",), features=("cram:Cavity",)))
+    summary = "carry a held object into a container's opening and let go"
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is None:
+            raise Unresolvable("nothing is held that could be let go")
+        place, container = self.begins_at(action), action.roles["Relatum"].entity
+        steps = (
+            place,
+            Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),
+            Motion(action.inside("lower"), "linear", place, {"stage": "pose"}, reason=f"as deep into {container} as the hand fits"),
+            Motion(action.inside("open"), "gripper", place, {"to": "open", "expect": "none"}, reason="let go"),
+            Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
+        )
+        yield Decomposition(steps, f"move above {container}, lower, open")
+
+    def effects(self, action: Action, belief: Belief) -> Belief:
+        locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""
+        return belief.related(("in", locatum, relatum))
+
+    def begins_at(self, action: Action) -> Location:
+        container = action.roles["Relatum"].name
+        return Location(f"in({container})", "in", container)
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [Ungrasping()]

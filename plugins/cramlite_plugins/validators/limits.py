@@ -1,0 +1,58 @@
+"""Joint positions and speeds, before and after the text ran."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from cramlite import Candidate, Finding, Validator, hookimpl
+from cramlite.verdict import Cost
+
+OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """Every joint target of the program lies within the robot's limits."""
+
+    name: str = "joint_limits"
+    cost: Cost = "ik"
+
+    def check(self, candidate: Candidate) -> Iterable[Finding]:
+        robot = candidate.robot
+        worst = np.inf
+        for step in candidate.program.steps:
+            for joints in (*getattr(step, "path", ()), *([step.joints] if getattr(step, "joints", ()) else [])):
+                for name, value, (low, high) in zip(robot.joints, joints, robot.limits, strict=True):
+                    margin = min(value - low, high - value)
+                    worst = min(worst, margin)
+                    if margin < 0:
+                        reason = f"{name} {value:.2f} rad is outside {low:.2f} to {high:.2f} rad"
+                        yield Finding(self.name, False, reason, value, high, "rad", step.origin)
+                        return
+        yield Finding(self.name, True, f"nearest limit is {worst:.2f} rad away", float(worst), 0.0, "rad")
+
+
+@dataclass(frozen=True)
+class JointSpeeds:
+    """The arm stayed within its joint limits and speeds while the text ran."""
+
+    name: str = "joint_speeds"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        rollout, robot = candidate.rollout, candidate.robot
+        if rollout is None or len(rollout.times) < 2:
+            return
+        speeds = np.abs(np.diff(rollout.joints, axis=0)) / np.diff(rollout.times)[:, None]
+        shares = speeds.max(axis=0) / np.array(robot.velocity)
+        k = int(np.argmax(shares))
+        reason = f"{robot.joints[k]} at most {speeds[:, k].max():.2f} rad/s of {robot.velocity[k]:.2f} rad/s"
+        yield Finding(self.name, bool(shares[k] <= OVERSHOOT), reason, float(speeds[:, k].max()), robot.velocity[k], "rad/s")
+
+
+@hookimpl
+def validators() -> Iterable[Validator]:
+    return [JointLimits(), JointSpeeds()]

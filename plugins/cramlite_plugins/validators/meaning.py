@@ -1,0 +1,121 @@
+"""Did the run mean what was asked? The rules that interpret demonstrations judge it, and physics has the last word."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from cramlite import Action, Candidate, Finding, Rollout, Thing, Validator, hookimpl
+from cramlite.belief import Relation
+from cramlite.verdict import Cost
+
+REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
+
+
+@dataclass(frozen=True)
+class EndState:
+    """Every relation that the plan predicts holds in physics at the end, with its thing at rest and let go."""
+
+    name: str = "end_state"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        rollout = candidate.rollout
+        assert rollout is not None
+        tests: Mapping[str, Callable[[Rollout, str, Thing], str]] = {"in": _not_in, "on": _not_on, "hangs_on": _not_on}
+        roles = {o.entity for a in candidate.actions for o in a.roles.values()}
+        for relation in sorted(candidate.belief.relations):
+            predicate, subject, place = relation
+            if predicate in tests and subject in roles:
+                whole = candidate.world.thing(place.split("/")[0])
+                wrong = tests[predicate](rollout, subject, whole) or _unsettled(rollout, subject)
+                yield Finding(self.name, not wrong, wrong or _holds(relation), origin=_last_about(candidate, subject))
+
+
+def _holds(relation: Relation) -> str:
+    predicate, subject, place = relation
+    return f"'{subject}' rests {predicate.replace('_', ' ')} '{place}'"
+
+
+def _last_about(candidate: Candidate, thing: str) -> str:
+    about = [a.name for a in candidate.actions if thing in {o.entity for o in a.roles.values()}]
+    return about[-1] if about else ""
+
+
+def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
+    """Empty when the thing's centre is inside the container's cavity."""
+    cavity = container.feature("cram:Cavity")
+    if cavity is None:
+        return f"'{container.name}' has no cavity"
+    row = rollout.poses[thing][-1]
+    x, y, z = (container.pose * cavity.pose).inverse().apply(row[:3])
+    width, depth, height = (cavity.size[k] for k in ("width", "depth", "height"))
+    if abs(x) <= width / 2 and abs(y) <= depth / 2 and -height <= z <= 0.05:
+        return ""
+    return f"'{thing}' is at {x:+.2f} {y:+.2f} {z:+.2f} m from the middle of the opening of '{container.name}' ({width:.2f} x {depth:.2f} m, {height:.2f} m deep)"
+
+
+def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
+    """Empty when the thing touches what should carry it."""
+    pairs = [{t.a.split("/")[0], t.b.split("/")[0]} for t in rollout.touches[-1]]
+    return "" if {thing, support.name} in pairs else f"'{thing}' does not touch '{support.name}' at the end"
+
+
+def _unsettled(rollout: Rollout, thing: str) -> str:
+    held = any("effector" in (t.a + t.b) and thing in (t.a.split("/")[0], t.b.split("/")[0]) for t in rollout.touches[-1])
+    if held:
+        return f"the gripper still touches '{thing}' at the end"
+    recent = rollout.times >= rollout.times[-1] - 0.5
+    way = float(np.linalg.norm(np.ptp(rollout.poses[thing][recent, :3], axis=0)))
+    span = float(np.ptp(rollout.times[recent])) or 1.0
+    return f"'{thing}' still moves at {1000 * way / span:.0f} mm/s at the end" if way / span > REST else ""
+
+
+@dataclass(frozen=True)
+class TaskRules:
+    """Each task's own rule, the one that interprets demonstrations, holds over the part of the run that executed it."""
+
+    name: str = "task_rules"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        from cramlite.matching import match, reject
+        from cramlite.phases import Segment, Timeline
+
+        assert candidate.episode is not None
+        timeline = Timeline(candidate.episode, candidate.taxonomy)
+        rules = {r.task: r for r in candidate.rules}
+        for action in candidate.actions:
+            span = _span(candidate, action.name)
+            if action.task not in rules or span is None:
+                continue
+            phases = timeline.phases(Segment(*span))
+            found = [m for m in match(rules[action.task], phases) if _agrees(m.roles, action)]
+            if found:
+                yield Finding(self.name, True, found[0].explanation, origin=action.name)
+            else:
+                refused = reject(rules[action.task], phases)
+                reason = refused.sentence if refused else f"it is a {action.task}, but with other objects than meant"
+                yield Finding(self.name, False, reason, origin=action.name)
+
+
+def _span(candidate: Candidate, task: str) -> tuple[float, float] | None:
+    """When the code of a task ran; None when it has no code or never ran."""
+    rollout, code = candidate.rollout, candidate.code
+    assert rollout is not None and code is not None
+    lines = {int(line) for line in np.unique(rollout.lines) if code.task_of(int(line)) == task}
+    samples = np.flatnonzero(np.isin(rollout.lines, list(lines))) if lines else np.array([])
+    return (float(rollout.times[samples[0]]), float(rollout.times[samples[-1]])) if len(samples) > 1 else None
+
+
+def _agrees(roles: Mapping[str, str], action: Action) -> bool:
+    """The rule's fillers are the objects that were meant, or parts or wholes of them."""
+    meant = {k: o.entity or "" for k, o in action.roles.items()}
+    return all(roles[k].split("/")[0] == meant[k].split("/")[0] for k in meant if k in roles)
+
+
+@hookimpl
+def validators() -> Iterable[Validator]:
+    return [EndState(), TaskRules()]
