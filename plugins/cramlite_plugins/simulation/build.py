@@ -100,11 +100,10 @@ def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
     spec.attach(child, prefix=f"{mount.name}/", frame=frame)
 
 
-def mask_robots(spec: Any, pad_friction: float, clearance: float) -> None:
-    """Contact bits, margin [m] and pad friction of all robots and hands; before any thing is added."""
+def mask_robots(spec: Any, pad_friction: float) -> None:
+    """Contact bits and pad friction of all robots and hands; before any thing is added."""
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = ROBOT
-        geom.margin = clearance
         if is_pad(geom.name):
             geom.friction = [pad_friction, 0.005, 0.0001]
 
@@ -118,10 +117,11 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, 
     """Add a thing as a body: fixed, free, or (when planning) carried by a robot."""
     mask = FURNITURE if planning or not thing.movable else PRODUCT
     if planning and carried is not None:
-        mask, margin = ROBOT, clearance
+        mask, margin = ROBOT, 0.0
         body = _carry(spec, thing, carried)
     else:
-        margin = 0.0
+        # MuJoCo adds the margins of a pair, so that only one side may have it
+        margin = clearance if planning else 0.0
         body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
         if thing.movable:
             body.add_freejoint(name=thing.name)

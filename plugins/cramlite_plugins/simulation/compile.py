@@ -101,7 +101,8 @@ def compile_world(
         hand: add the free-floating hand of a demonstration; a pose gives its orientation at rest.
         planning: see above.
         carried: thing name -> where it is in which hand; planning only.
-        clearance: distance [m] below which the planning model reports a contact of a robot.
+        clearance: distance [m] below which the planning model reports a contact between a robot (or what it carries)
+            and a thing; robots meet themselves and each other at zero distance.
 
     Raises:
         UserError: the world does not compile; names the thing and the reason.
@@ -114,7 +115,7 @@ def compile_world(
     rest = hand if isinstance(hand, Pose) else REST
     if hand:
         attach(spec, hand_mjcf(rest), RobotMount("hand", "hand"))
-    mask_robots(spec, world.physics.pad_friction, clearance if planning else 0.0)
+    mask_robots(spec, world.physics.pad_friction)
     for thing in world.things:
         add_thing(spec, thing, planning, (carried or {}).get(thing.name), clearance)
     model = finish(spec)

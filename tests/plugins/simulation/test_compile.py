@@ -93,7 +93,7 @@ def test_a_planning_model_is_free_at_home_and_not_inside_the_wall() -> None:
     data = compiled.data()
     assert data.ncon == 0
     index = compiled.robots["arm"]
-    data.qpos[list(index.joints)] = solve(compiled, Pose.from_axes((0.5, 0, 0.02), (0, 0, -1), (-1, 0, 0)), UR5E.home)
+    data.qpos[list(index.joints)] = solve(compiled, Pose.from_axes((0.5, 0, 0.01), (0, 0, -1), (-1, 0, 0)), UR5E.home)
     mujoco.mj_kinematics(compiled.model, data)
     mujoco.mj_collision(compiled.model, data)
     assert ("effector/left", "table") in compiled.collisions(data)
