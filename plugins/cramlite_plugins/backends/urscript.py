@@ -102,7 +102,8 @@ def _step(out: _Writer, step: AnyStep, program: Program) -> None:
     comment = ": ".join(plain(c) for c in (step.origin, step.comment) if c)
     if comment:
         out.add(f"# {comment}")
-    out.origins[len(out.lines) + 1] = step.origin
+    if step.origin:
+        out.origins[len(out.lines) + 1] = step.origin
     out.add(*_lines(out, step))
 
 

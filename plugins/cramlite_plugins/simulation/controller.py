@@ -1,0 +1,272 @@
+"""A virtual UR controller: it holds a commanded joint position, moves it, and watches the arm.
+
+It knows its nominal kinematics (the Denavit-Hartenberg table), the joint encoders, the wrist sensor and
+the gripper, like a real one; it never reads where objects are. Control runs at 125 Hz over 4 physics steps of
+2 ms (docs/explanation/simulation.md), with commands interpolated between.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.geometry import Floats, Pose
+from cramlite.robots import Robot
+
+from ..motions.kinematics import flange, forward, jacobian, nearest_branch
+from .force_mode import ForceMode
+from .gripper_server import GripperServer
+from .index import RobotIndex
+from .ur_motion import Motion, Slowed, joint_motion, linear_motion, slowed
+from .wrist_sensor import GRAVITY, WristSensor
+
+STEPS = 4  # physics steps of one control cycle
+ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]
+
+
+@dataclass(frozen=True)
+class Safety:
+    """The controller's safety configuration: what ends in a protective stop.
+
+    Args:
+        force: on the TCP [N]; the factory preset of e-Series arms is 150.
+        force_time, torque_time, tracking_time: how long a limit may be exceeded [s].
+        tracking: largest joint error [rad]; fast free motion stays below 0.007 (3 rad/s, 5 rad/s2).
+    """
+
+    force: float = 150.0
+    force_time: float = 0.02
+    torque_time: float = 0.1
+    tracking: float = 0.03
+    tracking_time: float = 0.1
+
+
+class ProtectiveStop(Exception):  # noqa: N818 - an event
+    """The arm was stopped by the controller; the message is a clause with numbers."""
+
+
+class Controller:
+    """The arm side of the controller.
+
+    Args:
+        model, data: MuJoCo's; settled, with the arm at rest.
+        index: of the robot in the model.
+        base: where the robot is bolted down, for the direction of gravity.
+        noise, seed: of the wrist sensor.
+    """
+
+    def __init__(
+        self, model: Any, data: Any, index: RobotIndex, base: Pose, safety: Safety, noise: float = 0.0, seed: int = 0
+    ) -> None:
+        self.model, self.data, self.index, self.safety = model, data, index, safety
+        self.arm: Robot = index.robot
+        self.base = base
+        self.up = base.inverse().turn((0.0, 0.0, 1.0))
+        self.sensor = WristSensor(self.up, noise, seed)
+        self.gripper = GripperServer(index.robot.gripper, index, model)
+        self.gripper_center = _gripper_center(model, data, index)
+        self.period = STEPS * float(model.opt.timestep)
+        self.servos, self.joints = list(index.actuators), list(index.joints)
+        self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
+        self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
+        self.torques = model.actuator_forcerange[self.servos, 1].copy()
+        self.q = np.array(data.qpos[self.joints])
+        self.rate = np.zeros(len(self.q))
+        self.motion: Motion | None = None
+        self.time = 0.0
+        self.force_mode: ForceMode | None = None
+        self.nominal = forward(self.arm, self.q)
+        self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0}
+        self._forget()
+
+    # What a program asks for
+
+    def set_tcp(self, tcp: Pose) -> None:
+        """The tool centre point in the flange frame."""
+        self.arm = replace(self.arm, gripper=replace(self.arm.gripper, tcp=tcp))
+        self.nominal = forward(self.arm, self.q)
+        self._forget()
+
+    def set_payload(self, mass: float, center: Floats) -> None:
+        """What hangs on the flange: [kg], [m] in the flange frame."""
+        self.sensor.mass, self.sensor.center = mass, center
+        self._forget()
+
+    def move_joints(self, goal: Floats, speed: float, acceleration: float) -> Motion:
+        """Start a movej; in force mode the compliant axes give way around it."""
+        return self._begin(joint_motion(self.q, goal, speed, acceleration))
+
+    def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
+        """Start a movel. In force mode it starts where the motion before it ended, without what gave way."""
+        start = self.nominal if self.force_mode else forward(self.arm, self.q)
+        return self._begin(linear_motion(start, goal, speed, acceleration))
+
+    def stop(self, deceleration: float) -> Motion | None:
+        """Stop the running motion on its own path."""
+        if self.motion is None or isinstance(self.motion, Slowed):
+            return self.motion
+        return self._begin(slowed(self.motion, self.time, deceleration))
+
+    def start_force_mode(self, mode: ForceMode) -> None:
+        """Switch force mode on; one that is on already keeps how far it has given way."""
+        if self.force_mode is None:
+            self.nominal = forward(self.arm, self.q)
+        else:
+            mode.offset = self.force_mode.offset
+        self.force_mode = mode
+
+    def end_force_mode(self) -> None:
+        """Switch force mode off: the arm stays where it is."""
+        if self.force_mode is not None:
+            self.force_mode, self.motion = None, None
+
+    # What it measures
+
+    def actual_joints(self) -> Floats:
+        """Joint encoders (n,) [rad]."""
+        return np.array(self.data.qpos[self.joints])
+
+    def actual_tcp(self) -> Pose:
+        """The TCP in base, from the encoders and the nominal kinematics."""
+        self._measure()
+        return self._tcp
+
+    def wrench(self) -> Floats:
+        """(6,) what the environment does to the tool, base axes, at the TCP."""
+        self._measure()
+        return self._wrench
+
+    def applied(self) -> Floats:
+        """(6,) what gripper and load do to their environment, world axes, at the sensor; the tare does not count.
+
+        As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
+        """
+        turn = self.base.rotation @ flange(self.arm, self.actual_joints()).rotation
+        weight = self.index.robot.gripper.mass * GRAVITY * (turn.T @ (0.0, 0.0, -1.0))
+        local = self.sensor.raw + np.concatenate([weight, np.cross(self.gripper_center, weight)])
+        return np.concatenate([turn @ local[:3], turn @ local[3:]])
+
+    def zero_sensor(self) -> None:
+        """Tare the wrist sensor."""
+        self.sensor.zero(flange(self.arm, self.actual_joints()))
+        self._forget()
+
+    # One control cycle
+
+    def cycle(self) -> None:
+        """Move the command on, then the physics.
+
+        Raises:
+            ProtectiveStop: a limit of the safety configuration, or a target that cannot be followed.
+        """
+        goal = self._command()
+        self._check_command(goal)
+        before, self.rate = self.q, (goal - self.q) / self.period
+        self.q = goal
+        self.gripper.advance(self.data, self.period)
+        self._physics(before)
+        self._watch()
+
+    def hold(self) -> None:
+        """One cycle at rest, with nothing watched: before a program and after it."""
+        self.rate = np.zeros_like(self.q)
+        self.gripper.advance(self.data, self.period)
+        self._physics(self.q)
+
+    def _begin(self, motion: Motion) -> Motion:
+        self.motion, self.time = motion, 0.0
+        return motion
+
+    def _command(self) -> Floats:
+        """Where the arm should be at the end of this cycle."""
+        place: Floats | Pose | None = None
+        if self.motion is not None:
+            self.time += self.period
+            place = self.motion.at(self.time)
+            if self.time >= self.motion.duration:
+                self.motion = None
+        if self.force_mode is None:
+            return self.q if place is None else self._inverse(place) if isinstance(place, Pose) else place
+        if place is not None:
+            self.nominal = place if isinstance(place, Pose) else forward(self.arm, place)
+        self.force_mode.advance(-self.wrench(), self.period)
+        return self._inverse(self.force_mode.target(self.nominal))
+
+    def _inverse(self, target: Pose) -> Floats:
+        found = nearest_branch(self.arm, target, tuple(self.q))
+        if found is None:
+            x, y, z = target.position
+            raise ProtectiveStop(f"no inverse kinematics for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m: out of reach or singular")
+        return np.array(found)
+
+    def _check_command(self, goal: Floats) -> None:
+        for i, (low, high) in enumerate(self.arm.limits):
+            if not low <= goal[i] <= high:
+                raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {goal[i]:.3f} rad, outside {low:.3f} .. {high:.3f} rad")
+        rate = np.abs(goal - self.q) / self.period
+        for i in np.flatnonzero(rate > np.array(self.arm.velocity) * 1.05):
+            raise ProtectiveStop(
+                f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {self.arm.velocity[i]:.2f} rad/s"
+            )
+
+    def _physics(self, before: Floats) -> None:
+        """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
+        model, data, index = self.model, self.data, self.index
+        forward_fed = self.lag * self.rate + self._payload()
+        step = (self.q - before) / STEPS
+        reading = np.zeros(6)
+        for k in range(1, STEPS + 1):
+            data.ctrl[self.servos] = before + k * step + forward_fed
+            mujoco.mj_step(model, data)
+            reading[:3] += data.sensordata[index.ft_force : index.ft_force + 3]
+            reading[3:] += data.sensordata[index.ft_torque : index.ft_torque + 3]
+        self.sensor.feed(reading / STEPS, self.period)
+        self._forget()
+
+    def _payload(self) -> Floats:
+        """The servo offset [rad] that carries what the program says hangs on the flange beside the gripper."""
+        mass = self.sensor.mass - self.arm.gripper.mass
+        if abs(mass) < 1e-3:
+            return np.zeros(len(self.q))
+        tool = replace(self.arm, gripper=replace(self.arm.gripper, tcp=Pose(tuple(self.sensor.center))))
+        return np.asarray(jacobian(tool, self.q)[:3].T @ (self.up * mass * GRAVITY) / self.stiffness)
+
+    def _watch(self) -> None:
+        force = float(np.linalg.norm(self.wrench()[:3]))
+        torque = np.abs(self.data.actuator_force[self.servos]) / self.torques
+        error = np.abs(self.q - self.actual_joints())
+        i, j = int(torque.argmax()), int(error.argmax())
+        s = self.safety
+        self._limit("force", force > s.force, s.force_time, f"force {force:.0f} N > {s.force:.0f} N")
+        name = self.arm.joints[i]
+        self._limit("torque", torque[i] > 0.99, s.torque_time, f"joint '{name}' at its torque limit of {self.torques[i]:.0f} Nm")
+        late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
+        self._limit("tracking", error[j] > s.tracking, s.tracking_time, late)
+
+    def _limit(self, name: str, exceeded: bool, patience: float, reason: str) -> None:
+        self.over[name] = self.over[name] + self.period if exceeded else 0.0
+        if self.over[name] > patience:
+            raise ProtectiveStop(f"{reason} for {self.over[name] * 1000:.0f} ms")
+
+    def _forget(self) -> None:
+        self._measured = False
+
+    def _measure(self) -> None:
+        """Pose and wrench once a cycle, however often they are asked for."""
+        if self._measured:
+            return
+        wrist = flange(self.arm, self.actual_joints())
+        self._tcp = wrist * self.arm.gripper.tcp
+        self._wrench = self.sensor.wrench(wrist, self._tcp)
+        self._measured = True
+
+
+def _gripper_center(model: Any, data: Any, index: RobotIndex) -> Floats:
+    """Centre of mass of the gripper in the sensor's frame [m], fingers open."""
+    bodies = list(index.bodies)
+    mass = model.body_mass[bodies]
+    center = mass @ data.xipos[bodies] / mass.sum() - data.site_xpos[index.ft]
+    return np.asarray(data.site_xmat[index.ft].reshape(3, 3).T @ center)

@@ -1,0 +1,211 @@
+"""Runs a program's text on the virtual controller, in the physics of a world.
+
+What runs is the text and the world, nothing else: no object pose reaches the program but
+through its own text and its sensors.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from cramlite.errors import UserError, nearest
+from cramlite.geometry import Floats
+from cramlite.robots import Robot
+from cramlite.rollout import Rollout
+from cramlite.world import World
+
+from .compile import Compiled, compile_world
+from .controller import Controller, ProtectiveStop, Safety
+from .recorder import Recorder
+from .ur_functions import Functions
+from .urscript import Halted, Limits, Machine, Stopped, load
+
+BEFORE = 0.5  # the world settles for this long before the program starts [s]
+
+
+def execute(
+    text: str,
+    world: World,
+    robots: Mapping[str, Robot],
+    *,
+    mount: str,
+    seed: int = 0,
+    time_limit: float = 120.0,
+    settle: float = 1.0,
+    force_noise: float = 0.0,
+    safety: Safety | None = None,
+    limits: Limits | None = None,
+) -> Rollout:
+    """Run a URScript program from the robot's home posture to its end.
+
+    Args:
+        text: the program.
+        robots: descriptions by type, for the world's mounts.
+        mount: name of the robot that runs the program.
+        seed, force_noise: of the wrist sensor's noise; standard deviation [N].
+        time_limit: of the program, in simulated time [s].
+        settle: how long to go on recording after its end [s].
+        safety: limits that end in a protective stop.
+        limits: limits of the interpreter.
+
+    Returns:
+        A rollout whose outcome is "finished", "halted" (the reason is the program's last message),
+        "protective stop", "timeout" or "error"; ``lines`` are those of the outermost function.
+
+    Raises:
+        UserError: the text is no URScript, or the world has no such robot.
+    """
+    compiled = compile_world(world, robots)
+    if mount not in compiled.robots:
+        raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
+    run = _Run(compiled, mount, force_noise, seed, safety or Safety())
+    program = load(text, run.library)
+    for _ in range(round(BEFORE / run.controller.period)):
+        run.controller.hold()
+    run.start()
+    outcome, reason = run.play(Machine(program, run.library, limits), time_limit)
+    for _ in range(round(settle / run.controller.period)):
+        run.controller.hold()
+        run.observe(0)
+    return replace(run.recorder.rollout(outcome, reason), wrench=np.array(run.wrenches))
+
+
+class _Run:
+    """One execution: controller, recorder and clock."""
+
+    def __init__(self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety) -> None:
+        self.data = compiled.data()
+        self.recorder = Recorder(compiled, mount)
+        base = next(m.base for m in compiled.world.robots if m.name == mount)
+        index = compiled.robots[mount]
+        self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed)
+        self.functions = Functions(self.controller, self.log)
+        self.library = self.functions.library()
+        self.machine: Machine | None = None
+        self.wrenches: list[Floats] = []
+        self.peak = np.zeros(6)
+
+    def start(self) -> None:
+        """Recording begins, at time 0."""
+        self.data.time = 0.0
+        self.observe(0)
+
+    def observe(self, line: int) -> None:
+        """Record; the wrench is the sensor's (averaged and filtered), at its largest since the last sample.
+
+        A single physics step of an impact would make peaks a matter of chance.
+        """
+        wrench = self.controller.applied()
+        if np.linalg.norm(wrench[:3]) > np.linalg.norm(self.peak[:3]):
+            self.peak = wrench
+        if self.data.time >= len(self.wrenches) * self.recorder.period - 1e-9:
+            self.wrenches.append(self.peak)
+            self.peak = wrench
+        self.recorder.observe(self.data, line)
+
+    def log(self, text: str) -> None:
+        self.recorder.message(float(self.data.time), text, self.machine.main_line if self.machine else 0)
+
+    def play(self, machine: Machine, time_limit: float) -> tuple[str, str]:
+        """Cycle program and physics until either ends; the outcome and its reason."""
+        self.machine = machine
+        try:
+            while self.data.time < time_limit:
+                machine.cycle()
+                if machine.finished:
+                    return "finished", ""
+                self.controller.cycle()
+                self.observe(machine.main_line)
+            return "timeout", f"line {machine.main_line}: the program still ran after {time_limit:g} s"
+        except Halted:
+            said = self.recorder.messages[-1].text if self.recorder.messages else "the program said nothing"
+            return "halted", said
+        except ProtectiveStop as stop:
+            return "protective stop", f"line {machine.main_line}: {stop}"
+        except Stopped as stop:
+            return "error", str(stop)
+        finally:
+            machine.close()
+
+
+def execute_file(program: Path, world: Path, *, mount: str = "", seed: int = 0, **options: float) -> Rollout:
+    """Run a program in a process of its own, which is given two files and nothing else.
+
+    Args:
+        program: URScript text.
+        world: JSON of a ``cramlite.world.World`` (``pydantic.TypeAdapter(World).dump_json``).
+        mount: name of the robot; by default the world's first.
+        options: ``time_limit``, ``settle`` and ``force_noise`` of ``execute``.
+
+    Raises:
+        UserError: what ``execute`` raises, and files that cannot be read.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "rollout"
+        words = [str(program), str(world), "--out", str(out), "--mount", mount, "--seed", str(seed)]
+        words += [w for name, value in options.items() for w in (f"--{name.replace('_', '-')}", str(value))]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        done = subprocess.run(
+            [sys.executable, "-m", "cramlite_plugins.simulation.execute", *words],
+            env=environment, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        if not out.exists():
+            raise UserError(done.stderr.strip() or f"the controller process ended with {done.returncode}")
+        rollout: Rollout = pickle.loads(out.read_bytes())
+        return rollout
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """``python -m cramlite_plugins.simulation.execute PROGRAM WORLD.json``: run, and print how it ended."""
+    import argparse
+
+    parser = argparse.ArgumentParser(prog="cramlite_plugins.simulation.execute", description=main.__doc__)
+    parser.add_argument("program", type=Path)
+    parser.add_argument("world", type=Path)
+    parser.add_argument("--mount", default="")
+    parser.add_argument("--seed", type=int, default=0)
+    for name, default in (("time-limit", 120.0), ("settle", 1.0), ("force-noise", 0.0)):
+        parser.add_argument(f"--{name}", type=float, default=default)
+    parser.add_argument("--out", type=Path, help="write the rollout here (pickle)")
+    options = vars(parser.parse_args(arguments))
+    out, program, world = options.pop("out"), options.pop("program"), options.pop("world")
+    try:
+        rollout = _execute_paths(program, world, **options)
+    except UserError as error:
+        print(error, file=sys.stderr)
+        return error.exit_code
+    if out:
+        out.write_bytes(pickle.dumps(rollout))
+    for message in rollout.messages:
+        print(f"{message.time:8.3f} s  {message.text}")
+    print(f"{rollout.outcome}{': ' + rollout.reason if rollout.reason else ''}")
+    return 0 if rollout.outcome == "finished" else 1
+
+
+def _execute_paths(program: Path, world: Path, *, mount: str, **options: float) -> Rollout:
+    from pydantic import TypeAdapter, ValidationError
+
+    from ..robots.arms import robots
+
+    try:
+        scene = TypeAdapter(World).validate_json(world.read_bytes())
+        text = program.read_text()
+    except ValidationError as error:
+        raise UserError(f"{world}: not a world: {error.errors()[0]['msg']}") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"cannot read a file: {error}") from None
+    name = mount or (scene.robots[0].name if scene.robots else "")
+    return execute(text, scene, {r.type: r for r in robots()}, mount=name, **options)  # type: ignore[arg-type]
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,195 @@
+"""The URScript functions of the virtual controller: what a program's text can do to the arm and ask of it.
+
+Names, parameters and defaults: the URScript manual (e-Series 5.x), modules "motion", "internals" and "interfaces".
+A method that is a generator blocks the calling thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import Any
+
+import numpy as np
+
+from cramlite.geometry import Floats, Pose
+
+from ..motions.kinematics import forward, nearest_branch
+from .controller import ABANDONED, Controller
+from .force_mode import ForceMode
+from .ur_motion import Motion, Slowed
+from .ur_sockets import SOCKETS, Sockets
+from .urscript import PURE, Halted, Library, ScriptError
+from .urscript.values import PoseValue, as_pose, from_pose, numbers, real, show
+
+Wait = Generator[None, None, None]
+NAMES = (
+    "movej", "movel", "stopj", "stopl", "force_mode", "end_force_mode", "zero_ftsensor", "get_tcp_force", "force",
+    "get_actual_tcp_pose", "get_actual_joint_positions", "get_target_tcp_pose", "get_target_joint_positions",
+    "get_forward_kin", "get_inverse_kin", "set_tcp", "set_payload", "set_target_payload", "is_steady", "sleep", "sync",
+    "get_steptime", "textmsg", "popup", "halt",
+)  # fmt: skip
+
+
+class Functions:
+    """The functions of one run.
+
+    Args:
+        controller: the arm.
+        log: called with each line that the program writes.
+    """
+
+    def __init__(self, controller: Controller, log: Callable[[str], None]) -> None:
+        self.arm, self.log = controller, log
+        self.sockets = Sockets(controller.gripper)
+
+    def library(self) -> Library:
+        """Every function by name, the pure ones included."""
+        own = {name: getattr(self, name) for name in NAMES}
+        return {**PURE, **own, **{name: getattr(self.sockets, name) for name in SOCKETS}}
+
+    # Motion
+
+    def movej(self, q: Any, a: Any = 1.4, v: Any = 1.05, t: Any = 0, r: Any = 0) -> Wait:
+        goal = self._joints(q, "movej")
+        speed, acceleration = _rates(v, a, "movej")
+        self._only_here()
+        yield from self._follow(self.arm.move_joints(goal, speed, acceleration))
+
+    def movel(self, pose: Any, a: Any = 1.2, v: Any = 0.25, t: Any = 0, r: Any = 0) -> Wait:
+        goal = as_pose(pose, "movel") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movel")
+        speed, acceleration = _rates(v, a, "movel")
+        self._only_here()
+        yield from self._follow(self.arm.move_linear(goal, speed, acceleration))
+
+    def stopj(self, a: Any) -> Wait:
+        yield from self._stop(a, "stopj")
+
+    def stopl(self, a: Any, aRot: Any = 0) -> Wait:  # noqa: N803 - the manual's name
+        yield from self._stop(a, "stopl")
+
+    def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: Any, limits: Any) -> None:  # noqa: A002
+        if type != 2:
+            raise ScriptError(f"force_mode: type {show(type)} is not supported; 2 takes the frame as it is")
+        selection = np.array(numbers(selection_vector, 6, "force_mode's selection_vector"))
+        if not np.isin(selection, (0, 1)).all():
+            raise ScriptError(f"force_mode: the selection_vector holds 0 and 1, not {show(selection_vector)}")
+        wanted, most = (np.array(numbers(w, 6, f"force_mode's {n}")) for w, n in ((wrench, "wrench"), (limits, "limits")))
+        if (most < 0).any():
+            raise ScriptError(f"force_mode: limits must not be negative: {show(limits)}")
+        self.arm.start_force_mode(ForceMode(as_pose(task_frame, "force_mode"), selection, wanted, most))
+
+    def end_force_mode(self) -> None:
+        self.arm.end_force_mode()
+
+    # Measurements
+
+    def zero_ftsensor(self) -> None:
+        self.arm.zero_sensor()
+
+    def get_tcp_force(self) -> PoseValue:
+        return PoseValue(map(float, self.arm.wrench()))
+
+    def force(self) -> float:
+        return float(np.linalg.norm(self.arm.wrench()[:3]))
+
+    def get_actual_tcp_pose(self) -> PoseValue:
+        return from_pose(self.arm.actual_tcp())
+
+    def get_actual_joint_positions(self) -> list[float]:
+        return [float(v) for v in self.arm.actual_joints()]
+
+    def get_target_tcp_pose(self) -> PoseValue:
+        return from_pose(forward(self.arm.arm, self.arm.q))
+
+    def get_target_joint_positions(self) -> list[float]:
+        return [float(v) for v in self.arm.q]
+
+    def get_forward_kin(self, q: Any = None) -> PoseValue:
+        return from_pose(self._tcp_at(q, "get_forward_kin") if q is not None else forward(self.arm.arm, self.arm.actual_joints()))
+
+    def get_inverse_kin(self, x: Any, qnear: Any = None) -> list[float]:
+        near = self.arm.q if qnear is None else self._joints(qnear, "get_inverse_kin")
+        return [float(v) for v in self._solved(as_pose(x, "get_inverse_kin"), near, "get_inverse_kin")]
+
+    def is_steady(self) -> bool:
+        return self.arm.motion is None
+
+    # Settings
+
+    def set_tcp(self, pose: Any) -> None:
+        self.arm.set_tcp(as_pose(pose, "set_tcp"))
+
+    def set_payload(self, m: Any, cog: Any = None) -> None:
+        self.set_target_payload(m, [0.0, 0.0, 0.0] if cog is None else cog)
+
+    def set_target_payload(self, m: Any, cog: Any, inertia: Any = None) -> None:
+        mass = real(m, "set_target_payload")
+        if not 0 <= mass <= self.arm.arm.payload:
+            raise ScriptError(f"payload {mass:.3f} kg is outside 0 .. {self.arm.arm.payload} kg")
+        self.arm.set_payload(mass, np.array(numbers(cog, 3, "set_target_payload's centre of gravity")))
+
+    # Time and messages
+
+    def sleep(self, t: Any) -> Wait:
+        for _ in range(max(1, round(min(real(t, "sleep"), 1e6) / self.arm.period))):
+            yield
+
+    def sync(self) -> Wait:
+        yield
+
+    def get_steptime(self) -> float:
+        return self.arm.period
+
+    def textmsg(self, s1: Any, s2: Any = "") -> None:
+        self.log(show(s1) + show(s2))
+
+    def popup(self, s: Any, title: Any = "Popup", warning: Any = False, error: Any = False, blocking: Any = False) -> None:
+        self.log(f"{show(title)}: {show(s)}")
+
+    def halt(self) -> None:
+        raise Halted
+
+    # Common parts
+
+    def _follow(self, motion: Motion) -> Wait:
+        """Wait for a motion's end; a killed thread leaves the arm to stop by itself."""
+        try:
+            while self.arm.motion is motion:
+                yield
+        except GeneratorExit:
+            if self.arm.motion is motion:
+                self.arm.stop(ABANDONED)
+            raise
+
+    def _stop(self, a: Any, name: str) -> Wait:
+        deceleration = real(a, name)
+        if deceleration <= 0:
+            raise ScriptError(f"{name} needs a positive deceleration, not {show(a)}")
+        motion = self.arm.stop(deceleration)
+        while motion is not None and self.arm.motion is motion:
+            yield
+
+    def _only_here(self) -> None:
+        if self.arm.motion is not None and not isinstance(self.arm.motion, Slowed):
+            raise ScriptError("another thread is already moving the robot: kill it first")
+
+    def _joints(self, q: Any, where: str) -> Floats:
+        if isinstance(q, PoseValue):
+            return self._solved(as_pose(q, where), self.arm.q, where)
+        return np.array(numbers(q, len(self.arm.q), where))
+
+    def _tcp_at(self, q: Any, where: str) -> Pose:
+        return forward(self.arm.arm, numbers(q, len(self.arm.q), where))
+
+    def _solved(self, pose: Pose, near: Floats, where: str) -> Floats:
+        found = nearest_branch(self.arm.arm, pose, tuple(near))
+        if found is None:
+            raise ScriptError(f"{where}: no joint position near here reaches {show(from_pose(pose))}")
+        return np.array(found)
+
+
+def _rates(v: Any, a: Any, where: str) -> tuple[float, float]:
+    speed, acceleration = real(v, where), real(a, where)
+    if speed <= 0 or acceleration <= 0:
+        raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}")
+    return speed, acceleration

@@ -1,0 +1,118 @@
+"""Motions of the virtual UR controller: where the arm should be at a time.
+
+Both kinds start and end at rest, without blends (a blend radius is ignored: the arm stops at each target, which
+is the slower and safer of the two). Law: motions/timing.py, and its sources.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from cramlite.geometry import Floats, Pose
+
+from ..motions.timing import along, trapezoid
+
+# A tool that turns on the spot or nearly so: one radian takes as long as this way [m]. UR's manual leaves it open.
+RADIAN = 0.25
+
+
+class Motion(Protocol):
+    """``at(time)`` is a joint position (n,) or a TCP pose in the base frame; ``way`` in m or rad."""
+
+    @property
+    def duration(self) -> float: ...
+    @property
+    def way(self) -> float: ...
+    def at(self, time: float) -> Floats | Pose: ...
+    def rate(self, time: float) -> float: ...
+
+
+@dataclass(frozen=True)
+class Law:
+    """A trapezoid over ``way``; speed and acceleration in the same unit."""
+
+    way: float
+    speed: float
+    acceleration: float
+
+    @property
+    def duration(self) -> float:
+        return trapezoid(self.way, self.speed, self.acceleration)
+
+    def share(self, time: float) -> float:
+        """How much of the way is done, 0 to 1."""
+        return along(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
+
+    def rate(self, time: float) -> float:
+        """Speed at a time, in way units per second."""
+        rest = self.duration - time
+        if time <= 0 or rest <= 0:
+            return 0.0
+        return min(self.speed, self.acceleration * time, self.acceleration * rest)
+
+
+@dataclass(frozen=True)
+class JointMotion(Law):
+    """movej: all joints start and stop together; speed and acceleration are the leading axis's."""
+
+    start: Floats
+    goal: Floats
+
+    def at(self, time: float) -> Floats:
+        return self.start + self.share(time) * (self.goal - self.start)
+
+
+@dataclass(frozen=True)
+class LinearMotion(Law):
+    """movel: the TCP on a straight line, its rotation at a constant axis (slerp)."""
+
+    start: Pose
+    goal: Pose
+    turn: Floats
+
+    def at(self, time: float) -> Pose:
+        share = self.share(time)
+        if share >= 1.0:
+            return self.goal
+        position = tuple(a + share * (b - a) for a, b in zip(self.start.position, self.goal.position, strict=True))
+        turned = self.start * Pose.from_rotvec((0, 0, 0), tuple(share * self.turn))
+        return Pose(position, turned.quaternion)
+
+
+@dataclass(frozen=True)
+class Slowed:
+    """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
+
+    motion: Motion
+    since: float
+    duration: float
+    way: float = 0.0
+
+    def at(self, time: float) -> Floats | Pose:
+        t = min(time, self.duration)
+        passed = t - t * t / (2 * self.duration) if self.duration > 0 else 0.0
+        return self.motion.at(self.since + passed)
+
+    def rate(self, time: float) -> float:
+        return 0.0
+
+
+def joint_motion(start: Floats, goal: Floats, speed: float, acceleration: float) -> JointMotion:
+    """A movej between two joint positions (n,) [rad, rad/s, rad/s2]."""
+    return JointMotion(float(np.abs(goal - start).max()), speed, acceleration, start.copy(), goal)
+
+
+def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) -> LinearMotion:
+    """A movel between two TCP poses [m/s, m/s2]."""
+    turn = np.array((start.inverse() * goal).rotvec)
+    way = max(math.dist(start.position, goal.position), RADIAN * float(np.linalg.norm(turn)))
+    return LinearMotion(way, speed, acceleration, start, goal, turn)
+
+
+def slowed(motion: Motion, time: float, deceleration: float) -> Slowed:
+    """Stop a motion that has run for ``time`` with a deceleration in its own unit."""
+    return Slowed(motion, time, motion.rate(time) / deceleration)
