@@ -41,7 +41,7 @@ def table(robot: Robot) -> Table:
     return robot.dh
 
 
-def frames(robot: Robot, q: Sequence[float]) -> list[Floats]:
+def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
     """The (4, 4) frames 0 (base) to n (flange) in the base frame."""
     result = [np.eye(4)]
     for (a, d, alpha), angle in zip(table(robot), q, strict=True):

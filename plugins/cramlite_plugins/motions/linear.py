@@ -112,8 +112,8 @@ def _ways(begin: Pose, goals: Sequence[Pose]) -> list[float]:
 
 def _refusal(reason: str, reached: int, total: int, ways: Sequence[float]) -> Refusal:
     done = max(0, reached - 1)
-    fraction = done / total
-    return Refusal(f"straight motion stops after {ways[done] * 1e3:.0f} of {ways[-1] * 1e3:.0f} mm: {reason}", fraction=fraction)
+    where = f"straight motion stops after {ways[done] * 1e3:.0f} of {ways[-1] * 1e3:.0f} mm"
+    return Refusal(f"{where}: {reason}", fraction=done / total)
 
 
 def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[Joints], str]:
@@ -125,8 +125,8 @@ def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[J
         found = nearest_branch(robot, pose, points[-1])
         if found is None:
             return points, reach_shortfall(robot, pose) or _singular(robot, points[-1])
-        if leading(points[-1], found) > JUMP:
-            return points, f"a joint would turn {leading(points[-1], found):.2f} rad within one step; {_singular(robot, found)}"
+        if (turn := leading(points[-1], found)) > JUMP:
+            return points, f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
         if reason := out_of_limits(robot, found):
             return points, reason
         points.append(found)

@@ -14,6 +14,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -185,7 +186,7 @@ def _search(
 
 def _box(scene: Space, positions: list[Joints], margin: float) -> list[tuple[float, float]]:
     low, high = np.min(positions, axis=0) - margin, np.max(positions, axis=0) + margin
-    return [(max(a, l), min(b, h)) for (a, b), l, h in zip(scene.limits, low, high, strict=True)]
+    return [(max(a, c), min(b, d)) for (a, b), c, d in zip(scene.limits, low, high, strict=True)]
 
 
 def _rrt(
@@ -240,7 +241,7 @@ def _motion_validator(base: Any, info: Any, scene: Space, size: int) -> Any:
     class Line(base.MotionValidator):  # type: ignore[misc]  # OMPL's class is only known at run time
         """Checks an edge as the straight line that the robot will drive."""
 
-        def checkMotion(self, a: Any, b: Any) -> bool:  # noqa: N802 - OMPL's name
+        def checkMotion(self, a: Any, b: Any) -> bool:
             return scene.line_free(a[0:size], b[0:size])
 
     return Line(info)
@@ -262,7 +263,7 @@ class _Counter:
 def resampled(points: Sequence[Joints], step: float) -> Floats:
     """The path as samples no further apart than ``step`` in any joint: (n, joints) [rad]."""
     rows = [np.asarray(points[0], dtype=float)[None]]
-    for a, b in zip(points, points[1:], strict=False):
+    for a, b in pairwise(points):
         count = max(1, math.ceil(leading(a, b) / step))
         rows.append(np.asarray(a) + np.outer(np.arange(1, count + 1) / count, np.subtract(b, a)))
     return np.vstack(rows)

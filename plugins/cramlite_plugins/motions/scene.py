@@ -9,7 +9,11 @@ go before it can touch anything. Joint i turning by dq_i moves no point of a geo
 r_i |dq_i|, where r_i is the largest distance of that geom from the joint's axis, so a pair at
 distance d cannot meet before sum_i r_i |dq_i| reaches d; i runs over the joints between the two
 geoms (conservative advancement: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). With a
-clearance c at every check, at least c / 2 is left in between.
+clearance c at every check, about c / 2 is left in between.
+
+MuJoCo's distances are not taken as they are. Contacts of cylinders with boxes and with one another
+overestimate a distance, measured on 20,000 pairs, by up to 0.6 mm below 6 mm and by at most a fifth above
+(see ``_advance``); contacts of boxes may be missing (``boxes``). Overlaps are always found.
 """
 
 from __future__ import annotations
@@ -25,10 +29,13 @@ from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
 from cramlite.world import RobotMount, World
 
-from ..simulation.compile import Carried, Compiled, compile_world
+from ..simulation.build import Carried
+from ..simulation.compile import Compiled, compile_world
 from ..simulation.index import Owner, RobotIndex
+from .boxes import Boxes, boxes
 
 Joints = tuple[float, ...]
+Position = Sequence[float] | Floats
 Pairs = frozenset[frozenset[str]]
 
 HORIZON = 0.04  # distances above this are not told apart [m]
@@ -48,9 +55,11 @@ class Scene:
         data: scratch state; every query overwrites the joints of the robot.
         need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
         moved: (geoms, joints) 1 where the joint moves the geom, else 0.
-        bound: (geoms, 1) bounding radius and horizon of each geom [m].
+        movers: ids of the geoms that any joint moves.
+        bound: (movers, 1) bounding radius and horizon of each of them [m].
         first: id of the robot's first joint; its joints follow one another.
         anchors: joint positions with the pairs that are closer there than needed, and how close.
+        boxes: the pairs of boxes, whose distance is not MuJoCo's contact distance.
         checks: counts state checks; a list of one, shared by all scenes made from this one.
     """
 
@@ -59,8 +68,10 @@ class Scene:
     data: Any
     need: Floats
     moved: Floats
+    movers: Any
     bound: Floats
     first: int
+    boxes: Boxes
     anchors: tuple[tuple[Joints, Mapping[tuple[int, int], float]], ...] = ()
     checks: list[int] | None = None
 
@@ -148,10 +159,10 @@ class Scene:
         mujoco.mj_kinematics(self.compiled.model, self.data)
         return self.index.pose(self.data)
 
-    def _inside(self, q: Sequence[float]) -> bool:
+    def _inside(self, q: Position) -> bool:
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
-    def _look(self, q: Sequence[float]) -> tuple[Any, Floats]:
+    def _look(self, q: Position) -> tuple[Any, Floats]:
         """The pairs of geoms (n, 2) within the horizon and their distances (n,), of which some may be allowed."""
         model, data = self.compiled.model, self.data
         data.qpos[self.index.joints[0] : self.index.joints[0] + len(self.index.joints)] = q
@@ -159,10 +170,15 @@ class Scene:
         mujoco.mj_collision(model, data)
         if self.checks is not None:
             self.checks[0] += 1
-        contact = data.contact
-        return contact.geom, contact.dist
+        pairs, distances = data.contact.geom, data.contact.dist
+        if not len(self.boxes.small):
+            return pairs, distances
+        kinds = model.geom_type[pairs]
+        kept = (kinds != mujoco.mjtGeom.mjGEOM_BOX).any(axis=1)
+        more, further = self.boxes.near(model, data, HORIZON)
+        return np.concatenate([pairs[kept], more]), np.concatenate([distances[kept], further])
 
-    def _needed(self, q: Sequence[float], pairs: Any) -> Floats:
+    def _needed(self, q: Position, pairs: Any) -> Floats:
         need: Floats = self.need[pairs[:, 0], pairs[:, 1]]
         for position, closer in self.anchors:
             if closer and max(abs(x - y) for x, y in zip(q, position, strict=True)) < NEAR:
@@ -179,7 +195,10 @@ class Scene:
         return tuple(float(v) for v in q), near
 
     def _advance(self, pairs: Any, distances: Floats, way: Floats) -> float:
-        """The fraction of the line that may be gone before any pair can meet."""
+        """The fraction of the line that may be gone before any pair can meet.
+
+        A distance d is at least 0.8 d - 0.6 mm in truth: see the head of this module.
+        """
         rate = self._rates(way)
         part = HORIZON / max(float(rate.sum(axis=1).max()), HORIZON)
         if not len(pairs):
@@ -188,7 +207,7 @@ class Scene:
         between = rate[g] * (1.0 - self.moved[h]) + rate[h] * (1.0 - self.moved[g])
         speed = between.sum(axis=1)
         speed[self.need[g, h] == -np.inf] = 0.0
-        return min(part, 1.0 / max(float((speed / np.maximum(distances, 1e-9)).max()), 1.0))
+        return min(part, 1.0 / max(float((speed / np.maximum(0.8 * distances - 0.0006, 1e-9)).max()), 1.0))
 
     def _rates(self, way: Floats) -> Floats:
         """How far each joint may move any point of each geom over the whole line: (geoms, joints) [m].
@@ -198,10 +217,12 @@ class Scene:
         """
         data, first = self.data, self.first
         axis, anchor = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)]
-        arm = data.geom_xpos[:, None, :] - anchor
-        along = (arm * axis).sum(axis=2)
-        lever = np.sqrt(np.maximum((arm * arm).sum(axis=2) - along * along, 0.0)) + self.bound
-        return lever * self.moved * way
+        arm = data.geom_xpos[self.movers][:, None, :] - anchor
+        along = np.einsum("gjk,jk->gj", arm, axis)
+        square = np.einsum("gjk,gjk->gj", arm, arm) - along * along
+        rates: Floats = np.zeros_like(self.moved)
+        rates[self.movers] = (np.sqrt(np.maximum(square, 0.0)) + self.bound) * self.moved[self.movers] * way
+        return rates
 
 
 def scene(
@@ -238,14 +259,18 @@ def scene(
         world.thing(name)
     placed = world.moved(dict(poses or {}))
     carried = {held[0]: Carried(mount, held[1])} if held else None
-    compiled = compile_world(placed, robots, planning=True, carried=carried, clearance=HORIZON)
+    compiled = compile_world(placed, robots, planning=True, carried=carried)
+    compiled.model.geom_margin[:] = HORIZON / 2  # MuJoCo adds the margins of a pair
+    compiled.model.body_margin[:] = HORIZON / 2  # what its first, coarse sweep uses
     index, data = compiled.robots[mount], compiled.data()
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
     moved = _moved(compiled, index)
-    need = _need(compiled, moved, allowed, clearance)
-    bound = compiled.model.geom_rbound[:, None] + HORIZON
+    movers = np.flatnonzero(moved.any(axis=1))
+    bound = compiled.model.geom_rbound[movers, None] + HORIZON
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
-    return Scene(compiled, index, data, need, moved, bound, first, checks=[0])
+    need = _need(compiled, moved, allowed, clearance)
+    pairs = boxes(compiled.model, need)
+    return Scene(compiled, index, data, need, moved, movers, bound, first, pairs, checks=[0])
 
 
 def base(scene_: Scene) -> Pose:

@@ -93,8 +93,8 @@ def leading_limits(robot: Robot, a: Sequence[float], b: Sequence[float]) -> tupl
     way = leading(a, b)
     shares = [abs(y - x) / way if way > 0 else 0.0 for x, y in zip(a, b, strict=True)]
     speed = min((v / s for v, s in zip(robot.velocity, shares, strict=True) if s > 0), default=min(robot.velocity))
-    acc = min((v / s for v, s in zip(robot.acceleration, shares, strict=True) if s > 0), default=min(robot.acceleration))
-    return speed, acc
+    gains = [a / s for a, s in zip(robot.acceleration, shares, strict=True) if s > 0]
+    return speed, min(gains, default=min(robot.acceleration))
 
 
 def linear_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float) -> str:
