@@ -11,7 +11,7 @@ from cramlite.geometry import Floats, Pose
 from cramlite.rollout import Message, Rollout, Touch
 
 from .compile import Compiled
-from .index import Data, EffectorIndex, Model, RobotIndex
+from .index import Data, EffectorIndex, Model, Owner, RobotIndex
 
 GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
 WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
@@ -70,7 +70,7 @@ class Recorder:
         joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
         return {
             "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},
-            "touches": touches(self.compiled, data),
+            "touches": touches(self.compiled, data, index.name),
             "joints": joints,
             "wrench": wrench(model, data, index),
             "opening": index.opening(model, data),
@@ -99,11 +99,11 @@ def finger_poses(data: Data, index: EffectorIndex) -> dict[str, Pose]:
     return {f"effector/{side}": Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
 
 
-def touches(compiled: Compiled, data: Data) -> tuple[Touch, ...]:
+def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
     """The contacts of a state, summed over the points of each pair.
 
     Contacts within an arm or an effector are left out. In each pair ``a`` is the effector or robot if one takes part,
-    else the first by name.
+    else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
     """
     sums: dict[tuple[str, str], list[float]] = {}
     force = np.zeros(6)
@@ -116,12 +116,18 @@ def touches(compiled: Compiled, data: Data) -> tuple[Touch, ...]:
             continue
         # the frame's rows are the contact axes; the force is the one of the first geom on the second
         lift = float(data.contact.frame[i].reshape(3, 3)[:, 2] @ force[:3])
-        flip = (one.kind == "thing", one.touch) > (two.kind == "thing", two.touch)
-        pair = (two.touch, one.touch) if flip else (one.touch, two.touch)
+        first, second = _name(one, effector), _name(two, effector)
+        flip = (one.kind == "thing", first) > (two.kind == "thing", second)
+        pair = (second, first) if flip else (first, second)
         total = sums.setdefault(pair, [0.0, 0.0])
         total[0] += float(force[0])
         total[1] += -lift if flip else lift
     return tuple(Touch(a, b, f, u) for (a, b), (f, u) in sorted(sums.items()))
+
+
+def _name(owner: Owner, effector: str) -> str:
+    own = owner.kind != "effector" or owner.name == effector
+    return owner.touch if own else f"{owner.name}/{owner.part}"
 
 
 def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:

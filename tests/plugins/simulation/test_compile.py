@@ -15,6 +15,7 @@ from cramlite.errors import UserError
 from cramlite.geometry import Pose
 from cramlite.world import Geom, Physics, RobotMount, Thing, World
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.build import SOLREF
 from cramlite_plugins.simulation.compile import Carried, compile_world
 from cramlite_plugins.simulation.models import MODELS, hanger, hung, make, product
 
@@ -176,6 +177,28 @@ def test_without_a_peg_it_falls() -> None:
     for _ in range(1000):
         mujoco.mj_step(compiled.model, data)
     assert compiled.pose(data, "product").position[2] < 0.2
+
+
+def dropped(solref: float, count: int = 12) -> int:
+    """How many of some products that fall into the basket at random end inside its floor."""
+    compiled = compile_world(standard_world(robot=False), {})
+    compiled.model.geom_solref[:, 0] = solref
+    data, rng, sunk = compiled.data(), np.random.default_rng(1), 0
+    for turn in rng.normal(size=(count, 4)):
+        compiled.initial(data)
+        compiled.place(data, "product", Pose((0.3, -0.45, 0.45), tuple(turn)))
+        for _ in range(600):
+            mujoco.mj_step(compiled.model, data)
+        sunk += bool(data.ncon and data.contact.dist.min() < -0.002)
+    return sunk
+
+
+def test_a_falling_product_does_not_sink_into_a_thin_floor() -> None:
+    assert dropped(SOLREF[0]) == 0
+
+
+def test_with_the_simulators_own_softness_it_would() -> None:
+    assert dropped(0.02) > 0
 
 
 def test_the_hole_is_a_hole() -> None:
