@@ -29,8 +29,9 @@ SHAPES = {
     "capsule": (mujoco.mjtGeom.mjGEOM_CAPSULE, 2),
     "sphere": (mujoco.mjtGeom.mjGEOM_SPHERE, 1),
 }
-# Contact time constant of things [s]. With MuJoCo's 0.02 a product that falls 0.4 m onto a 10 mm floor sinks in by 28 mm
-# and stays there (46 of 60 drops); with 0.005 by 8 mm and never does (measured; 2.5 time steps, the least being 2).
+# Contact time constant of things [s]; the least that holds is two time steps. With MuJoCo's 0.02 a product that falls
+# 0.4 m onto a 10 mm floor sinks in by 28 mm and stays there (46 of 60 drops); with 0.005 by 8 mm, and it comes out
+# (measured).
 SOLREF = (0.005, 1.0)
 CONES = {"elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC, "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL}
 

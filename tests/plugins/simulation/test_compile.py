@@ -79,6 +79,7 @@ def test_two_robots_in_one_world() -> None:
         (World((thing(),)), ("plate", "no geoms")),
         (World((thing(Geom("sphere", (0.1,)), mass=-1.0),)), ("plate", "-1.0 kg")),
         (World((thing(Geom("sphere", (0.1,)), name="a/b"),)), ("a/b",)),
+        (World((thing(Geom("sphere", (1e-6,)), mass=1e-4, name="crumb"),)), ("crumb", "mass and inertia")),
         (World((thing(Geom("sphere", (0.1,))),) * 2), ("plate", "twice")),
         (World((thing(Geom("sphere", (0.1,))),), (RobotMount("arm", "ur5"),)), ("arm", "did you mean 'ur5e'")),
     ],

@@ -27,7 +27,7 @@ def hanging(size: tuple[float, float, float], physics: Physics | None = None) ->
 
 
 def take_off(compiled: Compiled, rise: float) -> Any:
-    """Grasp the hanging product from the front, pull it off (raised by ``rise`` at the bent tip), let go over the basket."""
+    """Grasp the hanging product from the front, pull it off (raised by ``rise`` at the tip), let go over the basket."""
     data, index = compiled.data(), compiled.robots["arm"]
     grasp = Pose(compiled.pose(data, "product").position) * FORWARD
     points = [(-0.15, 0), (0, 0), (0, 0.002), (-0.062, 0.002), (-0.085, rise), (-0.2, rise)]
