@@ -7,6 +7,7 @@ the gripper, like a real one; it never reads where objects are. Control runs at 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,10 +17,10 @@ import numpy as np
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
 
-from ..motions.kinematics import flange, forward, jacobian, nearest_branch
 from .force_mode import ForceMode
 from .gripper_server import GripperServer
 from .index import RobotIndex
+from .nominal_arm import NominalArm, cross
 from .ur_motion import Motion, Slowed, joint_motion, linear_motion, slowed
 from .wrist_sensor import GRAVITY, WristSensor
 
@@ -44,7 +45,7 @@ class Safety:
     tracking_time: float = 0.1
 
 
-class ProtectiveStop(Exception):  # noqa: N818 - an event
+class ProtectiveStop(Exception):
     """The arm was stopped by the controller; the message is a clause with numbers."""
 
 
@@ -63,6 +64,7 @@ class Controller:
     ) -> None:
         self.model, self.data, self.index, self.safety = model, data, index, safety
         self.arm: Robot = index.robot
+        self.kinematics = NominalArm(index.robot)
         self.base = base
         self.up = base.inverse().turn((0.0, 0.0, 1.0))
         self.sensor = WristSensor(self.up, noise, seed)
@@ -72,13 +74,14 @@ class Controller:
         self.servos, self.joints = list(index.actuators), list(index.joints)
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
+        self.limits, self.fastest = np.array(self.arm.limits).T, 1.05 * np.array(self.arm.velocity)
         self.torques = model.actuator_forcerange[self.servos, 1].copy()
         self.q = np.array(data.qpos[self.joints])
         self.rate = np.zeros(len(self.q))
         self.motion: Motion | None = None
         self.time = 0.0
         self.force_mode: ForceMode | None = None
-        self.nominal = forward(self.arm, self.q)
+        self.nominal = self.kinematics.forward(self.q)
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0}
         self._forget()
 
@@ -87,7 +90,8 @@ class Controller:
     def set_tcp(self, tcp: Pose) -> None:
         """The tool centre point in the flange frame."""
         self.arm = replace(self.arm, gripper=replace(self.arm.gripper, tcp=tcp))
-        self.nominal = forward(self.arm, self.q)
+        self.kinematics = NominalArm(self.arm)
+        self.nominal = self.kinematics.forward(self.q)
         self._forget()
 
     def set_payload(self, mass: float, center: Floats) -> None:
@@ -101,7 +105,7 @@ class Controller:
 
     def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
         """Start a movel. In force mode it starts where the motion before it ended, without what gave way."""
-        start = self.nominal if self.force_mode else forward(self.arm, self.q)
+        start = self.nominal if self.force_mode else self.kinematics.forward(self.q)
         return self._begin(linear_motion(start, goal, speed, acceleration))
 
     def stop(self, deceleration: float) -> Motion | None:
@@ -113,7 +117,7 @@ class Controller:
     def start_force_mode(self, mode: ForceMode) -> None:
         """Switch force mode on; one that is on already keeps how far it has given way."""
         if self.force_mode is None:
-            self.nominal = forward(self.arm, self.q)
+            self.nominal = self.kinematics.forward(self.q)
         else:
             mode.offset = self.force_mode.offset
         self.force_mode = mode
@@ -132,7 +136,7 @@ class Controller:
     def actual_tcp(self) -> Pose:
         """The TCP in base, from the encoders and the nominal kinematics."""
         self._measure()
-        return self._tcp
+        return Pose.from_matrix(self._tcp)
 
     def wrench(self) -> Floats:
         """(6,) what the environment does to the tool, base axes, at the TCP."""
@@ -144,14 +148,16 @@ class Controller:
 
         As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
         """
-        turn = self.base.rotation @ flange(self.arm, self.actual_joints()).rotation
-        weight = self.index.robot.gripper.mass * GRAVITY * (turn.T @ (0.0, 0.0, -1.0))
-        local = self.sensor.raw + np.concatenate([weight, np.cross(self.gripper_center, weight)])
+        self._measure()
+        turn = self.base.rotation @ self._flange[:3, :3]
+        weight = -self.arm.gripper.mass * GRAVITY * turn[2]
+        local = self.sensor.raw + np.concatenate([weight, cross(self.gripper_center, weight)])
         return np.concatenate([turn @ local[:3], turn @ local[3:]])
 
     def zero_sensor(self) -> None:
         """Tare the wrist sensor."""
-        self.sensor.zero(flange(self.arm, self.actual_joints()))
+        self._measure()
+        self.sensor.zero(self._flange)
         self._forget()
 
     # One control cycle
@@ -191,26 +197,27 @@ class Controller:
         if self.force_mode is None:
             return self.q if place is None else self._inverse(place) if isinstance(place, Pose) else place
         if place is not None:
-            self.nominal = place if isinstance(place, Pose) else forward(self.arm, place)
+            self.nominal = place if isinstance(place, Pose) else self.kinematics.forward(place)
         self.force_mode.advance(-self.wrench(), self.period)
         return self._inverse(self.force_mode.target(self.nominal))
 
     def _inverse(self, target: Pose) -> Floats:
-        found = nearest_branch(self.arm, target, tuple(self.q))
+        found = self.kinematics.follow(target, self.q)
         if found is None:
-            x, y, z = target.position
-            raise ProtectiveStop(f"no inverse kinematics for the TCP at ({x:.3f}, {y:.3f}, {z:.3f}) m: out of reach or singular")
-        return np.array(found)
+            place = ", ".join(f"{v:.3f}" for v in target.position)
+            raise ProtectiveStop(f"no inverse kinematics for the TCP at ({place}) m: out of reach or singular")
+        return found
 
     def _check_command(self, goal: Floats) -> None:
-        for i, (low, high) in enumerate(self.arm.limits):
-            if not low <= goal[i] <= high:
-                raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {goal[i]:.3f} rad, outside {low:.3f} .. {high:.3f} rad")
+        if goal is self.q:
+            return
+        for i in np.flatnonzero((goal < self.limits[0]) | (goal > self.limits[1])):
+            low, high = self.arm.limits[i]
+            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {goal[i]:.3f} rad, outside {low:.3f} .. {high:.3f}")
         rate = np.abs(goal - self.q) / self.period
-        for i in np.flatnonzero(rate > np.array(self.arm.velocity) * 1.05):
-            raise ProtectiveStop(
-                f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {self.arm.velocity[i]:.2f} rad/s"
-            )
+        for i in np.flatnonzero(rate > self.fastest):
+            most = self.arm.velocity[i]
+            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {most:.2f} rad/s")
 
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
@@ -231,20 +238,20 @@ class Controller:
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
             return np.zeros(len(self.q))
-        tool = replace(self.arm, gripper=replace(self.arm.gripper, tcp=Pose(tuple(self.sensor.center))))
-        return np.asarray(jacobian(tool, self.q)[:3].T @ (self.up * mass * GRAVITY) / self.stiffness)
+        hold = self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY)
+        return np.asarray(hold / self.stiffness)
 
     def _watch(self) -> None:
-        force = float(np.linalg.norm(self.wrench()[:3]))
+        force = math.hypot(*self.wrench()[:3])
         torque = np.abs(self.data.actuator_force[self.servos]) / self.torques
         error = np.abs(self.q - self.actual_joints())
         i, j = int(torque.argmax()), int(error.argmax())
         s = self.safety
         self._limit("force", force > s.force, s.force_time, f"force {force:.0f} N > {s.force:.0f} N")
-        name = self.arm.joints[i]
-        self._limit("torque", torque[i] > 0.99, s.torque_time, f"joint '{name}' at its torque limit of {self.torques[i]:.0f} Nm")
+        full = f"joint '{self.arm.joints[i]}' at its torque limit of {self.torques[i]:.0f} Nm"
+        self._limit("torque", bool(torque[i] > 0.99), s.torque_time, full)
         late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
-        self._limit("tracking", error[j] > s.tracking, s.tracking_time, late)
+        self._limit("tracking", bool(error[j] > s.tracking), s.tracking_time, late)
 
     def _limit(self, name: str, exceeded: bool, patience: float, reason: str) -> None:
         self.over[name] = self.over[name] + self.period if exceeded else 0.0
@@ -258,9 +265,9 @@ class Controller:
         """Pose and wrench once a cycle, however often they are asked for."""
         if self._measured:
             return
-        wrist = flange(self.arm, self.actual_joints())
-        self._tcp = wrist * self.arm.gripper.tcp
-        self._wrench = self.sensor.wrench(wrist, self._tcp)
+        self._flange = self.kinematics.flange(self.actual_joints())
+        self._tcp = self._flange @ self.kinematics.tcp
+        self._wrench = self.sensor.wrench(self._flange, self._tcp)
         self._measured = True
 
 

@@ -48,5 +48,6 @@ class ForceMode:
     def target(self, nominal: Pose) -> Pose:
         """The TCP pose to go to, given where the running motion has it."""
         shift = self.frame.turn(self.offset[:3])
-        turned = Pose.from_rotvec((0, 0, 0), tuple(self.frame.turn(self.offset[3:]))) * Pose((0, 0, 0), nominal.quaternion)
-        return Pose(tuple(np.add(nominal.position, shift)), turned.quaternion)
+        turn = Pose.from_rotvec((0, 0, 0), self.frame.turn(self.offset[3:]).tolist())
+        x, y, z = (float(a + b) for a, b in zip(nominal.position, shift, strict=True))
+        return Pose((x, y, z), (turn * Pose((0, 0, 0), nominal.quaternion)).quaternion)

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from cramlite.robots import Gripper
 
 from .index import RobotIndex
@@ -34,7 +36,9 @@ class GripperServer:
         self.command = 0.0
         self.opening = gripper.opening[1]
         self.still = 0.0
-        self.limit = float(model.actuator_forcerange[index.gripper, 1])
+        low, self.widest = gripper.opening
+        fingers = [(a, np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.fingers]
+        self.fingers = [(a, (self.widest - low) / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
 
     def order(self, name: str, value: int) -> bool:
         """``SET name value``; False for a register or value that there is not."""
@@ -75,11 +79,12 @@ class GripperServer:
 
     def advance(self, data: Any, period: float) -> None:
         """One control cycle: read the fingers, move the order on, and command the actuator."""
-        opening = self.index.opening(self.model, data)
+        opening = self.widest - sum(scale * float(data.qpos[a]) for a, scale in self.fingers)
         fast = abs(opening - self.opening) / period > STILL
         self.opening = opening
         if self.set["GTO"] and self.set["ACT"] and self.echo != self.set["POS"]:
-            self.echo, self.still = self.set["POS"], 0.0
+            # From where the fingers are: what squeezed an object so far must not delay the opening.
+            self.echo, self.still, self.command = self.set["POS"], 0.0, self.position
         low, high = self.gripper.opening
         rate = (SPEED[0] + (SPEED[1] - SPEED[0]) * self.set["SPE"] / 255) * 255 / (high - low)
         step = max(-rate * period, min(rate * period, self.echo - self.command))

@@ -6,6 +6,7 @@ A method that is a generator blocks the calling thread.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Generator
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from cramlite.geometry import Floats, Pose
 
-from ..motions.kinematics import forward, nearest_branch
+from ..motions.kinematics import nearest_branch
 from .controller import ABANDONED, Controller
 from .force_mode import ForceMode
 from .ur_motion import Motion, Slowed
@@ -64,16 +65,17 @@ class Functions:
     def stopj(self, a: Any) -> Wait:
         yield from self._stop(a, "stopj")
 
-    def stopl(self, a: Any, aRot: Any = 0) -> Wait:  # noqa: N803 - the manual's name
+    def stopl(self, a: Any, aRot: Any = 0) -> Wait:
         yield from self._stop(a, "stopl")
 
-    def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: Any, limits: Any) -> None:  # noqa: A002
+    def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: Any, limits: Any) -> None:
         if type != 2:
             raise ScriptError(f"force_mode: type {show(type)} is not supported; 2 takes the frame as it is")
         selection = np.array(numbers(selection_vector, 6, "force_mode's selection_vector"))
         if not np.isin(selection, (0, 1)).all():
             raise ScriptError(f"force_mode: the selection_vector holds 0 and 1, not {show(selection_vector)}")
-        wanted, most = (np.array(numbers(w, 6, f"force_mode's {n}")) for w, n in ((wrench, "wrench"), (limits, "limits")))
+        wanted = np.array(numbers(wrench, 6, "force_mode's wrench"))
+        most = np.array(numbers(limits, 6, "force_mode's limits"))
         if (most < 0).any():
             raise ScriptError(f"force_mode: limits must not be negative: {show(limits)}")
         self.arm.start_force_mode(ForceMode(as_pose(task_frame, "force_mode"), selection, wanted, most))
@@ -90,7 +92,7 @@ class Functions:
         return PoseValue(map(float, self.arm.wrench()))
 
     def force(self) -> float:
-        return float(np.linalg.norm(self.arm.wrench()[:3]))
+        return math.hypot(*self.arm.wrench()[:3])
 
     def get_actual_tcp_pose(self) -> PoseValue:
         return from_pose(self.arm.actual_tcp())
@@ -99,13 +101,13 @@ class Functions:
         return [float(v) for v in self.arm.actual_joints()]
 
     def get_target_tcp_pose(self) -> PoseValue:
-        return from_pose(forward(self.arm.arm, self.arm.q))
+        return from_pose(self.arm.kinematics.forward(self.arm.q))
 
     def get_target_joint_positions(self) -> list[float]:
         return [float(v) for v in self.arm.q]
 
     def get_forward_kin(self, q: Any = None) -> PoseValue:
-        return from_pose(self._tcp_at(q, "get_forward_kin") if q is not None else forward(self.arm.arm, self.arm.actual_joints()))
+        return self.get_actual_tcp_pose() if q is None else from_pose(self._tcp_at(q, "get_forward_kin"))
 
     def get_inverse_kin(self, x: Any, qnear: Any = None) -> list[float]:
         near = self.arm.q if qnear is None else self._joints(qnear, "get_inverse_kin")
@@ -143,7 +145,9 @@ class Functions:
     def textmsg(self, s1: Any, s2: Any = "") -> None:
         self.log(show(s1) + show(s2))
 
-    def popup(self, s: Any, title: Any = "Popup", warning: Any = False, error: Any = False, blocking: Any = False) -> None:
+    def popup(
+        self, s: Any, title: Any = "Popup", warning: Any = False, error: Any = False, blocking: Any = False
+    ) -> None:
         self.log(f"{show(title)}: {show(s)}")
 
     def halt(self) -> None:
@@ -179,7 +183,7 @@ class Functions:
         return np.array(numbers(q, len(self.arm.q), where))
 
     def _tcp_at(self, q: Any, where: str) -> Pose:
-        return forward(self.arm.arm, numbers(q, len(self.arm.q), where))
+        return self.arm.kinematics.forward(np.array(numbers(q, len(self.arm.q), where)))
 
     def _solved(self, pose: Pose, near: Floats, where: str) -> Floats:
         found = nearest_branch(self.arm.arm, pose, tuple(near))

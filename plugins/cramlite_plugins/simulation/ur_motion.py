@@ -78,8 +78,9 @@ class LinearMotion(Law):
         share = self.share(time)
         if share >= 1.0:
             return self.goal
-        position = tuple(a + share * (b - a) for a, b in zip(self.start.position, self.goal.position, strict=True))
-        turned = self.start * Pose.from_rotvec((0, 0, 0), tuple(share * self.turn))
+        (x, y, z), (u, v, w) = self.start.position, self.goal.position
+        position = (x + share * (u - x), y + share * (v - y), z + share * (w - z))
+        turned = self.start * Pose.from_rotvec((0, 0, 0), (share * self.turn).tolist())
         return Pose(position, turned.quaternion)
 
 

@@ -29,8 +29,8 @@ class Sockets:
 
     def socket_open(self, address: Any, port: Any, socket_name: Any = "socket_0") -> bool:
         if (address, port) != ADDRESS:
-            where = f"{show(address)}:{show(port)}"
-            raise ScriptError(f"socket to {where} refused: only the gripper's server {ADDRESS[0]}:{ADDRESS[1]} may be reached")
+            only = f"only the gripper's server {ADDRESS[0]}:{ADDRESS[1]} may be reached"
+            raise ScriptError(f"socket to {show(address)}:{show(port)} refused: {only}")
         self.open[show(socket_name)] = bytearray()
         return True
 
@@ -48,12 +48,12 @@ class Sockets:
         value = self.server.ask(show(name))
         return 0 if value is None else value
 
-    def socket_send_string(self, str: Any, socket_name: Any = "socket_0") -> bool:  # noqa: A002 - the manual's name
+    def socket_send_string(self, str: Any, socket_name: Any = "socket_0") -> bool:
         for line in show(str).splitlines():
             self._send(line, socket_name)
         return True
 
-    def socket_send_line(self, str: Any, socket_name: Any = "socket_0") -> bool:  # noqa: A002 - the manual's name
+    def socket_send_line(self, str: Any, socket_name: Any = "socket_0") -> bool:
         return self.socket_send_string(str, socket_name)
 
     def socket_read_byte_list(
@@ -87,7 +87,8 @@ class Sockets:
         pairs = list(zip(words[1::2], words[2::2], strict=False))
         if words[:1] != ["SET"] or not pairs or len(words) % 2 == 0 or not all(v.isdigit() for _, v in pairs):
             return b"?"
-        return b"ack" if all([self.server.order(n, int(v)) for n, v in pairs]) else b"?"
+        done = [self.server.order(n, int(v)) for n, v in pairs]
+        return b"ack" if all(done) else b"?"
 
     def _buffer(self, socket_name: Any) -> bytearray:
         name = show(socket_name)

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from cramlite.geometry import Floats, Pose
+from cramlite.geometry import Floats
+
+from .nominal_arm import cross
 
 # Time constant of the low-pass filter [s]: 10 Hz corner, between UR's 500 Hz sensor and its 8 ms script cycle.
 SMOOTHING = 0.016
@@ -41,22 +43,21 @@ class WristSensor:
         self.started = True
         self.raw = self.raw + share * (reading - self.raw)
 
-    def compensated(self, flange: Pose) -> Floats:
+    def compensated(self, flange: Floats) -> Floats:
         """What acts on the tool beyond the payload's weight, sensor axes, bias included."""
-        weight = flange.rotation.T @ self.up * -(self.mass * GRAVITY)
-        return -self.raw - np.concatenate([weight, np.cross(self.center, weight)])
+        weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
+        return -self.raw - np.concatenate([weight, cross(self.center, weight)])
 
-    def zero(self, flange: Pose) -> None:
+    def zero(self, flange: Floats) -> None:
         """Tare."""
         self.bias = self.compensated(flange)
 
-    def wrench(self, flange: Pose, tcp: Pose) -> Floats:
+    def wrench(self, flange: Floats, tcp: Floats) -> Floats:
         """(6,) force and torque of the environment on the tool, base axes, torque about the TCP.
 
         Args:
-            flange, tcp: in the base frame; the sensor sits at the flange.
+            flange, tcp: (4, 4) in the base frame; the sensor sits at the flange.
         """
         local = self.compensated(flange) - self.bias
-        force, torque = flange.rotation @ local[:3], flange.rotation @ local[3:]
-        lever = np.subtract(tcp.position, flange.position)
-        return np.concatenate([force, torque - np.cross(lever, force)])
+        force, torque = flange[:3, :3] @ local[:3], flange[:3, :3] @ local[3:]
+        return np.concatenate([force, torque - cross(tcp[:3, 3] - flange[:3, 3], force)])

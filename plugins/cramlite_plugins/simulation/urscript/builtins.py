@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cramlite.geometry import Pose
+from cramlite.geometry import Pose, Vector3
 
 from .values import PoseValue, ScriptError, as_pose, from_pose, real, show, text
 
@@ -47,14 +47,12 @@ def pose_inv(p_from: Any) -> PoseValue:
 def pose_add(p_1: Any, p_2: Any) -> PoseValue:
     """Positions are added, and rotations are composed, each in the base frame."""
     a, b = as_pose(p_1, "pose_add"), as_pose(p_2, "pose_add")
-    turn = Pose((0, 0, 0), a.quaternion) * Pose((0, 0, 0), b.quaternion)
-    return from_pose(Pose(tuple(x + y for x, y in zip(a.position, b.position, strict=True)), turn.quaternion))
+    return from_pose(Pose(_along(a, b.position, 1.0), (_turn(a) * _turn(b)).quaternion))
 
 
 def pose_sub(p_to: Any, p_from: Any) -> PoseValue:
     a, b = as_pose(p_to, "pose_sub"), as_pose(p_from, "pose_sub")
-    turn = Pose((0, 0, 0), a.quaternion) * Pose((0, 0, 0), b.quaternion).inverse()
-    return from_pose(Pose(tuple(x - y for x, y in zip(a.position, b.position, strict=True)), turn.quaternion))
+    return from_pose(Pose(_along(a, b.position, -1.0), (_turn(a) * _turn(b).inverse()).quaternion))
 
 
 def pose_dist(pose_from: Any, pose_to: Any) -> float:
@@ -67,10 +65,18 @@ def point_dist(p_from: Any, p_to: Any) -> float:
 
 def interpolate_pose(p_from: Any, p_to: Any, alpha: Any) -> PoseValue:
     a, b, part = as_pose(p_from, "interpolate_pose"), as_pose(p_to, "interpolate_pose"), real(alpha, "interpolate_pose")
-    position = tuple(x + part * (y - x) for x, y in zip(a.position, b.position, strict=True))
-    turn = Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)
-    step = Pose.from_rotvec((0, 0, 0), [part * v for v in turn.rotvec])
-    return from_pose(Pose(position, (Pose((0, 0, 0), a.quaternion) * step).quaternion))
+    way = _along(b, a.position, -1.0)
+    step = Pose.from_rotvec((0, 0, 0), [part * v for v in (_turn(a).inverse() * _turn(b)).rotvec])
+    return from_pose(Pose(_along(a, way, part), (_turn(a) * step).quaternion))
+
+
+def _turn(pose: Pose) -> Pose:
+    return Pose((0, 0, 0), pose.quaternion)
+
+
+def _along(start: Pose, way: Vector3, share: float) -> Vector3:
+    (x, y, z), (u, v, w) = start.position, way
+    return (x + share * u, y + share * v, z + share * w)
 
 
 def str_cat(op1: Any, op2: Any) -> str:
@@ -81,7 +87,7 @@ def to_str(val: Any) -> str:
     return show(val)
 
 
-def to_num(str: Any) -> float | int:  # noqa: A002 - the manual's name of the parameter
+def to_num(str: Any) -> float | int:
     try:
         return int(str) if isinstance(str, int) or str.strip().lstrip("+-").isdigit() else float(str)
     except (ValueError, AttributeError):
@@ -96,7 +102,7 @@ def ceil(f: Any) -> int:
     return math.ceil(real(f, "ceil"))
 
 
-def pow(base: Any, exponent: Any) -> float:  # noqa: A001 - URScript's name
+def pow(base: Any, exponent: Any) -> float:
     return math.pow(real(base, "pow"), real(exponent, "pow"))
 
 

@@ -46,13 +46,14 @@ _SWAPPED = {"<=": "greater", ">=": "less"}  # a <= b is not a > b; there is no N
 
 def generate(program: Function, library: Library) -> str:
     """The Python source of a program: functions nested as in the program, outermost first."""
-    scope = {n.target.name for n in nodes(program) if isinstance(n, Assign) and n.scope == "global" and _named(n)}
-    scope |= {s.target.name for s in _flat(program.body) if isinstance(s, Assign) and not s.scope and _named(s)}
+    scope = _assigned(nodes(program), "global") | _assigned(_flat(program.body), "")
     return "\n".join(_Writer(program, library, scope).function(program, frozenset(), outermost=True)) + "\n"
 
 
-def _named(node: Assign) -> bool:
-    return isinstance(node.target, Name)
+def _assigned(parts: Iterable[object], scope: str) -> set[str]:
+    """The variables that get a value with this scope."""
+    found = (p.target for p in parts if isinstance(p, Assign) and p.scope == scope)
+    return {target.name for target in found if isinstance(target, Name)}
 
 
 def _flat(body: Iterable[Statement]) -> Iterable[Statement]:
@@ -74,8 +75,7 @@ class _Writer:
 
     def function(self, f: Function, around: frozenset[str], outermost: bool = False) -> list[str]:
         saved = self.locals, self.outermost
-        own = {name for name, _ in f.parameters}
-        own |= {s.target.name for s in _flat(f.body) if isinstance(s, Assign) and s.scope == "local" and _named(s)}  # type: ignore[union-attr]
+        own = {name for name, _ in f.parameters} | _assigned(_flat(f.body), "local")
         self.locals, self.outermost = around | own, outermost
         parameters = ", ".join(f"v_{n}" if d is None else f"v_{n}={self.value(d)}" for n, d in f.parameters)
         body = self.block(f.body)

@@ -52,11 +52,11 @@ class Loaded:
     code: CodeType
 
 
-class Halted(Exception):  # noqa: N818 - not an error: the program's own wish
+class Halted(Exception):
     """The program called halt."""
 
 
-class Stopped(Exception):  # noqa: N818 - carries the reason
+class Stopped(Exception):
     """The program was stopped: ``line`` and ``reason``, a clause."""
 
     def __init__(self, line: int, reason: str) -> None:
@@ -112,7 +112,7 @@ class Machine:
         exec(program.code, space)
         start: Callable[[], Coroutine] = space[f"f_{program.tree.name}"]
         self.threads = [Thread(program.tree.name, start())]
-        self.current = self.threads[0]
+        self.current: Thread | None = None
         self.held: Thread | None = None
 
     @property
@@ -161,7 +161,7 @@ class Machine:
             raise Stopped(self.line, f"arithmetic: {error}") from None
         finally:
             self.total += self.count
-            thread.line = self.line
+            self.current, thread.line = None, self.line
         if self.total > self.limits.statements:
             raise Stopped(self.line, f"more than {self.limits.statements} statements")
 
@@ -193,7 +193,7 @@ class Machine:
         """End a thread; a thread that has ended already is left alone."""
         if not isinstance(thread, Thread):
             raise ScriptError(f"kill needs a thread's handle, not {values.show(thread)}")
-        if thread is self.current and thread.coroutine.gi_running:
+        if thread is self.current:
             raise ScriptError("a thread cannot kill itself: use return")
         thread.alive = False
         thread.coroutine.close()

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 from cramlite.errors import UserError
 
-KEYWORDS = frozenset(
-    "def thread sec end if elif else while local global return break continue and or not xor run kill join "
-    "True False true false enter_critical exit_critical".split()
-)
+KEYWORDS = frozenset((
+    "def", "thread", "sec", "end", "if", "elif", "else", "while", "local", "global", "return", "break", "continue",
+    "and", "or", "not", "xor", "run", "kill", "join", "True", "False", "true", "false", "enter_critical",
+    "exit_critical",
+))  # fmt: skip
 
 _TOKEN = re.compile(
     r"""(?P<blank>[ \t\r\n\f]+|\#[^\n]*)
