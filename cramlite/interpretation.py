@@ -141,6 +141,10 @@ def _action_json(action: Interpreted) -> dict[str, Any]:
     return data
 
 
+TELLING = ("cram:GraspState",)
+"""States whose boundaries always tell actions apart: no joined action may hide that a thing was taken or let go."""
+
+
 def interpret(
     episode: Episode, rules: Sequence[Rule], taxonomy: Taxonomy, *, padding: float = PADDING, merge: bool = True
 ) -> Interpretation:
@@ -189,6 +193,11 @@ class _Judge:
         refused = (reject(rule, phases) for rule in self.rules if rule.task not in matched)
         return tuple(r for r in refused if r is not None)
 
+    def _telling(self, time: float) -> bool:
+        """Whether a state that always tells actions apart begins or ends at this boundary."""
+        boundaries = self.timeline.boundaries
+        return any(time in boundaries(type_) for type_ in TELLING)
+
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
         """Neighbours joined where one action is all that they are. A hole is tried with what it leads to
         first (whoever pulls and is still held back is extracting already), then with what went before."""
@@ -219,6 +228,8 @@ class _Judge:
         segments = (*before.segments, *after.segments)
         a, b = _readings(before), _readings(after)
         if any(s.event is not None for s in segments) or before.end != after.start or not (a <= b or b <= a):
+            return None
+        if self._telling(after.start):
             return None
         joined = self.judge(Segment(before.start, after.end), segments)
         if joined.hole or not a | b <= _readings(joined):

@@ -203,6 +203,10 @@ class Timeline:
         """States of a class that hold somewhere in [start, end)."""
         return self._index(type_).between(start, end)
 
+    def boundaries(self, type_: str) -> frozenset[float]:
+        """When states of a class begin or end."""
+        return self._index(type_).boundaries
+
     def _index(self, type_: str) -> _Index:
         index = self._indices.get(type_)
         if index is None:
@@ -226,6 +230,7 @@ class _Index:
         starting: dict[float, list[Event]] = {}
         for event in open_ended:
             starting.setdefault(event.start, []).append(event)
+        self.boundaries = frozenset(self._bounds)
         self._active: list[tuple[Event, ...]] = []
         current: tuple[Event, ...] = ()
         for bound in self._bounds:
