@@ -46,7 +46,7 @@ SUPPORT = (0.3, 0.1)
 GRIP = (0.6, 0.2)
 #: The object slips when it moves faster than this in the hand [m/s], plus this share of the hand's speed.
 SLIP = (0.03, 0.3)
-#: Friction was seen to hold: the pads carry this share of the weight for GAP, or the hand drags the object this far [m].
+#: Friction was seen to hold: pads carry this share of the weight for GAP, or the hand drags the object this far [m].
 CARRY, DRAG = 0.5, 0.02
 GRAVITY = 9.81
 
@@ -85,7 +85,7 @@ def detect(rollout: Rollout, name: str) -> Episode:
     return Episode(
         name=name,
         entities=entities,
-        events=_numbered(_snapped(states)),
+        events=_numbered(_snapped(states, rollout.times)),
         tracks={_entity(k, rollout): _track(rollout.times, v) for k, v in rollout.poses.items()},
         effector=rollout.effector,
         extras={k: np.asarray(v, dtype=float) for k, v in extras.items() if np.size(v)},
@@ -142,16 +142,18 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Eve
 
 
 def _supports(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event]:
-    """Supporters at the finest entity, supportees as wholes."""
-    lifts: dict[tuple[str, str], Floats] = {}
+    """Supporters at the finest entity, supportees as wholes; only while they touch."""
+    wholes: dict[tuple[str, str], list[_Pair]] = defaultdict(list)
     for (a, b), pair in pairs.items():
         if rollout.effector not in (_whole(a), _whole(b)):
-            lifts[a, _whole(b)] = lifts.get((a, _whole(b)), 0.0) + pair.lift
+            wholes[a, _whole(b)].append(pair)
     found = []
-    for (a, b), lift in lifts.items():
+    for (a, b), parts in wholes.items():
         weight = GRAVITY * (rollout.world.thing(b).mass or 0.0)
         if weight > 0:
-            on = _hold(_smooth(lift, rollout.times, GAP / 3), SUPPORT[0] * weight, SUPPORT[1] * weight)
+            lift = _smooth(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
+            touching = _closed(_hold(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
+            on = touching & _hold(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
             roles = {"supporter": a, "supportee": b}
             found += [_state("soma:SupportState", s, roles) for s in _spans(on, rollout.times)]
     return found
@@ -277,14 +279,14 @@ def _state(type_: str, span: tuple[float, float], roles: dict[str, str]) -> Even
     return Event("", type_, "state", *span, roles)
 
 
-def _snapped(states: tuple[Event, ...]) -> list[Event]:
-    """Boundaries within SNAP after another one are moved to it: they are one instant of the demonstration, and
-    would else cut actions of a few samples out of the timeline."""
+def _snapped(states: tuple[Event, ...], times: Floats) -> list[Event]:
+    """Boundaries within SNAP after another one, or after the recording's start, are moved to it: they are one instant
+    of the demonstration, and would else cut actions of a few samples out of the timeline."""
     instants: dict[float, float] = {}
-    first = -np.inf
+    first, last = float(times[0]), float(times[-1])
     for time in sorted({t for s in states for t in (s.start, s.end)}):
-        first = time if time - first > SNAP else first
-        instants[time] = first
+        first = time if time - first > SNAP and time <= last else first
+        instants[time] = time if time > last else first
     moved = (replace(s, start=instants[s.start], end=instants[s.end]) for s in states)
     return [s for s in moved if s.start < s.end]
 

@@ -11,9 +11,9 @@ from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.rollout import Rollout
 from cramlite.world import Feature, Geom, Thing
 
-#: Degrees of freedom that a feature takes from what it carries: a peg through a hole leaves sliding along
-#: it and turning about it; a surface stops motion in one direction (rule of PickingUp, reference/tasks.md).
-CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:SurfaceFeature": 1.0}
+#: Degrees of freedom that a feature takes from what it carries: a peg, or its tip, in a hole leaves sliding
+#: along it and turning about it; a surface stops motion in one direction (rule of PickingUp, reference/tasks.md).
+CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:SurfaceFeature": 1.0}
 
 
 def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:

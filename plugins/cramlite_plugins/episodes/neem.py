@@ -39,10 +39,11 @@ def write_neem(episode: Episode, folder: Path | str) -> Path:
     """Write an episode; what ``read_neem`` gives back is equal, times and poses to the last bit.
 
     Args:
-        folder: is created; files of an earlier episode of the same name are replaced.
+        folder: is created; files of an earlier episode of the same name are replaced. A name that ends in .ttl or .nt
+            is a file instead: entities and events as RDF, without poses.
 
     Returns:
-        The folder.
+        The folder or file.
 
     Raises:
         UserError: the folder cannot be written to.
@@ -50,6 +51,9 @@ def write_neem(episode: Episode, folder: Path | str) -> Path:
     folder = Path(folder)
     id_ = re.sub(r"[^\w.-]+", "_", episode.name) or "episode"
     try:
+        if folder.suffix.lower() in (".ttl", ".nt"):
+            folder.write_text("".join(soma.ntriples(soma.triples_of(episode))), encoding="utf-8")
+            return folder
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{id_}_ED.owl").write_text(robcog_writer.event_data(episode, id_, f"{id_}_map"), encoding="utf-8")
         (folder / f"{id_}_SM.owl").write_text(robcog_writer.semantic_map(episode, f"{id_}_map"), encoding="utf-8")

@@ -80,23 +80,23 @@ def is_semantic_map(found: Individuals) -> bool:
 
 
 def read_events(found: Individuals) -> tuple[tuple[Event, ...], tuple[Repair, ...]]:
-    """Events in order of start; what is no event is left out and reported."""
-    events: list[Event] = []
+    """Events in their writer's order, else by start; what is no event is left out and reported."""
+    events: list[tuple[float, Event]] = []
     repairs: list[Repair] = []
     for name, properties in found.items():
         if "startTime" in properties and "endTime" in properties and not _is_experiment(properties):
             new, repair = _events(name, properties)
-            events += new
+            events += [(_order(properties), e) for e in new]
             repairs += repair
-    order = {name: float(p["order"][0]) for name, p in found.items() if "order" in p and "startTime" in p}
-    events.sort(key=lambda e: (order.get(_quoted(e.id), math.inf), e.start, e.end, e.id))
-    return tuple(events), tuple(repairs)
+    events.sort(key=lambda pair: (pair[0], pair[1].start, pair[1].end, pair[1].id))
+    return tuple(e for _, e in events), tuple(repairs)
 
 
-def _quoted(name: str) -> str:
-    from urllib.parse import quote
-
-    return quote(name, safe="")
+def _order(properties: dict[str, list[str]]) -> float:
+    try:
+        return float(properties.get("order", ["inf"])[0])
+    except ValueError:
+        return math.inf
 
 
 def experiment(found: Individuals) -> dict[str, list[str]]:
@@ -156,7 +156,7 @@ def read_map(found: Individuals, place: Path) -> tuple[tuple[Entity, ...], tuple
     repairs: list[Repair] = []
     mine = {n: p for n, p in found.items() if "describedInMap" in p}
     parents = {local_name(c): n for n, p in mine.items() for c in p.get("child", ())}
-    for name, properties in sorted(mine.items(), key=lambda i: float(i[1].get("order", ["inf"])[0])):
+    for name, properties in sorted(mine.items(), key=lambda i: _order(i[1])):
         try:
             own = {k: v[0] for k, v in properties.items()} | {"pose": properties.get("cramPose", [""])[0]}
             if "types" in own:

@@ -13,6 +13,8 @@ from cramlite.geometry import Pose
 from .fields import CRAM, entity_fields, event_fields, expand, local_name, repairs_text
 from .robcog import EVENTS, to_unreal
 
+#: Stands for the + of _fragment; no XML text can contain it.
+_PLUS = "\x00"
 LOG = "http://knowrob.org/kb/ameva_log.owl#"
 _NAMESPACES = {
     "owl": "http://www.w3.org/2002/07/owl#",
@@ -68,9 +70,19 @@ def _document(lines: Iterator[str]) -> str:
     return head + root + ontology + "".join(f"\t{line}\n" for line in lines) + "</rdf:RDF>\n"
 
 
+def _fragment(name: str) -> str:
+    """A name as the end of an IRI. What goes before a + is the kind: no quoted name has one, so kinds never clash."""
+    kind, plus, rest = name.rpartition(_PLUS)
+    return f"{kind}+{quote(rest, safe='')}" if plus else quote(name, safe="")
+
+
+def _kind(kind: str, name: str) -> str:
+    return f"{kind}{_PLUS}{name}"
+
+
 def _individual(name: str, types: tuple[str, ...], *properties: str) -> Iterator[str]:
     """A named individual; types as CURIEs of the document, or IRIs."""
-    yield f'<owl:NamedIndividual rdf:about="&log;{quote(name, safe="")}">'
+    yield f'<owl:NamedIndividual rdf:about="&log;{_fragment(name)}">'
     for type_ in types:
         prefix, _, local = type_.partition(":")
         iri = f'"&{prefix};{quote(local)}"' if prefix in _NAMESPACES else quoteattr(expand(type_))
@@ -80,7 +92,7 @@ def _individual(name: str, types: tuple[str, ...], *properties: str) -> Iterator
 
 
 def _link(property_: str, name: str) -> str:
-    return f'<{property_} rdf:resource="&log;{quote(name, safe="")}"/>'
+    return f'<{property_} rdf:resource="&log;{_fragment(name)}"/>'
 
 
 def _text(property_: str, value: str, datatype: str = "string") -> str:
@@ -104,7 +116,7 @@ def _experiment(episode: Episode, id_: str, map_id: str) -> Iterator[str]:
         properties.append(_text("cram:effector", episode.effector))
     if episode.repairs:
         properties.append(_text("cram:repairs", repairs_text(episode.repairs)))
-    properties += [_link("knowrob:subAction", e.id) for e in episode.events]
+    properties += [_link("knowrob:subAction", _kind("event", e.id)) for e in episode.events]
     return _individual(id_, ("knowrob:AmevaExperiment",), *properties)
 
 
@@ -122,7 +134,9 @@ def _event(order: int, event: Event, id_: str) -> Iterator[str]:
     fields = event_fields(event)
     fields["eventType"] = fields.pop("type")
     properties += [_text(f"cram:{k}", v) for k, v in fields.items()]
-    return _individual(event.id, (f"knowrob:{class_}",), *properties, _text("cram:order", str(order), "integer"))
+    return _individual(
+        _kind("event", event.id), (f"knowrob:{class_}",), *properties, _text("cram:order", str(order), "integer")
+    )
 
 
 def _class_name(entity: Entity) -> str:
@@ -153,7 +167,7 @@ def _entity(order: int, entity: Entity, episode: Episode, map_id: str, class_: s
     ]
     properties += [_link("knowrob:child", e.name) for e in episode.entities if e.part_of == entity.name]
     if world is not None:
-        properties.append(_link("knowrob:pose", f"{entity.name}_pose"))
+        properties.append(_link("knowrob:pose", _kind("pose", entity.name)))
     fields = entity_fields(entity)
     if "pose" in fields:
         fields["cramPose"] = fields.pop("pose")
@@ -161,7 +175,7 @@ def _entity(order: int, entity: Entity, episode: Episode, map_id: str, class_: s
     properties.append(_text("cram:order", str(order), "integer"))
     yield from _individual(entity.name, (f"knowrob:{class_}", *entity.types), *properties)
     if world is not None:
-        yield from _pose(f"{entity.name}_pose", world)
+        yield from _pose(_kind("pose", entity.name), world)
 
 
 def _pose(name: str, pose: Pose) -> Iterator[str]:

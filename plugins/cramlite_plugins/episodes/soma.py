@@ -39,6 +39,15 @@ STATES = {
     "cram:GraspState": ("gripper", "object"),
     "soma:GraspState": ("gripper", "object"),
 }
+#: Properties whose objects are IRIs.
+_LINKS = {
+    RDF_TYPE,
+    *(
+        DUL + p
+        for p in ("includesObject", "includesEvent", "hasPart", "executesTask", "hasTimeInterval", "hasParticipant")
+    ),
+}
+_ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 Index = dict[str, dict[str, list[str | float]]]
 
 
@@ -58,6 +67,18 @@ def triples_of(episode: Episode) -> Iterator[Triple]:
     for order, event in enumerate(episode.events):
         yield Triple(top, DUL + "includesEvent", _iri(base, "event", event.id))
         yield from _event_triples(event, base, order)
+
+
+def ntriples(triples: Iterable[Triple]) -> Iterator[str]:
+    """Statements as lines of N-Triples, which is Turtle too; numbers keep every digit, unlike rdflib's Turtle."""
+    for s, p, o in triples:
+        if isinstance(o, str):
+            literal = "".join(_ESCAPES.get(c, c) for c in o)
+            node = f"<{o}>" if p in _LINKS else f'"{literal}"'
+        else:
+            kind = "integer" if isinstance(o, int) else "double"
+            node = f'"{o!r}"^^<http://www.w3.org/2001/XMLSchema#{kind}>'
+        yield f"<{s}> <{p}> {node} .\n"
 
 
 def _iri(base: str, kind: str, name: str) -> str:
@@ -125,7 +146,10 @@ def _index(triples: Iterable[Triple]) -> Index:
 
 
 def _order(properties: dict[str, list[str | float]]) -> float:
-    return float(properties.get(CRAM + "order", [float("inf")])[0])
+    try:
+        return float(properties.get(CRAM + "order", [float("inf")])[0])
+    except ValueError:
+        return float("inf")
 
 
 def _literals(properties: dict[str, list[str | float]]) -> Fields:

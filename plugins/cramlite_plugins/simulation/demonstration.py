@@ -1,8 +1,8 @@
 """A scripted person demonstrates a task; physics decides whether it succeeds.
 
-A script is a sequence of intentions (reach, grip, pull along the peg, carry). It knows where things are, as a person who
-looks at them does, but nothing holds unless contacts and friction hold it. All variety (approach, speeds, hesitation,
-detours, grip, height of release, tremor) comes from the seed.
+A script is a sequence of intentions (reach, grip, pull along the peg, carry). It knows where things are, as a person
+who looks at them does, but nothing holds unless contacts and friction hold it. All variety (approach, speeds,
+hesitation, detours, grip, height of release, tremor) comes from the seed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cramlite.geometry import Floats, Pose
 from cramlite.rollout import Rollout
 from cramlite.world import Feature, Thing, World
 
-from .compile import compile_world
+from .compile import Compiled, compile_world
 from .hand import OPENING, PINCH, TCP
 from .person import Person
 
@@ -69,7 +69,7 @@ def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rat
     rng = np.random.default_rng(seed)
     grasp = _grasp(scene, rng)
     compiled = compile_world(replace(world, robots=()), {}, hand=Pose((0, 0, 0), grasp.quaternion))
-    person = Person(compiled, rng, _start(scene, grasp, rng), rate)
+    person = _beginning(compiled, scene, grasp, rng, rate)
     SCRIPTS[script](person, scene, grasp)
     return person.rollout()
 
@@ -79,16 +79,21 @@ def _scene(world: World) -> Scene:
     holed = [(t, f) for t in world.things for f in t.features if f.type == "vrps:Hole" and t.movable]
     pegs = [(t, f) for t in world.things for f in t.features if f.type == "vrps:Peg"]
     cavities = [(t, f) for t in world.things for f in t.features if f.type == "cram:Cavity"]
-    for what, found in (("movable thing with a vrps:Hole", holed), ("thing with a vrps:Peg", pegs),
-                        ("thing with a cram:Cavity", cavities)):
+    for what, found in (
+        ("movable thing with a vrps:Hole", holed),
+        ("thing with a vrps:Peg", pegs),
+        ("thing with a cram:Cavity", cavities),
+    ):
         if not found:
             names = ", ".join(f"{t.name} ({t.type})" for t in world.things) or "none"
             raise UserError(f"the demonstration needs a {what}, and the world has none; its things are: {names}")
     pairs = [(_off_axis(p, h), p, h) for p in holed for h in pegs]
     distance, product, peg = min(pairs, key=lambda c: c[0])
     if distance > 0.02:
-        raise UserError(f"nothing hangs on a peg: the hole of '{product[0].name}' is {distance * 1000:.0f} mm off the peg of "
-                        f"'{peg[0].name}'; place the product with its hole around the peg")
+        raise UserError(
+            f"nothing hangs on a peg: the hole of '{product[0].name}' is {distance * 1000:.0f} mm off the peg of "
+            f"'{peg[0].name}'; place the product with its hole around the peg"
+        )
     return Scene(world, *product, *peg, *cavities[0])
 
 
@@ -128,11 +133,24 @@ def _half(shape: str, size: tuple[float, ...]) -> Floats:
     return np.array([radius, radius, length + (radius if shape == "capsule" else 0.0) or radius])
 
 
+def _beginning(compiled: Compiled, scene: Scene, grasp: Pose, rng: np.random.Generator, rate: float) -> Person:
+    """A person whose hand touches nothing yet.
+
+    Raises:
+        UserError: there is no room for the hand in front of the object.
+    """
+    for _ in range(50):
+        person = Person(compiled, rng, _start(scene, grasp, rng), rate)
+        if not any(name.startswith("effector/") for pair in compiled.collisions(person.data) for name in pair):
+            return person
+    raise UserError(f"there is no room for a hand in front of '{scene.product.name}'; move what stands there")
+
+
 def _start(scene: Scene, grasp: Pose, rng: np.random.Generator) -> Pose:
     """Somewhere in front of the shelf, at ease, turned a little."""
     side = np.cross(scene.along, (0, 0, 1))
     place = np.array(grasp.position) + scene.along * rng.uniform(0.22, 0.35)
-    place += side * rng.uniform(-0.2, 0.2) + np.array([0, 0, rng.uniform(-0.2, 0.05)])
+    place += side * rng.uniform(-0.2, 0.2) + np.array([0, 0, rng.uniform(-0.12, 0.08)])
     return Pose(tuple(place), (grasp * Pose.from_rotvec((0, 0, 0), rng.normal(0, 0.2, 3).tolist())).quaternion)
 
 
@@ -206,20 +224,29 @@ def _carry(person: Person, scene: Scene) -> None:
     held = np.array(person.tool().position)
     body = np.array(person.pose(scene.product.name).position)
     low = body[2] - _half_extents(scene.product)[2]
-    above = np.array([*(spot[:2] + held[:2] - body[:2]), max(opening.position[2] + held[2] - low, opening.position[2] + PALM)])
+    above = np.array(
+        [*(spot[:2] + held[:2] - body[:2]), max(opening.position[2] + held[2] - low, opening.position[2] + PALM)]
+    )
     above[2] += person.between(0.03, 0.08)
     middle = (held + above) / 2 + np.array([*person.rng.normal(0, 0.03, 2), abs(person.rng.normal(0.05, 0.03))])
-    turned = Pose((0, 0, 0), person.aim.quaternion) * Pose.from_rotvec((0, 0, 0), person.rng.normal(0, 0.12, 3).tolist())
+    turned = Pose((0, 0, 0), person.aim.quaternion) * Pose.from_rotvec(
+        (0, 0, 0), person.rng.normal(0, 0.12, 3).tolist()
+    )
     person.move([Pose(tuple(middle)), Pose(tuple(above), turned.quaternion)], person.between(0.2, 0.4), curved=True)
     if person.rng.random() < 0.4:
         person.wait(person.between(0.1, 0.5))
+
+
+def _below(tool: Pose) -> float:
+    """How far palm and wrist reach below the tool's origin when it is tilted."""
+    return PALM + max(0.0, -float(tool.turn((0, 0, -(TCP + 0.08)))[2]))
 
 
 def _let_go(person: Person, scene: Scene) -> None:
     """Lower as far as palm and rim allow, or not quite so far; open; withdraw; wait until all is quiet."""
     rim = (scene.container.pose * scene.cavity.pose).position[2]
     x, y, z = person.aim.position
-    lowest = rim + PALM + person.between(0.0, 0.04)
+    lowest = rim + _below(person.aim) + person.between(0.0, 0.04)
     if z > lowest:
         person.move([Pose((x, y, lowest), person.aim.quaternion)], person.between(0.08, 0.2))
     person.wait(person.between(0.05, 0.3))

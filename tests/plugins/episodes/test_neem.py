@@ -1,0 +1,352 @@
+"""NEEMs on disk: without loss, and from every writer that the field has."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import bson
+import numpy as np
+import pytest
+from episode_builders import episode, rollout
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cramlite.episode import Entity, Episode, Event, Track
+from cramlite.errors import UserError
+from cramlite.geometry import Pose
+from cramlite_plugins.episodes.detect import detect
+from cramlite_plugins.episodes.neem import read_neem, write_neem
+from cramlite_plugins.episodes.robcog import to_unreal, unreal_pose
+
+SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "data" / "neem"
+needs_samples = pytest.mark.skipif(not SAMPLES.exists(), reason="the real samples are not here")
+
+
+def same(a: Episode, b: Episode | None) -> None:
+    assert b is not None
+    assert (a.name, a.entities, a.events, a.effector, a.repairs) == (
+        b.name,
+        b.entities,
+        b.events,
+        b.effector,
+        b.repairs,
+    )
+    assert list(a.tracks) == list(b.tracks)
+    assert a.extras.keys() == b.extras.keys()
+    for k, track in a.tracks.items():
+        assert np.array_equal(track.times, b.tracks[k].times)
+        assert np.array_equal(track.poses, b.tracks[k].poses)
+    for k, values in a.extras.items():
+        assert np.array_equal(values, b.extras[k])
+
+
+@pytest.mark.parametrize("without", [(), ("*.owl",), ("triples",), ("*_ED.owl", "*_SM.owl")])
+def test_an_episode_reads_back_equal(tmp_path: Path, without: tuple[str, ...]) -> None:
+    write_neem(episode(), tmp_path)
+    for pattern in without:
+        for found in tmp_path.glob(pattern):
+            shutil.rmtree(found) if found.is_dir() else found.unlink()
+    same(episode(), read_neem(tmp_path))
+
+
+def test_a_detected_episode_reads_back_equal(tmp_path: Path) -> None:
+    found = detect(rollout(), "demo")
+    same(found, read_neem(write_neem(found, tmp_path / "neem")))
+
+
+def test_what_is_lost_is_noticed(tmp_path: Path) -> None:
+    write_neem(episode(), tmp_path)
+    shutil.rmtree(tmp_path / "tf")
+    with pytest.raises(AssertionError):
+        same(episode(), read_neem(tmp_path))
+
+
+@pytest.mark.parametrize("name", ["a.ttl", "a.nt"])
+def test_rdf_is_a_neem_too(tmp_path: Path, name: str) -> None:
+    same(replace(episode(), tracks={}, extras={}), read_neem(write_neem(episode(), tmp_path / name)))
+
+
+names = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=12).filter(
+    lambda s: s.strip() == s
+)
+numbers = st.floats(-1e6, 1e6)
+events = st.builds(
+    lambda i, s, d, k, r, f: Event(i, f"soma:{k.title()}X", k, s, s + d, {r: "thing"}, f),
+    names, numbers, st.floats(0, 100), st.sampled_from(["state", "action", "situation"]), names, st.booleans(),
+)  # fmt: skip
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(events, max_size=6, unique_by=lambda e: e.id),
+    names,
+    st.lists(numbers, min_size=1, max_size=9, unique=True),
+)
+def test_any_episode_reads_back_equal(
+    tmp_path_factory: pytest.TempPathFactory, timeline: list[Event], name: str, times: list[float]
+) -> None:
+    track = Track(np.array(sorted(times)), np.tile([0.1, 0.2, 0.3, 0.6, 0.8, 0.0, 0.0], (len(times), 1)))
+    whole = Episode(
+        name, (Entity("thing", (f"cram:{'A'}",)),), tuple(sorted(timeline, key=lambda e: e.start)), {"thing": track}
+    )
+    same(whole, read_neem(write_neem(whole, tmp_path_factory.mktemp("neem"))))
+
+
+@given(st.lists(st.floats(-1, 1), min_size=7, max_size=7).filter(lambda v: np.linalg.norm(v[3:]) > 0.1))
+def test_unreal_poses_and_back(v: list[float]) -> None:
+    pose = Pose((v[0], v[1], v[2]), (v[3], v[4], v[5], v[6]))
+    assert unreal_pose(to_unreal(pose)).distance(pose) == pytest.approx((0, 0), abs=1e-6)
+
+
+ED = """<?xml version="1.0"?><!DOCTYPE rdf:RDF[<!ENTITY log "http://knowrob.org/kb/{log}#">
+<!ENTITY knowrob "http://knowrob.org/kb/{knowrob}#">]>
+<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#" xmlns:owl="http://www.w3.org/2002/07/owl#"
+ xmlns:knowrob="http://knowrob.org/kb/{knowrob}#">
+<owl:NamedIndividual rdf:about="&log;E"><rdf:type rdf:resource="&knowrob;UnrealExperiment"/>
+ <knowrob:startTime rdf:resource="&log;timepoint_0.0"/>
+ <knowrob:endTime rdf:resource="&log;timepoint_9.0"/></owl:NamedIndividual>
+{events}</rdf:RDF>"""
+EVENT = """<owl:NamedIndividual rdf:about="&log;{id}"><rdf:type rdf:resource="&knowrob;{type}"/>
+ <knowrob:startTime rdf:resource="&log;timepoint_{start}"/><knowrob:endTime rdf:resource="&log;timepoint_{end}"/>
+ {roles}</owl:NamedIndividual>"""
+
+
+def event_data(*lines: tuple[str, str, object, object, dict[str, str]], old: bool = False) -> str:
+    text = [
+        EVENT.format(id=i, type=t, start=s, end=e,
+                     roles="".join(f'<knowrob:{k.strip("_")} rdf:resource="&log;{v}"/>' for k, v in roles.items()))
+        for i, t, s, e, roles in lines
+    ]  # fmt: skip
+    names = (
+        {"log": "unreal_log.owl", "knowrob": "knowrob_u.owl"}
+        if old
+        else {"log": "ameva_log.owl", "knowrob": "knowrob.owl"}
+    )
+    return ED.format(events="".join(text), **names)
+
+
+TIMELINE = (
+    ("g", "GraspingSomething", 3.5, 5, {"performedBy": "hand", "objectActedOn": "cup"}),
+    ("t", "TouchingSituation", 1.25, 2.5, {"inContact": "hand", "inContact_": "cup"}),
+    ("s", "SupportedBySituation", 0.5, 4, {"isSupported": "cup", "isSupporting": "table"}),
+    ("r", "ReachingForSomething", 1, 2, {"performedBy": "hand", "objectActedOn": "cup"}),
+    ("c", "ContainerManipulation", 6, 7, {"performedBy": "hand", "objectActedOn": "cup"}),
+)
+
+
+@pytest.mark.parametrize("old", [False, True])
+def test_both_generations_of_robcog(tmp_path: Path, old: bool) -> None:
+    (tmp_path / "X_ED.owl").write_text(event_data(*TIMELINE, old=old))
+    found = read_neem(tmp_path)
+    assert found is not None
+    assert [(e.type, e.kind, e.start, e.end) for e in found.events] == [
+        ("soma:SupportState", "state", 0.5, 4.0),
+        ("soma:Reaching", "action", 1.0, 2.0),
+        ("soma:ContactState", "state", 1.25, 2.5),
+        ("cram:GraspState", "state", 3.5, 5.0),
+        ("soma:PhysicalAction", "action", 6.0, 7.0),
+    ]
+    assert found.events[0].roles == {"supporter": "table", "supportee": "cup"}
+    assert set(found.events[2].roles.values()) == {"hand", "cup"}
+    assert found.effector == "hand"
+    assert {r.what for r in found.repairs} == {f"added entity '{n}'" for n in ("cup", "hand", "table")}
+
+
+def test_impossible_events_are_left_out_and_reported(tmp_path: Path) -> None:
+    lines = (("a", "TouchingSituation", 2, 1, {"inContact": "x", "inContact_": "y"}),
+             ("b", "TouchingSituation", "soon", 1, {"inContact": "x"}),
+             ("c", "TouchingSituation", "nan", 1, {"inContact": "x"}),
+             ("d", "TouchingSituation", 1, 2, {"inContact": "x", "inContact_": "y"}),
+             ("d", "TouchingSituation", 3, 4, {}))  # fmt: skip
+    (tmp_path / "X_ED.owl").write_text(event_data(*lines))
+    found = read_neem(tmp_path / "X_ED.owl")
+    assert found is not None
+    assert [(e.id, e.start, e.end) for e in found.events] == [("d_1", 1.0, 2.0), ("d_2", 3.0, 4.0)]
+    assert {r.what for r in found.repairs} >= {f"left out event '{k}'" for k in "abc"} | {"split event 'd' in 2"}
+
+
+def tf(child: str, parent: str, time: float, pose: list[float]) -> bytes:
+    x, y, z, qw, qx, qy, qz = pose
+    transform = {"translation": {"x": x, "y": y, "z": z}, "rotation": {"x": qx, "y": qy, "z": qz, "w": qw}}
+    return bytes(
+        bson.encode({"header": {"stamp": time, "frame_id": parent}, "child_frame_id": child, "transform": transform})
+    )
+
+
+def dump(folder: Path, content: bytes) -> Path:
+    (folder / "tf" / "roslog").mkdir(parents=True)
+    (folder / "tf" / "roslog" / "tf.bson").write_bytes(content)
+    return folder
+
+
+def test_frames_follow_their_parents(tmp_path: Path) -> None:
+    quarter = [1, 0, 0, 0.5**0.5, 0, 0, 0.5**0.5]
+    rows = [
+        tf("cup", "drawer", 1, [1, 0, 0, 1, 0, 0, 0]),
+        tf("drawer", "map", 1, [0, 0, 0, 1, 0, 0, 0]),
+        tf("drawer", "map", 2, quarter),
+    ]
+    found = read_neem(dump(tmp_path, b"".join(rows)))
+    assert found is not None
+    assert found.tracks["cup"].at(1.5).position == pytest.approx((1, 0, 0))
+    assert found.tracks["cup"].at(2.0).position == pytest.approx((1, 1, 0))
+
+
+def test_frames_in_a_circle_are_reported(tmp_path: Path) -> None:
+    rows = [tf("a", "b", 1, [1, 0, 0, 1, 0, 0, 0]), tf("b", "a", 1, [1, 0, 0, 1, 0, 0, 0])]
+    found = read_neem(dump(tmp_path, b"".join(rows)))
+    assert found is not None
+    assert any("contain each other" in r.why for r in found.repairs)
+
+
+def test_bad_poses_are_repaired_and_reported(tmp_path: Path) -> None:
+    rows = [tf("a", "map", 3, [1, 0, 0, 2, 0, 0, 0]), tf("a", "map", 1, [1, 2, 3, 1, 0, 0, 0]),
+            tf("a", "map", 4, [float("nan"), 0, 0, 1, 0, 0, 0]), tf("a", "map", 5, [0, 0, 0, 0, 0, 0, 0]),
+            tf("b", "map", 1, [0, 0, 0, 1, 0, 0, 0])]  # fmt: skip
+    found = read_neem(dump(tmp_path, b"".join(rows)))
+    assert found is not None
+    assert found.tracks["a"].times.tolist() == [1.0, 3.0]
+    assert "b" not in found.tracks
+    assert np.linalg.norm(found.tracks["a"].poses[:, 3:], axis=1) == pytest.approx(1.0)
+    assert [r.what.split()[0] for r in found.repairs] == ["dropped", "normalised", "sorted", "dropped"]
+
+
+WHOLE = tf("a", "map", 1, [0, 0, 1, 1, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        WHOLE[:-7],
+        WHOLE + WHOLE[:2],
+        b"\x00" * 40,
+        b"this is no bson at all",
+        bson.encode({"s": 1}),
+        WHOLE + b"\xff\xff\xff\x7f",
+    ],
+)
+def test_broken_bson_names_file_and_place(tmp_path: Path, content: bytes) -> None:
+    with pytest.raises(UserError, match=r"tf\.bson: document \d"):
+        read_neem(dump(tmp_path, content))
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_damaged_bson_never_crashes(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    content = bytearray(WHOLE * 3)
+    for _ in range(data.draw(st.integers(1, 5))):
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    try:
+        found = read_neem(dump(tmp_path_factory.mktemp("fuzz"), bytes(content)))
+    except UserError:
+        return
+    assert found is None or all(np.isfinite(t.poses).all() for t in found.tracks.values())
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("Prefix(:=<http://x#>)\nOntology(<http://x>)", "functional"),
+        ("<?xml version='1.0'?>\n<rdf:RDF xmlns:rdf='http://www.w3.org/1999/02/22-rdf-syntax-ns#'>\n<broken", ":3:"),
+        ('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><a>&b;</a>', "entity 'b'"),
+        ('<?xml version="1.0"?><!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/passwd">]><a>&x;</a>', "entity 'x'"),
+        (f'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY x "{"ha" * 1000}">]><a>{"&x;" * 1000}</a>', "entity 'x'"),
+        ("", "no XML"),
+        ("\x00\x01\x02", "no XML"),
+    ],
+)
+def test_bad_owl_is_refused_with_the_place(tmp_path: Path, content: str, words: str) -> None:
+    (tmp_path / "X_ED.owl").write_text(content)
+    with pytest.raises(UserError, match=r"X_ED\.owl") as caught:
+        read_neem(tmp_path)
+    assert words in str(caught.value)
+
+
+def test_a_gigabyte_of_owl_is_refused_unread(tmp_path: Path) -> None:
+    with (tmp_path / "X_ED.owl").open("wb") as file:
+        file.truncate(10**9)
+    with pytest.raises(UserError, match="1000 MB"):
+        read_neem(tmp_path)
+
+
+FRAMES = (
+    {"timestamp": 0.5, "individuals": [{"id": "cup", "pose": [100, 200, 300, 0, 0, 0, 1]}],
+     "skel_individuals": [{"id": "hand", "pose": [1, 2, 3, 0, 0, 0, 1], "bones": [
+         {"idx": 3, "pose": [1, 2, 4, 0, 0, 0, 1]}, {"idx": 5, "pose": [0, 0, 0, 0, 0, 0, 1]}]}]},
+    {"timestamp": 1.0, "individuals": [
+        {"id": "cup", "loc": {"x": 0, "y": 0, "z": 1}, "quat": {"x": 1, "y": 0, "z": 0, "w": 1}}]},
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("form", ["array", "lines", "bson", "pretty"])
+def test_world_state_of_either_writer(tmp_path: Path, form: str) -> None:
+    path = tmp_path / ("w.bson" if form == "bson" else "w.json")
+    texts = {
+        "array": json.dumps(FRAMES),
+        "lines": "\n".join(map(json.dumps, FRAMES)),
+        "pretty": json.dumps(FRAMES, indent=1),
+    }
+    path.write_bytes(b"".join(map(bson.encode, FRAMES)) if form == "bson" else texts[form].encode())
+    found = read_neem(path)
+    assert found is not None
+    assert found.tracks["cup"].at(0.5).position == pytest.approx((2, 1, 3))
+    assert found.tracks["cup"].at(1.0).quaternion == pytest.approx((0.5**0.5, -(0.5**0.5), 0, 0))
+    assert found.entity("hand/left").part_of == "hand"
+    assert found.effector == "hand"
+
+
+@pytest.mark.parametrize(
+    "content", ["{", "[1]", '{"timestamp": 1, "individuals": [{"id": "a", "pose": [1]}]}', '{"individuals": []}']
+)
+def test_bad_world_state_is_refused(tmp_path: Path, content: str) -> None:
+    (tmp_path / "w.json").write_text(content)
+    with pytest.raises(UserError, match=r"w\.json"):
+        read_neem(tmp_path / "w.json")
+
+
+def test_no_neem_is_none(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("hello")
+    assert read_neem(tmp_path) is None
+    assert read_neem(tmp_path / "notes.txt") is None
+    assert read_neem(tmp_path / "absent") is None
+
+
+def test_two_episodes_in_one_folder_are_refused(tmp_path: Path) -> None:
+    for name in ("A", "B"):
+        (tmp_path / f"{name}_ED.owl").write_text(event_data(*TIMELINE))
+    with pytest.raises(UserError, match="2 episodes"):
+        read_neem(tmp_path)
+
+
+@needs_samples
+def test_real_runs_and_maps() -> None:
+    for run in ("lar_run1", "lar_run5"):
+        found = read_neem(SAMPLES / run)
+        assert found is not None
+        assert found.effector == "ee_link"
+        assert len(found.tracks["ee_link"].times) == 33
+        assert found.extras["wrench"].shape == (33, 6)
+    kitchen = read_neem(SAMPLES / "GttFys24Hbn_SM.owl")
+    assert kitchen is not None
+    assert len(kitchen.entities) == 8
+    assert not kitchen.repairs
+    door = next(e for e in kitchen.entities if "knowrob:PKDishWasherDoor" in e.types)
+    assert door.size == pytest.approx((0.59457397, 0.0485495, 0.69925873))
+    assert door.properties["mass"] == pytest.approx(
+        4.744431
+    )
+    assert door.pose is not None
+    assert door.pose.position == pytest.approx((-2.37000641, -1.7335007, 0.52356094))
+
+
+@needs_samples
+def test_a_real_recording_says_what_was_missing() -> None:
+    found = read_neem(SAMPLES / "pouring_shaking")
+    assert found is not None
+    assert found.effector == "SK_GenesisRightHand"
+    assert len(found.tracks["salt_container"].times) == 91
+    assert "SK_GenesisLeftHand" not in found.tracks
+    assert any("SK_GenesisLeftHand" in r.what for r in found.repairs)
