@@ -161,7 +161,7 @@ def _turns(robot: Robot, q: Joints) -> list[Joints]:
     choices = []
     for value, (low, high) in zip(q, robot.limits, strict=True):
         first, last = math.ceil((low - value) / TURN - 1e-12), math.floor((high - value) / TURN + 1e-12)
-        choices.append([value + TURN * k for k in range(first, last + 1)])
+        choices.append([min(max(value + TURN * k, low), high) for k in range(first, last + 1)])  # rounding
     return list(itertools.product(*choices))
 
 
