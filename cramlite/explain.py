@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, is_dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -50,50 +50,48 @@ def solution_text(solution: Solution, folder: str) -> str:
 
 
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:
-    """Why nothing was found: the last failure of each candidate, and the nearest miss."""
+    """Why nothing was found: the nearest miss of all, and the one of each candidate."""
     lines = ["No solution: every alternative was refused."]
-    nearest = nearest_miss(trace)
+    nearest = nearest_miss(trace.entries)
     if nearest is not None:
-        lines.append(f"  Nearest miss: candidate {nearest.candidate}, {nearest.designator}: {nearest.reason}")
+        lines.append(f"  Nearest miss: {_miss(nearest)}")
     for number in dict.fromkeys(e.candidate for e in trace.entries):
-        own = [e for e in trace.entries if e.candidate == number]
-        lines.append(f"  Candidate {number}:")
-        lines += [f"    {e.designator}: {e.reason} [{e.plugin}]" for e in _unique(own)][:8]
-    lines += [f"  Fault: {f}" for f in faults]
+        miss = nearest_miss([e for e in trace.entries if e.candidate == number])
+        if miss is not None and miss is not nearest:
+            lines.append(f"  Candidate {number}: {_miss(miss)}")
+    lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
     return "\n".join(lines)
 
 
-def _unique(entries: Iterable[Entry]) -> list[Entry]:
-    """Refusals that carry a reason, each once."""
-    wanted = ("refused", "impossible", "fault")
-    kept = {(e.designator, e.reason): e for e in entries if e.outcome in wanted or (e.designator == "proof" and e.outcome == "failed")}
-    return list(kept.values())
+def _miss(entry: Entry) -> str:
+    return f"candidate {entry.candidate}, {entry.designator}: {entry.reason} [{entry.plugin}]"
 
 
-def nearest_miss(trace: Trace) -> Entry | None:
-    """The refusal that came after the most choices."""
-    reasons = [e for e in trace.entries if e.outcome in ("refused", "impossible") or (e.designator == "proof" and e.outcome == "failed")]
-    return max(reasons, key=lambda e: (e.designator == "proof", _depth(trace, e), -e.number), default=None)
+def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
+    """The refusal that came after the most choices; a program whose text ran comes nearer than any."""
+    known = {e.number: e for e in entries}
+    reasons = [e for e in entries if e.outcome in ("refused", "impossible") or (e.designator == "proof" and e.outcome == "failed")]
+    return max(reasons, key=lambda e: (e.designator == "proof", _depth(known, e), e.outcome == "impossible", -e.number), default=None)
 
 
-def _depth(trace: Trace, entry: Entry) -> int:
+def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
     depth = 0
-    while entry.parent:
-        entry, depth = trace.entries[entry.parent - 1], depth + 1
+    while entry.parent in entries:
+        entry, depth = entries[entry.parent], depth + 1
     return depth
 
 
 def trace_text(trace: Trace, designator: str | None = None) -> str:
     """The tree of a search, or everything about one designator."""
     entries = list(trace.about(designator)) if designator else trace.entries
-    indent = (lambda e: 0) if designator else (lambda e: _depth(trace, e))  # type: ignore[unused-ignore]
+    known = {e.number: e for e in trace.entries} if designator is None else {}
     lines = []
     for entry in entries:
         cost = f" (cost {entry.cost:.3g})" if entry.cost is not None else ""
         text = entry.text if entry.outcome in ("asked", "chosen", "refused") else ""
         said = ": ".join(x for x in (text, entry.reason) if x)
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
-        lines.append(f"{'  ' * min(indent(entry), 20)}{MARKS[entry.outcome]:2} {entry.designator} {said}{cost}{who}")
+        lines.append(f"{'  ' * min(_depth(known, entry), 20)}{MARKS[entry.outcome]:2} {entry.designator} {said}{cost}{who}")
     return "\n".join(lines)
 
 

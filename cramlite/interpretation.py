@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
+from .decision import DecisionTree
 from .episode import Episode
 from .errors import UserError, nearest
-from .matching import Match, Rejection, match, reject
+from .matching import Match, Rejection, matches_of, reject
 from .ontology import Taxonomy
 from .phases import PADDING, Segment, Timeline
 from .ranking import DEFAULT_CAP, TaskSequence, best_first
@@ -160,7 +161,7 @@ def interpret(
     Returns:
         The interpretation; an episode without events has no actions.
     """
-    judge = _Judge(Timeline(episode, taxonomy), tuple(rules), padding)
+    judge = _Judge(Timeline(episode, taxonomy), tuple(rules), DecisionTree(rules), padding)
     actions = [judge.judge(segment) for segment in judge.timeline.segments()]
     return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
 
@@ -171,11 +172,13 @@ class _Judge:
 
     timeline: Timeline
     rules: tuple[Rule, ...]
+    tree: DecisionTree
     padding: float
 
     def judge(self, segment: Segment, segments: tuple[Segment, ...] = (), evidence: str = "") -> Interpreted:
         phases = self.timeline.phases(segment, self.padding)
-        matches = tuple(m for rule in self.rules for m in match(rule, phases))
+        solved = self.tree.solve(phases)
+        matches = tuple(m for rule in self.rules if rule.task in solved for m in matches_of(rule, solved[rule.task]))
         label = segment.event.type if segment.event is not None else None
         label = self.timeline.taxonomy.resolve(label) if label else None
         return Interpreted(

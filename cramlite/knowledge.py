@@ -78,11 +78,11 @@ class Knowledge:
 
     @cached_property
     def taxonomy(self) -> Taxonomy:
-        from .ontology import Taxonomy
+        from .ontology import load_taxonomy
 
         shipped = sorted(data_folder("ontologies").glob("*.ttl"))
         offered = [path for _, path in self.registry.collect("ontologies")]
-        return Taxonomy.load([*shipped, *offered, *self._ontologies])
+        return load_taxonomy([*shipped, *offered, *self._ontologies])
 
     @cached_property
     def rules(self) -> tuple[Rule, ...]:

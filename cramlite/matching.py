@@ -67,9 +67,14 @@ def match(rule: Rule, phases: Phases) -> tuple[Match, ...]:
         bindings = [found for binding in bindings for found in condition.solve(phase, binding)]
         if not bindings:
             return ()
+    return matches_of(rule, bindings)
+
+
+def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
+    """One match for each distinct filling of the roles."""
     first: dict[tuple[str | float, ...], Binding] = {}
     for binding in bindings:
-        first.setdefault(tuple(binding[role] for role in rule.roles), binding)
+        first.setdefault(tuple([binding[role] for role in rule.roles]), binding)
     return tuple(_match(rule, first[fillers]) for fillers in sorted(first, key=str))
 
 

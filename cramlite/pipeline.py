@@ -176,7 +176,7 @@ class Progress:
         self._live = sys.stderr.isatty()
 
     def __call__(self, text: str) -> None:
-        if self._quiet or not (self._live or not text[:1].isdigit()):
+        if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing"))):
             return
         line = f"[{time.monotonic() - self._begin:5.1f} s] {text}"
         print(f"\r\x1b[K{line[:110]}" if self._live else line, end="" if self._live else "\n", file=sys.stderr, flush=True)

@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import replace
 
+import numpy as np
+
 from .knowledge import Knowledge
 from .plan import Plan
 from .plugin_types import Backend, Candidate
@@ -59,6 +61,8 @@ def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: in
         candidate.code.text, candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
     )
     episode = knowledge.simulator.episode(rollout, candidate.program.name)
+    parked = np.array(candidate.robot.home)
+    episode = replace(episode, extras={**episode.extras, "park": parked})
     candidate = replace(candidate, rollout=rollout, episode=episode)
     return candidate, Verdict((*findings, *_judge(candidate, knowledge, rollout=True)))
 
@@ -96,8 +100,4 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     known = [tasks.index(f) for f in failed if f in tasks]
     if known and min(known) + 1 < len(tasks):
         names = names[: names.index(tasks[min(known) + 1])]
-    return frozenset(n for n in names if not _is_motion(n))
-
-
-def _is_motion(name: str) -> bool:
-    return "/" in name and "(" not in name
+    return frozenset(names) - state.motions

@@ -262,10 +262,9 @@ def _build(
     maker, parameters = models[spec.model], {k: _si(v) for k, v in spec.parameters.items()}
     if change:
         parameters |= {k: _si(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
-    if spec.type:
-        parameters["type"] = spec.type
     try:
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
+        thing = replace(thing, type=spec.type or thing.type)
         if spec.hangs_on:
             thing = replace(thing, pose=_hang(spec, thing, built, maker))
     except (UserError, TypeError, ValueError) as error:

@@ -20,8 +20,17 @@ from .designators import Action, Designator, Late, Location, Motion, Object
 from .errors import Unresolvable, UserError
 from .program import AnyStep, Section
 from .registry import Registry
-from .tasks import Decomposition, Effect, TaskType
+from .tasks import Decomposition, TaskType
 from .trace import Trace
+
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Stands in the agenda behind an action's steps: its effects on the belief come about here."""
+
+    action: Action
+
 
 Conflict = frozenset[str]
 Item = Designator | Effect
@@ -63,6 +72,7 @@ class State:
     sections: tuple[Section, ...] = ()
     actions: tuple[Action, ...] = ()
     opened: Mapping[str, int] = field(default_factory=dict)
+    motions: frozenset[str] = frozenset()
     choices: tuple[tuple[str, str], ...] = ()
 
 
@@ -203,8 +213,10 @@ class Search:
             opened = {**state.opened, item.name: len(state.steps)}
             return replace(after, agenda=(*way.steps, Effect(item), *state.agenda), opened=opened)
         bindings = {**state.bindings, item.name: answer.value}
-        steps = (*state.steps, *answer.value) if isinstance(item, Motion) else state.steps
-        return replace(after, bindings=bindings, steps=steps)
+        if isinstance(item, Motion):
+            steps = (*state.steps, *answer.value)
+            return replace(after, bindings=bindings, steps=steps, motions=state.motions | {item.name})
+        return replace(after, bindings=bindings)
 
     def _close(self, state: State, effect: Effect, rest: tuple[Item, ...]) -> State:
         """The end of an action: its effects on the belief, its section of the program."""
@@ -257,14 +269,14 @@ def task_type(tasks: Mapping[str, TaskType], name: str) -> TaskType:
 
 
 def _domain(item: Designator, state: State) -> set[str]:
-    """The choices that the set of alternatives itself depends on."""
+    """The choices that the set of alternatives itself depends on: places do not depend on how the arm got there."""
     made = {name for name, _ in state.choices}
     if isinstance(item, Object | Late):
         part_of = item.part_of if isinstance(item, Object) else None
         return made & ({part_of} if part_of else set())
     if isinstance(item, Action):
         return made & {o.name for o in item.roles.values()}
-    return made
+    return {n for n in made if n not in state.motions} if isinstance(item, Location) else made
 
 
 def _key(value: Any) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s
 GRAVITY = 9.81
+GOALS = 6  # nearest inverse solutions that a transfer may end at
+COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
 
 @hookimpl
@@ -56,9 +59,11 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         yield Grounding((), "the arm is there already", key="there")
         return
     home = motion.to is not None and motion.to.relation == "home"
-    goals = [context.robot.home] if home else list(inverse(context.robot, place.before, seed=belief.joints))
-    goals = [g for g in goals if home or _goes_on(g, place, context)]
     scene, attempt = make_scene(belief, context), 0
+    goals: list[Any] = [context.robot.home]
+    if not home:
+        free = (q for q in inverse(context.robot, place.before, seed=belief.joints) if scene.free(q))
+        goals = list(islice((q for q in free if _goes_on(q, place, context)), GOALS))
     while goals:
         found = plan(scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples)
         if isinstance(found, Refusal):
@@ -78,7 +83,7 @@ def _goes_on(joints: Any, place: Place, context: Context) -> bool:
 
     if _near(place.before, place.pose):
         return True
-    return not isinstance(straight(None, context.robot, joints, [place.pose]), Refusal)
+    return not isinstance(straight(None, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1]), Refusal)
 
 
 def _near(a: Pose, b: Pose) -> bool:

@@ -51,6 +51,26 @@ def product(
     return Thing(name, "cram:BoxedProduct", pose, geoms, (hole, bottom), mass, friction)
 
 
+def block(
+    name: str,
+    pose: Pose,
+    size: Size = (0.06, 0.06, 0.06),
+    mass: float = 0.2,
+    friction: float = 0.6,
+    rgba: Colour = (0.45, 0.50, 0.62, 1.0),
+) -> Thing:
+    """A plain box that can be moved. Frame: its centre, z up. Feature "bottom": the face it stands on, z down.
+
+    Args:
+        size: width (x), depth (y) and height (z).
+    """
+    width, depth, height = size
+    face = Pose.from_axes((0, 0, -height / 2), (0, 0, -1), (1, 0, 0))
+    bottom = Feature("bottom", "vrps:SurfaceFeature", face, {"width": width, "depth": depth})
+    box = Geom("box", (width / 2, depth / 2, height / 2), rgba=rgba)
+    return Thing(name, "cram:Product", pose, (box,), (bottom,), mass, friction)
+
+
 def _ring(radius: float, height: float, rgba: Colour) -> tuple[Geom, ...]:
     """Boxes tangent to the hole's circle: no gap between them, and none reaches into the circle."""
     half = (TAB_RIM / 2, (radius + TAB_RIM) * math.tan(math.pi / TAB_SIDES), TAB_THICKNESS / 2)
@@ -181,6 +201,7 @@ def hung(product: Thing, hanger: Thing, depth: float, yaw: float = 0.0) -> Pose:
 
 MODELS: Mapping[str, Callable[..., Thing]] = {
     "boxed_product": product,
+    "block": block,
     "hanger": hanger,
     "basket": basket,
     "table": table,

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cramlite import Action, Candidate, Finding, Rollout, Thing, Validator, hookimpl
 from cramlite.belief import Relation
 from cramlite.verdict import Cost
+
+if TYPE_CHECKING:
+    from cramlite.phases import Phase, PhaseName
+    from cramlite.rules import Rule
 
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
 
@@ -75,13 +80,15 @@ def _unsettled(rollout: Rollout, thing: str) -> str:
 
 @dataclass(frozen=True)
 class TaskRules:
-    """Each task's own rule, the one that interprets demonstrations, holds over the part of the run that executed it."""
+    """The postconditions of each task, from the rule that interprets demonstrations, hold when its code has run.
+
+    A task whose rule has none (a free motion, say) is judged by its runtime conditions.
+    """
 
     name: str = "task_rules"
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from cramlite.matching import match, reject
         from cramlite.phases import Segment, Timeline
 
         assert candidate.episode is not None
@@ -89,16 +96,21 @@ class TaskRules:
         rules = {r.task: r for r in candidate.rules}
         for action in candidate.actions:
             span = _span(candidate, action.name)
-            if action.task not in rules or span is None:
-                continue
-            phases = timeline.phases(Segment(*span))
-            found = [m for m in match(rules[action.task], phases) if _agrees(m.roles, action)]
-            if found:
-                yield Finding(self.name, True, found[0].explanation, origin=action.name)
-            else:
-                refused = reject(rules[action.task], phases)
-                reason = refused.sentence if refused else f"it is a {action.task}, but with other objects than meant"
-                yield Finding(self.name, False, reason, origin=action.name)
+            if action.task in rules and span is not None:
+                yield _judged(rules[action.task], action, timeline.phases(Segment(*span)), self.name)
+
+
+def _judged(rule: Rule, action: Action, phases: Mapping[PhaseName, Phase], name: str) -> Finding:
+    """The first condition that no filling of the open variables satisfies; roles are the objects that were meant."""
+    after = [c for c in rule.written_order if c.phase == "post"]
+    clauses = after or list(rule.written_order)
+    bindings: list[dict[str, Any]] = [{k: o.entity for k, o in action.roles.items() if k in rule.roles}]
+    for clause in clauses:
+        bindings = [found for b in bindings for found in clause.condition.solve(phases[clause.phase], b)]
+        if not bindings:
+            roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
+            return Finding(name, False, f"after {action.name} '{clause.text}' does not hold ({roles})", origin=action.name)
+    return Finding(name, True, f"after {action.name}: {' and '.join(c.text for c in clauses)}", origin=action.name)
 
 
 def _span(candidate: Candidate, task: str) -> tuple[float, float] | None:
@@ -108,12 +120,6 @@ def _span(candidate: Candidate, task: str) -> tuple[float, float] | None:
     lines = {int(line) for line in np.unique(rollout.lines) if code.task_of(int(line)) == task}
     samples = np.flatnonzero(np.isin(rollout.lines, list(lines))) if lines else np.array([])
     return (float(rollout.times[samples[0]]), float(rollout.times[samples[-1]])) if len(samples) > 1 else None
-
-
-def _agrees(roles: Mapping[str, str], action: Action) -> bool:
-    """The rule's fillers are the objects that were meant, or parts or wholes of them."""
-    meant = {k: o.entity or "" for k, o in action.roles.items()}
-    return all(roles[k].split("/")[0] == meant[k].split("/")[0] for k in meant if k in roles)
 
 
 @hookimpl

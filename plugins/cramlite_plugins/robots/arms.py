@@ -1,0 +1,14 @@
+"""The arms that come with cramlite."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Robot, hookimpl
+
+
+@hookimpl
+def robots() -> Iterable[Robot]:
+    from .ur5e import UR5E
+
+    return [UR5E]

@@ -1,0 +1,69 @@
+"""The MuJoCo simulator as a plugin: it executes, demonstrates, detects events and takes pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cramlite import Episode, ModelMaker, Robot, Rollout, Simulator, World, hookimpl
+
+if TYPE_CHECKING:
+    from cramlite import Pose, Thing
+
+
+class MujocoSimulator:
+    """Physics by MuJoCo; URScript by the controller model of this package."""
+
+    name = "mujoco"
+
+    def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
+        from .execute import execute
+
+        return execute(text, world, robots, mount=mount, seed=seed)
+
+    def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
+        from .demonstration import demonstrate
+
+        return demonstrate(world, script=script, seed=seed)
+
+    def episode(self, rollout: Rollout, name: str) -> Episode:
+        from cramlite_plugins.episodes.detect import detect
+
+        return detect(rollout, name)
+
+    def save_episode(self, episode: Episode, folder: Path) -> None:
+        from cramlite_plugins.episodes.neem import write_neem
+
+        write_neem(episode, folder)
+
+    def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
+        from .pictures import picture
+
+        return picture(rollout, sample, robots, size)
+
+
+def _maker(name: str) -> ModelMaker:
+    def make(*, name: str, pose: Pose, model: str = name, **parameters: object) -> Thing:
+        from .models import make as make_thing
+
+        return make_thing(model, name, pose, parameters)
+
+    def hang(thing: Thing, hanger: Thing, depth: float, yaw: float) -> Pose:
+        from .models import hung
+
+        return hung(thing, hanger, depth, yaw)
+
+    return ModelMaker(name, make, hang)
+
+
+@hookimpl
+def simulators() -> Iterable[Simulator]:
+    return [MujocoSimulator()]
+
+
+@hookimpl
+def object_models() -> Iterable[ModelMaker]:
+    from .models import MODELS
+
+    return [_maker(name) for name in MODELS]
