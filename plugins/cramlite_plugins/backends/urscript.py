@@ -10,8 +10,10 @@ applies to the tool, in the base frame. So pressing along +d reads as a force al
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
+from cramlite.errors import UserError
 from cramlite.geometry import Pose
 from cramlite.program import (
     AnyStep,
@@ -61,9 +63,13 @@ def emit(program: Program, robot: Robot) -> Code:
     Args:
         robot: the description of ``program.robot_type``; its gripper is driven through Robotiq's server.
 
+    Raises:
+        UserError: the program's name is no identifier, or the robot is not the program's.
+
     Returns:
         Code whose ``origins`` lead from the first line of a step back to the step's origin.
     """
+    _check(program, robot)
     out = _Writer(robot)
     out.lines.append(f"def {program.name}():")
     out.add(*header(program, robot), "")
@@ -77,6 +83,13 @@ def emit(program: Program, robot: Robot) -> Code:
     out.add("", "kill watchdog_thread", 'textmsg("cramlite: finished")')
     out.lines.append("end")
     return Code("urscript", "\n".join(out.lines) + "\n", out.origins, ".script")
+
+
+def _check(program: Program, robot: Robot) -> None:
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", program.name):
+        raise UserError(f"program name '{program.name}': URScript needs a letter, then letters, digits and underscores")
+    if program.robot_type != robot.type or robot.dh is None:
+        raise UserError(f"program for '{program.robot_type}': URScript for '{robot.type}' cannot carry it out")
 
 
 def _start(program: Program, robot: Robot) -> list[str]:

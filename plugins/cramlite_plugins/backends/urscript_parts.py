@@ -122,7 +122,7 @@ def move_until_contact(direction, distance, speed, threshold, timeout, expect, s
   kill motion_thread
   stopl(3.0)
   if found:
-    textmsg(step, str_cat(": contact at N ", reaction))
+    textmsg(step, str_cat(": contact, ", str_cat(reaction, " N")))
   elif not motion_done:
     abort(str_cat(step, str_cat(": no contact within ", str_cat(timeout, " s"))))
   elif expect == "contact":

@@ -170,17 +170,24 @@ class Controller:
         """
         goal = self._command()
         self._check_command(goal)
+        self._apply(goal)
+        self._watch()
+
+    def hold(self) -> None:
+        """One cycle without a program, before it and after it: a running motion is stopped, and nothing is watched."""
+        self.force_mode = None
+        self.stop(ABANDONED)
+        try:
+            self._apply(self._command())
+        except ProtectiveStop:  # the path cannot be followed any further
+            self.motion = None
+            self._apply(self.q)
+
+    def _apply(self, goal: Floats) -> None:
         before, self.rate = self.q, (goal - self.q) / self.period
         self.q = goal
         self.gripper.advance(self.data, self.period)
         self._physics(before)
-        self._watch()
-
-    def hold(self) -> None:
-        """One cycle at rest, with nothing watched: before a program and after it."""
-        self.rate = np.zeros_like(self.q)
-        self.gripper.advance(self.data, self.period)
-        self._physics(self.q)
 
     def _begin(self, motion: Motion) -> Motion:
         self.motion, self.time = motion, 0.0

@@ -127,8 +127,8 @@ class _Run:
                 self.observe(machine.main_line)
             return "timeout", f"line {machine.main_line}: the program still ran after {time_limit:g} s"
         except Halted:
-            said = self.recorder.messages[-1].text if self.recorder.messages else "the program said nothing"
-            return "halted", said
+            said = [m.text.removeprefix("cramlite abort: ") for m in self.recorder.messages[-1:]]
+            return "halted", said[0] if said else f"line {machine.main_line}: halt, without a message"
         except ProtectiveStop as stop:
             return "protective stop", f"line {machine.main_line}: {stop}"
         except Stopped as stop:

@@ -46,7 +46,8 @@ class WristSensor:
     def compensated(self, flange: Floats) -> Floats:
         """What acts on the tool beyond the payload's weight, sensor axes, bias included."""
         weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
-        return -self.raw - np.concatenate([weight, cross(self.center, weight)])
+        known: Floats = np.concatenate([weight, cross(self.center, weight)])
+        return -self.raw - known
 
     def zero(self, flange: Floats) -> None:
         """Tare."""

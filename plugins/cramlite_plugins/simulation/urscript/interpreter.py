@@ -111,14 +111,15 @@ class Machine:
         space |= {f"b_{name}": f for name, f in library.items()}
         exec(program.code, space)
         start: Callable[[], Coroutine] = space[f"f_{program.tree.name}"]
-        self.threads = [Thread(program.tree.name, start())]
+        self.root = Thread(program.tree.name, start())
+        self.threads = [self.root]
         self.current: Thread | None = None
         self.held: Thread | None = None
 
     @property
     def finished(self) -> bool:
         """Whether the program's own function has ended; its threads end with it."""
-        return not self.threads or not self.threads[0].alive
+        return not self.root.alive
 
     def cycle(self) -> None:
         """Resume every thread once.
@@ -131,7 +132,7 @@ class Machine:
             if thread.alive and self.held in (None, thread):
                 self._resume(thread)
             if self.finished:
-                break
+                self.close()
         self.threads = [t for t in self.threads if t.alive]
 
     def close(self) -> None:
@@ -180,7 +181,7 @@ class Machine:
         self.at(line)
 
     def run(self, name: str, coroutine: Coroutine) -> Thread:
-        """Start a thread; it takes its first step in this cycle's turn or the next one's."""
+        """Start a thread; it takes its first step in the next cycle."""
         self.threads = [t for t in self.threads if t.alive]
         if len(self.threads) >= self.limits.threads:
             raise ScriptError(f"more than {self.limits.threads} threads at one time")

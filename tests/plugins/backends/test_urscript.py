@@ -1,0 +1,117 @@
+"""The URScript backend: its text says what the program says, and nothing else."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cramlite.errors import UserError
+from cramlite.geometry import Pose
+from cramlite.program import (
+    AnyStep,
+    ForceMove,
+    MoveJoints,
+    MoveLinear,
+    MoveUntilContact,
+    Program,
+    Section,
+    SetGripper,
+    SetPayload,
+    Snapshot,
+    Wait,
+    ZeroSensor,
+)
+from cramlite_plugins.backends.urscript import emit
+from cramlite_plugins.backends.urscript_text import number
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.urscript import parse
+
+DOWN = Pose.from_axes((0.5, 0.1, 0.3), (0, 0, -1), (1, 0, 0))
+STEPS: tuple[AnyStep, ...] = (
+    MoveJoints(path=(UR5E.home,), speed=1.0, acceleration=2.0, origin="1.Reaching/transfer", comment="above the box"),
+    MoveLinear(target=DOWN, speed=0.1, acceleration=0.5, origin="1.Reaching/approach"),
+    MoveUntilContact(direction=(0, 0, -1), speed=0.01, force=3, distance=0.05, timeout=10, origin="1.Reaching/touch"),
+    ZeroSensor(),
+    SetGripper(opening=0.0, speed=0.05, force=50, expect="object", origin="2.Grasping/close"),
+    SetPayload(mass=1.2, center=(0, 0, 0.1)),
+    ForceMove(
+        waypoints=(DOWN, DOWN), frame=Pose(), compliant=(True, False, False, False, False, False), wrench=(0,) * 6,
+        limits=(0.02,) * 6, speed=0.02, force_limit=30, timeout=20, origin="2.Grasping/pull",
+    ),
+    Wait(duration=0.5),
+)  # fmt: skip
+
+
+def program(*steps: AnyStep) -> Program:
+    return Program(
+        name="fetch", robot="arm", robot_type="ur5e", tcp=UR5E.gripper.tcp, start=UR5E.home, steps=steps,
+        sections=(Section("1.Reaching", "reach for 'box'", 0, 4), Section("2.Grasping", "grasp 'box'", 4, len(steps))),
+        snapshots=(Snapshot("box", DOWN, "known from the scenario", 1.5),), mass=0.925, center=(0, 0, 0.055),
+    )  # fmt: skip
+
+
+def test_the_text_is_one_program_and_always_the_same() -> None:
+    one, two = emit(program(*STEPS), UR5E), emit(program(*STEPS), UR5E)
+    assert one == two
+    assert one.text.startswith("def fetch():\n")
+    assert one.text.endswith("\nend\n")
+    assert parse(one.text).name == "fetch"
+    assert one.text != emit(program(*STEPS[:-1]), UR5E).text
+
+
+def test_the_header_states_the_preconditions() -> None:
+    header = emit(program(*STEPS), UR5E).text.split("# ---- functions")[0]
+    snapshot = ("box: p[0.5", "known from the scenario, 1.5 s old")
+    for fact in ("ur5e", "robotiq_2f85", "63352", "0.925 kg", "60 N", "3.14", *snapshot):
+        assert fact in header
+
+
+def test_origins_lead_from_lines_to_steps() -> None:
+    code = emit(program(*STEPS), UR5E)
+    lines = code.text.split("\n")
+    found = {origin: lines[line - 1].strip() for line, origin in code.origins.items()}
+    assert found["1.Reaching/transfer"].startswith("movej(")
+    assert found["1.Reaching/touch"].startswith("move_until_contact(")
+    assert found["2.Grasping/close"].startswith("move_gripper(255, ")
+    assert code.task_of(next(i for i, line in enumerate(lines, 1) if "sleep(0.5" in line)) == "2.Grasping"
+    assert code.task_of(1) == ""
+
+
+def test_every_wait_has_a_time_out() -> None:
+    text = emit(program(*STEPS), UR5E).text
+    loops = re.findall(r"while (.*):\n((?:.*\n)*?)", text)
+    assert loops
+    assert text.count("waited > timeout") + text.count("waited < timeout") == 3
+    assert "abort(" in text
+    assert text.count("halt") >= 2
+
+
+def test_names_and_robots_that_do_not_fit_are_refused() -> None:
+    with pytest.raises(UserError, match="URScript needs a letter"):
+        emit(replace(program(), name="fetch from"), UR5E)
+    with pytest.raises(UserError, match="'other'"):
+        emit(program(), replace(UR5E, type="other"))
+
+
+def test_text_of_designators_cannot_break_out_of_a_string_or_comment() -> None:
+    step = replace(STEPS[2], origin='a"b\nhalt', comment="x\nhalt")
+    parse(emit(program(step), UR5E).text)
+    assert "\nhalt" not in emit(program(step), UR5E).text
+
+
+@given(st.floats(-100, 100))
+def test_numbers_have_six_digits_and_no_negative_zero(value: float) -> None:
+    text = number(value)
+    assert re.fullmatch(r"-?\d+\.\d{6}", text)
+    assert text != "-0.000000"
+    assert abs(float(text) - value) <= 1e-6
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.sampled_from(STEPS), max_size=12))
+def test_any_sequence_of_steps_parses(steps: list[AnyStep]) -> None:
+    assert parse(emit(program(*steps), UR5E).text).name == "fetch"

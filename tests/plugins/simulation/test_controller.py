@@ -1,0 +1,312 @@
+"""The virtual UR controller: emitted text moves the arm, feels contact, grips, and stops with a reason."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import TypeAdapter
+from standard import ROBOTS, standing_world
+
+from cramlite.errors import UserError
+from cramlite.geometry import Pose
+from cramlite.program import (
+    AnyStep,
+    ForceMove,
+    MoveJoints,
+    MoveLinear,
+    MoveUntilContact,
+    Program,
+    SetGripper,
+    SetPayload,
+    Wait,
+    ZeroSensor,
+)
+from cramlite.rollout import Rollout
+from cramlite.world import World
+from cramlite_plugins.backends.urscript import emit
+from cramlite_plugins.motions.kinematics import inverse
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.controller import Safety
+from cramlite_plugins.simulation.execute import execute, execute_file
+from cramlite_plugins.simulation.urscript import Limits
+
+WORLD = standing_world().moved({"product": Pose((0.55, 0.1, 0.075))})
+FINGERTIP = 0.01875  # from the pinch point to the fingertips [m]
+
+
+def down(x: float, y: float, z: float) -> Pose:
+    """The TCP over the table, looking down; fingers close along y."""
+    return Pose.from_axes((x, y, z), (0, 0, -1), (1, 0, 0))
+
+
+@cache
+def near_home(target: Pose) -> tuple[float, ...]:
+    """Joints for a pose with the elbow up, on the side of the home posture."""
+    home = UR5E.home
+    return next(q for q in inverse(UR5E, target, seed=home) if abs(q[0] - home[0]) < 1.3 and q[2] > 0)
+
+
+def go(target: Pose) -> MoveJoints:
+    return MoveJoints(path=(near_home(target),), speed=1.5, acceleration=3.0)
+
+
+def text(*steps: AnyStep, **changes: object) -> str:
+    program = Program(
+        name="test", robot="arm", robot_type="ur5e", tcp=UR5E.gripper.tcp, start=UR5E.home, steps=steps, sections=(),
+        mass=UR5E.gripper.mass, center=(0.0, 0.0, 0.06),
+    )  # fmt: skip
+    return emit(replace(program, **changes), UR5E).text  # type: ignore[arg-type]
+
+
+def run(*steps: AnyStep, world: World = WORLD, settle: float = 0.3) -> Rollout:
+    return execute(text(*steps), world, ROBOTS, mount="arm", settle=settle)
+
+
+def script(body: str, **options: object) -> Rollout:
+    return execute(f"def test():\n{body}\nend\n", WORLD, ROBOTS, mount="arm", settle=0.0, **options)  # type: ignore[arg-type]
+
+
+def peak(rollout: Rollout) -> float:
+    return float(np.linalg.norm(rollout.wrench[:, :3], axis=1).max())
+
+
+CLOSED = SetGripper(opening=0.0, speed=0.15, force=50, expect="none", origin="close")
+GUARDED = MoveUntilContact(direction=(0, 0, -1), speed=0.02, force=3, distance=0.05, timeout=10, origin="touch")
+
+
+# Motion
+
+
+def test_movej_reaches_its_target() -> None:
+    goal = tuple(np.add(UR5E.home, (0.5, -0.2, 0.3, 0.1, 0.2, 0.3)))
+    rollout = run(MoveJoints(path=(goal,), speed=1.5, acceleration=3.0))
+    assert (rollout.outcome, rollout.reason) == ("finished", "")
+    assert np.abs(rollout.joints[-1] - goal).max() < 1e-3
+    assert np.abs(rollout.joints[len(rollout.joints) // 4] - goal).max() > 0.05
+
+
+def test_movel_stays_on_its_line() -> None:
+    start, goal = down(0.45, -0.2, 0.3), down(0.6, 0.1, 0.2)
+    rollout = run(go(start), MoveLinear(target=goal, speed=0.25, acceleration=1.0))
+    a, b = np.array(start.position), np.array(goal.position)
+    way = (b - a) / np.linalg.norm(b - a)
+    points = rollout.poses["effector"][:, :3] - a
+    on = rollout.lines == max(rollout.lines[:-20])
+    offsets = np.linalg.norm(points - np.outer(points @ way, way), axis=1)
+    assert offsets[-1] < 1e-3
+    assert offsets[np.flatnonzero(offsets > 0.002)[-1] + 1 :].size > 60  # the line itself took over a second
+    assert np.linalg.norm(rollout.poses["effector"][-1, :3] - b) < 1e-3
+    assert on.any()
+
+
+def test_a_joint_motion_leaves_the_line_that_movel_keeps() -> None:
+    start, goal = down(0.45, -0.2, 0.3), down(0.6, 0.1, 0.2)
+    rollout = run(go(start), go(goal))
+    a, b = np.array(start.position), np.array(goal.position)
+    way = (b - a) / np.linalg.norm(b - a)
+    points = rollout.poses["effector"][-80:, :3] - a
+    assert np.linalg.norm(points - np.outer(points @ way, way), axis=1).max() > 2e-3
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        ("movel(p[2, 0, 0.3, 3.14159, 0, 0], v=0.05)", "no inverse kinematics|rad/s"),
+        ("movej([0, 0, 0, 0, 0, 6.4], v=3)", "'wrist_3' at 6.28"),
+        ("movej([0, -1.57, 0, 0, 0, 0], a=40, v=6)", "rad/s > 3.14 rad/s"),
+        ("movej([3.14, -0.5, 2.2, -2, -1.57, 1.57], v=1)", "limit|off its command|force"),
+    ],
+)
+def test_what_the_arm_cannot_do_ends_in_a_protective_stop(body: str, reason: str) -> None:
+    rollout = script(f"  {body}")
+    assert rollout.outcome == "protective stop"
+    assert rollout.reason.startswith("line 2: ")
+    assert re.search(reason, rollout.reason)
+
+
+def test_the_start_posture_is_checked() -> None:
+    start = (UR5E.home[0] + 0.05, *UR5E.home[1:])
+    rollout = execute(text(start=start), WORLD, ROBOTS, mount="arm", settle=0.0)
+    assert rollout.outcome == "halted"
+    assert re.fullmatch(r"joint 0 is at [\d.]+ rad, the program starts from [\d.]+ rad", rollout.reason)
+    assert execute(text(), WORLD, ROBOTS, mount="arm", settle=0.0).outcome == "finished"
+
+
+def test_a_program_that_ends_in_motion_leaves_the_arm_at_rest() -> None:
+    body = "  thread t():\n    movej([2.0, -1.75, 2.25, -2.07, -1.57, 1.57])\n  end\n  run t()\n  sleep(0.8)"
+    rollout = execute(f"def test():\n{body}\nend\n", WORLD, ROBOTS, mount="arm", settle=1.0)
+    assert rollout.outcome == "finished"
+    assert 0.02 < np.abs(np.subtract(rollout.joints[-1], UR5E.home)).max() < 1.0
+    assert np.abs(rollout.joints[-1] - rollout.joints[-5]).max() < 1e-4
+
+
+# Contact
+
+
+@pytest.mark.parametrize(("speed", "most"), [(0.02, 18.0), (0.01, 9.0), (0.005, 6.0)])
+def test_a_guarded_motion_stops_on_a_plate(speed: float, most: float) -> None:
+    height = FINGERTIP + 0.015
+    rollout = run(go(down(0.45, -0.2, height)), CLOSED, replace(GUARDED, speed=speed))
+    assert rollout.outcome == "finished"
+    assert any("touch: contact" in m.text for m in rollout.messages)
+    assert 3.0 < peak(rollout) < most  # docs/explanation/simulation.md: 12 to 18, 9 and 6 N
+    assert rollout.poses["effector"][-1, 2] == pytest.approx(FINGERTIP, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "outcome", "reason"),
+    [
+        ({}, "halted", "touch: no contact within 0.05 m"),
+        ({"timeout": 1.0}, "halted", "touch: no contact within 1 s"),
+        ({"expect": "any"}, "finished", ""),
+    ],
+)
+def test_a_guarded_motion_without_a_plate(change: dict[str, object], outcome: str, reason: str) -> None:
+    rollout = run(go(down(0.45, -0.2, 0.2)), replace(GUARDED, **change))  # type: ignore[arg-type]
+    assert (rollout.outcome, rollout.reason) == (outcome, reason)
+
+
+def test_driving_into_the_table_is_stopped_by_the_programs_own_limit() -> None:
+    rollout = run(go(down(0.45, -0.2, 0.1)), MoveLinear(target=down(0.45, -0.2, -0.1), speed=0.1, acceleration=1.0))
+    assert rollout.outcome == "halted"
+    assert rollout.reason.startswith("force ")
+    assert rollout.reason.endswith("N > 60 N")
+
+
+def test_and_without_one_by_the_controller() -> None:
+    x = near_home(down(0.45, -0.2, 0.05))
+    body = f"  movej({list(x)})\n  movel(p[0.45, -0.2, -0.1, 3.14159265, 0, 0], v=0.1)"
+    rollout = script(body, safety=Safety(force=80))
+    assert rollout.outcome == "protective stop"
+    assert "N > 80 N" in rollout.reason
+
+
+PRESS = ForceMove(
+    waypoints=(down(0.45, -0.18, FINGERTIP + 0.003), down(0.45, -0.22, FINGERTIP + 0.003)), frame=Pose(),
+    compliant=(False, False, True, False, False, False), wrench=(0, 0, -8, 0, 0, 0),
+    limits=(0.01, 0.01, 0.02, 0.1, 0.1, 0.1),
+    speed=0.02, force_limit=30, timeout=20, origin="press",
+)  # fmt: skip
+
+
+def test_force_mode_presses_with_the_force_that_was_asked_for() -> None:
+    rollout = run(go(down(0.45, -0.2, FINGERTIP + 0.003)), CLOSED, ZeroSensor(), PRESS, settle=0.0)
+    assert rollout.outcome == "finished"
+    pressing = rollout.wrench[-70:-10, 2]
+    assert np.median(pressing) == pytest.approx(-8.0, abs=2.5)
+    away = rollout.poses["effector"][-70:-10, :3]
+    assert np.ptp(away[:, 1]) > 0.01  # the motion in y went on
+    assert np.abs(away[:, 2] - FINGERTIP).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"force_limit": 5.0}, "press: force "),
+        ({"timeout": 0.5}, "press: not done within 0.5 s"),
+    ],
+)
+def test_force_mode_is_watched(change: dict[str, float], reason: str) -> None:
+    steps = (go(down(0.45, -0.2, FINGERTIP + 0.003)), CLOSED, ZeroSensor(), replace(PRESS, **change))  # type: ignore[arg-type]
+    rollout = run(*steps, settle=0.0)
+    assert rollout.outcome == "halted"
+    assert rollout.reason.startswith(reason)
+
+
+# Gripper
+
+
+def pick(close: float, expect: str) -> tuple[AnyStep, ...]:
+    grip = SetGripper(opening=close, speed=0.1, force=50, expect=expect, origin="grip")  # type: ignore[arg-type]
+    payload = SetPayload(mass=UR5E.gripper.mass + 0.8, center=(0.0, 0.0, 0.12))
+    return (
+        go(down(0.55, 0.1, 0.22)), MoveLinear(target=down(0.55, 0.1, 0.13), speed=0.2, acceleration=1.0), grip, payload,
+        MoveLinear(target=down(0.55, 0.1, 0.22), speed=0.2, acceleration=1.0), Wait(duration=0.3),
+    )  # fmt: skip
+
+
+def test_a_grasp_lifts_the_product() -> None:
+    rollout = run(*pick(0.0, "object"))
+    assert rollout.outcome == "finished"
+    assert rollout.opening[-1] == pytest.approx(0.025, abs=1e-3)
+    assert rollout.poses["product"][-1, 2] - rollout.poses["product"][0, 2] == pytest.approx(0.09, abs=0.01)
+    assert rollout.wrench[-1, 2] == pytest.approx(0.8 * 9.81, abs=0.3)  # it carries the product: upwards
+
+
+def test_an_empty_hand_is_noticed() -> None:
+    empty = WORLD.moved({"product": Pose((0.2, -0.5, 0.075))})
+    rollout = run(*pick(0.0, "object"), world=empty)
+    assert (rollout.outcome, rollout.reason) == ("halted", "grip: no object between the fingers")
+    assert run(*pick(0.06, "object")).reason == "grip: no object between the fingers"
+    assert run(*pick(0.0, "none")).reason == "grip: an object stopped the fingers"
+
+
+def test_sockets_lead_to_the_gripper_only() -> None:
+    good = script('  socket_open("127.0.0.1", 63352, "g")\n  textmsg(socket_get_var("STA", "g"))')
+    assert [m.text for m in good.messages] == ["3"]
+    bad = script('  socket_open("192.168.1.5", 30002)')
+    assert bad.outcome == "error"
+    assert "192.168.1.5:30002 refused" in bad.reason
+
+
+# Limits and files
+
+TWO_MOVERS = """  thread t():
+    movej([3, -1.75, 2.2, -2, -1.5, 1.5])
+  end
+  run t()
+  sync()
+  sync()
+  movel(get_actual_tcp_pose())"""
+
+
+@pytest.mark.parametrize(
+    ("body", "outcome", "reason"),
+    [
+        ("  while True:\n  end", "error", "line 2: 20000 statements without"),
+        ("  while True:\n    sync()\n  end", "timeout", "line 3: the program still ran after 2 s"),
+        ('  textmsg("enough: ", 3)\n  halt', "halted", "enough: 3"),
+        ("  movej([1, 2])", "error", "line 2: movej needs a list of 6 numbers"),
+        ("  x = get_tcp_force()[7]", "error", "line 2: index 7"),
+        (TWO_MOVERS, "error", "line 8: another thread"),
+    ],
+)
+def test_a_program_that_goes_wrong_ends_with_a_reason(body: str, outcome: str, reason: str) -> None:
+    rollout = script(body, time_limit=2.0, limits=Limits(slice=20_000))
+    assert rollout.outcome == outcome
+    assert rollout.reason.startswith(reason)
+
+
+def test_the_same_seed_gives_the_same_run() -> None:
+    steps = (go(down(0.45, -0.2, FINGERTIP + 0.01)), CLOSED, GUARDED)
+    runs = [execute(text(*steps), WORLD, ROBOTS, mount="arm", seed=s, settle=0.0, force_noise=0.3) for s in (1, 1, 2)]
+    assert np.array_equal(runs[0].joints, runs[1].joints)
+    assert runs[0].messages == runs[1].messages
+    assert not np.array_equal(runs[0].wrench, runs[2].wrench)
+
+
+def test_a_process_that_is_given_two_files(tmp_path: Path) -> None:
+    program, world = tmp_path / "program.script", tmp_path / "world.json"
+    program.write_text(text(Wait(duration=0.1)))
+    world.write_bytes(TypeAdapter(World).dump_json(WORLD))
+    rollout = execute_file(program, world, settle=0.0)
+    assert rollout.outcome == "finished"
+    assert rollout.world == WORLD
+    assert math.isclose(rollout.times[1], 0.02)
+    world.write_text(json.dumps({"things": 3}))
+    with pytest.raises(UserError, match="not a world"):
+        execute_file(program, world)
+
+
+def test_a_world_without_the_robot_is_refused() -> None:
+    with pytest.raises(UserError, match="no robot 'arn'; did you mean 'arm'"):
+        execute(text(), WORLD, ROBOTS, mount="arn")
+    with pytest.raises(UserError, match="line 2: there is no function 'movek'"):
+        script("  movek([1])")
