@@ -26,6 +26,7 @@ from cramlite.geometry import Floats
 from . import mongodump, robcog, robcog_writer, soma
 from .fields import compact, local_name, repairs_from
 from .frames import Rows, world_tracks
+from .motion import infer
 
 if TYPE_CHECKING:
     from .xmlgraph import Individuals
@@ -90,6 +91,7 @@ class _Parts:
     extras: dict[str, Floats] = field(default_factory=dict)
     found: bool = False
     mapped: bool = False
+    foreign: bool = False
 
 
 def read_neem(path: Path | str) -> Episode | None:
@@ -192,7 +194,9 @@ def _read_dump(file: Path, parts: _Parts) -> None:
     elif kind == "world_state" or "individuals" in next(iter(mongodump.documents(file)), {}):
         _add_world_state(file, parts)
     else:
-        parts.rows |= mongodump.read_tf(file)
+        rows = mongodump.read_tf(file)
+        parts.rows |= rows
+        parts.foreign = not all(r.trusted for r in rows.values())
     parts.found = parts.found or bool(parts.rows) or "wrench" in parts.extras
 
 
@@ -208,7 +212,7 @@ def _merge(other: Episode | None, parts: _Parts) -> None:
 def _add_world_state(file: Path, parts: _Parts) -> None:
     rows, hands = robcog.read_world_state(file)
     parts.rows |= rows
-    parts.found = True
+    parts.found = parts.foreign = True
     for hand in hands:
         parts.entities.setdefault(hand, Entity(hand, ("soma:Hand",)))
         tips = (n for n in rows if n.startswith(f"{hand}/"))
@@ -232,7 +236,8 @@ def _episode(parts: _Parts) -> Episode:
     events = _sound(parts)
     entities = _complete(parts, events, tracks)
     effector = parts.effector or _guess_effector(events, tracks)
-    return Episode(parts.name, entities, events, tracks, effector, tuple(parts.repairs), parts.extras)
+    episode = Episode(parts.name, entities, events, tracks, effector, tuple(parts.repairs), parts.extras)
+    return infer(episode) if parts.foreign and not events else episode
 
 
 def _sound(parts: _Parts) -> tuple[Event, ...]:
