@@ -33,6 +33,7 @@ class Predicate:
             None where it is open. Rows that contradict an argument are dropped by the caller. A value
             predicate's rows end with the number.
         phases: where it means something; a rule that asks elsewhere is refused when it is loaded.
+        timeless: it asks about classes and parts only, so its rows hold at every time.
         value: it yields numbers, and is used in comparisons.
         cost: rough cost, 1 for a look at the states; cheaper conditions are checked first.
         doc: one sentence for people.
@@ -43,6 +44,7 @@ class Predicate:
     function: Callable[..., Iterable[Row]]
     phases: frozenset[PhaseName] = frozenset({"pre", "run", "post"})
     value: bool = False
+    timeless: bool = False
     cost: int = 1
     doc: str = ""
 
@@ -85,16 +87,13 @@ class Phase:
     def rows(self, predicate: Predicate, arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
         """The rows of a predicate that agree with the arguments; None is open."""
         key = (predicate.name, arguments)
-        found = self._rows.get(key)
+        known = self.timeline.rows if predicate.timeless else self._rows
+        found = known.get(key)
         if found is None:
-            found = tuple(
-                dict.fromkeys(
-                    row
-                    for row in predicate.function(self, *arguments)
-                    if all(a is None or a == r for a, r in zip(arguments, row, strict=False))
-                )
-            )
-            self._rows[key] = found
+            asked = [(k, a) for k, a in enumerate(arguments) if a is not None]
+            rows = predicate.function(self, *arguments)
+            found = tuple(dict.fromkeys([row for row in rows if all([row[k] == a for k, a in asked])]))  # noqa: C419
+            known[key] = found
         return found
 
 
@@ -109,6 +108,7 @@ class Timeline:
         self.memo: dict[Hashable, Any] = {}
         self.entities: dict[str, Entity] = {e.name: e for e in episode.entities}
         self.wholes: dict[str, tuple[str, ...]] = {e.name: tuple(_wholes(self.entities, e)) for e in episode.entities}
+        self.rows: dict[Hashable, tuple[Row, ...]] = {}
         self._span = episode.span
         self._indices: dict[str, _Index] = {}
         self._instants: dict[float, Phase] = {}

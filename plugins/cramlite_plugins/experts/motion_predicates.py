@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,6 +17,8 @@ GRIPPER_MOVED = 0.020
 """[m] between the finger tips (reference/tasks.md)."""
 THING_MOVED = 0.005
 """[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
+TURNED = 0.1
+"""[rad]: what counts as turned; a box of 0.1 m then moves its corners by 5 mm."""
 TILTED = np.deg2rad(30.0)
 """[rad] from the attitude in which it was first seen: the usual angle of repose of granular material."""
 CLOSED, OPENED = 0.25, 0.75
@@ -62,7 +65,7 @@ def arm_moves(phase: Phase) -> Iterator[Row]:
     """arm_moves(): the largest distance from where the effector began, so that there-and-back motion
     counts; the published rule compares end points only."""
     name = phase.episode.effector
-    if name is not None and _excursion(phase, name)[0] > ARM_MOVED:
+    if name is not None and _distance(phase, name) > ARM_MOVED:
         yield ()
 
 
@@ -78,8 +81,7 @@ def gripper_moves(phase: Phase) -> Iterator[Row]:
 def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
     """moves(Thing): anywhere during the action."""
     for name in _candidates(phase, thing):
-        distance, angle = _excursion(phase, name)
-        if distance > THING_MOVED or angle > 0.1:
+        if _distance(phase, name) > THING_MOVED or _angle(phase, name) > TURNED:
             yield (name,)
 
 
@@ -161,25 +163,30 @@ def _candidates(phase: Phase, thing: str | None) -> list[str]:
 
 def _within(times: Floats, values: Floats, phase: Phase) -> Floats:
     """The values of a signal that holds between samples, over the phase: from the last sample before it."""
-    first = max(int(np.searchsorted(times, phase.start, side="right")) - 1, 0)
-    return values[first : max(int(np.searchsorted(times, phase.end, side="left")), first + 1)]
+    first = max(int(times.searchsorted(phase.start, side="right")) - 1, 0)
+    return values[first : max(int(times.searchsorted(phase.end, side="left")), first + 1)]
 
 
-def _excursion(phase: Phase, name: str) -> tuple[float, float]:
-    """The largest distance [m] and angle [rad] of an entity from where it was at the start."""
-    key = ("excursion", name)
+def _distance(phase: Phase, name: str) -> float:
+    """The largest distance of an entity from where it was at the start [m]."""
+    key = ("distance", name)
     if key not in phase.memo:
-        phase.memo[key] = _largest(phase.episode.tracks.get(name), phase)
+        positions = _poses(phase, name)[:, :3]
+        offset = positions - positions[:1]
+        phase.memo[key] = math.sqrt(np.einsum("ij,ij->i", offset, offset).max(initial=0.0))
     return phase.memo[key]  # type: ignore[no-any-return]
 
 
-def _largest(track: Track | None, phase: Phase) -> tuple[float, float]:
-    poses = _within(track.times, track.poses, phase) if track is not None else np.zeros((0, 7))
-    if len(poses) < 2:
-        return 0.0, 0.0
-    offset = poses[:, :3] - poses[0, :3]
-    dot = np.abs(poses[:, 3:] @ poses[0, 3:])
-    return float(np.sqrt((offset * offset).sum(axis=1).max())), float(2 * np.arccos(min(1.0, float(dot.min()))))
+def _angle(phase: Phase, name: str) -> float:
+    """The largest angle of an entity from how it was at the start [rad]."""
+    turned = _poses(phase, name)[:, 3:]
+    return 2 * math.acos(min(1.0, float(np.abs(turned @ turned[0]).min()))) if len(turned) else 0.0
+
+
+def _poses(phase: Phase, name: str) -> Floats:
+    """The poses of an entity while the phase lasts (N, 7)."""
+    track = phase.episode.tracks.get(name)
+    return _within(track.times, track.poses, phase) if track is not None else np.zeros((0, 7))
 
 
 def _opening(phase: Phase) -> tuple[Floats, Floats] | None:

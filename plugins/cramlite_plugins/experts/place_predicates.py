@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.geometry import Pose, Vector3
+from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.phases import Phase, Predicate, Row
 
 REACH = 0.15
@@ -32,7 +33,9 @@ def all_predicates() -> tuple[Predicate, ...]:
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
         Predicate("in_view", 1, in_view, cost=5, doc="A thing is within 30 deg of a camera's axis."),
         Predicate("pose_known", 1, pose_known, cost=4, doc="Where a thing is has been recorded by now."),
-        Predicate("thing", 1, thing, cost=3, doc="An object of the world: no part, and not the effector."),
+        Predicate(
+            "thing", 1, thing, cost=3, doc="An object of the world: no part, and not the effector.", timeless=True
+        ),
     )
 
 
@@ -61,13 +64,12 @@ def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[R
     """in_or_above(Thing, Place): Thing's origin, in Place's frame, is within its box seen from above and over its
     bottom. Places without a size are left out."""
     for below in [place] if place is not None else _things(phase):
-        low_high = _box(phase, below)
-        frame = phase.episode.pose_at(below, phase.end) if below in phase.timeline.entities else None
-        if low_high is None or frame is None:
+        corners = _box(phase, below)
+        if corners is None:
             continue
         for above in [name] if name is not None else _things(phase):
-            pose = _pose(phase, above, phase.end)
-            if above != below and pose is not None and _over(frame.inverse().apply(pose.position), *low_high):
+            point = _seen_from(phase, below, above, phase.end)
+            if above != below and point is not None and _over(point, *corners):
                 yield above, below
 
 
@@ -75,8 +77,7 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """near(Thing, Place): from Thing's origin to Place's box."""
     for other in [place] if place is not None else _things(phase):
         for one in [name] if name is not None else _things(phase):
-            pose = _pose(phase, one, phase.end)
-            gap = _distance(phase, other, pose, phase.end) if pose is not None else None
+            gap = _distance(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR:
                 yield one, other
 
@@ -117,25 +118,43 @@ def _gap(phase: Phase, name: str, time: float) -> float | None:
     key = ("gap", name, time)
     memo = phase.timeline.memo
     if key not in memo:
-        hand = _pose(phase, phase.episode.effector, time) if phase.episode.effector else None
-        memo[key] = _distance(phase, name, hand, time) if hand is not None else None
+        memo[key] = _distance(phase, name, phase.episode.effector or "", time)
     return memo[key]  # type: ignore[no-any-return]
 
 
-def _distance(phase: Phase, name: str, hand: Pose, time: float) -> float | None:
-    pose = _pose(phase, name, time)
-    if pose is None:
+def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:
+    """Distance of another entity's origin from an entity's box [m]."""
+    point = _seen_from(phase, name, other, time)
+    if point is None:
         return None
-    point = pose.inverse().apply(hand.position)
-    low, high = _box(phase, name) or (np.zeros(3), np.zeros(3))
-    return float(np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0)))
+    low, high = _box(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return math.hypot(*(max(a - v, v - b, 0.0) for v, a, b in zip(point, low, high, strict=True)))
+
+
+def _seen_from(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
+    """Another entity's origin in an entity's frame."""
+    pose, origin = _pose(phase, name, time), _pose(phase, other, time)
+    if pose is None or origin is None:
+        return None
+    offset = np.subtract(origin.position, pose.position) @ pose.rotation
+    return _vector(offset)
+
+
+def _vector(values: Floats) -> Vector3:
+    x, y, z = values.tolist()
+    return (x, y, z)
 
 
 def _pose(phase: Phase, name: str, time: float) -> Pose | None:
-    """The pose of an entity; the same one again for what never moves."""
-    if name not in phase.timeline.entities and name not in phase.episode.tracks:
+    """The pose of an entity; one that is tracked nowhere is looked up once."""
+    timeline = phase.timeline
+    if name not in timeline.entities and name not in phase.episode.tracks:
         return None
-    return phase.episode.pose_at(name, time)
+    moving = any(w in phase.episode.tracks for w in timeline.wholes.get(name, (name,)))
+    key = ("pose", name, time if moving else None)
+    if key not in timeline.memo:
+        timeline.memo[key] = phase.episode.pose_at(name, time)
+    return timeline.memo[key]  # type: ignore[no-any-return]
 
 
 def _box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
@@ -154,11 +173,11 @@ def _find_box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
         corners = [_reach(g.shape, g.size, g.pose) for g in entity.geoms]
         low = np.min([c[0] for c in corners], axis=0)
         high = np.max([c[1] for c in corners], axis=0)
-        return (tuple(low), tuple(high))
+        return _vector(low), _vector(high)
     if entity.size is None:
         return None
     half = np.asarray(entity.size) / 2
-    return (tuple(-half), tuple(half))
+    return _vector(-half), _vector(half)
 
 
 def _reach(shape: str, size: tuple[float, ...], pose: Pose) -> tuple[np.ndarray, np.ndarray]:
@@ -173,6 +192,5 @@ def _reach(shape: str, size: tuple[float, ...], pose: Pose) -> tuple[np.ndarray,
     return np.asarray(pose.position) - reach, np.asarray(pose.position) + reach
 
 
-def _over(point: object, low: Vector3, high: Vector3) -> bool:
-    x, y, z = np.asarray(point)
-    return bool(low[0] <= x <= high[0] and low[1] <= y <= high[1] and z >= low[2])
+def _over(point: Vector3, low: Vector3, high: Vector3) -> bool:
+    return low[0] <= point[0] <= high[0] and low[1] <= point[1] <= high[1] and point[2] >= low[2]

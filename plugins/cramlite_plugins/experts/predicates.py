@@ -21,18 +21,18 @@ DEFAULT_DOF = 1.0
 def all_predicates() -> tuple[Predicate, ...]:
     """Every predicate of this package, for the hook ``predicates``."""
     return (
-        Predicate("effector", 1, effector, doc="The hand or gripper that acts.", cost=0),
+        Predicate("effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True),
         Predicate("grasps", 2, grasps, doc="Gripper holds thing."),
         Predicate("supports", 2, supports, doc="Supporter carries supportee."),
         Predicate("touches", 2, touches, doc="Two things, or their parts, are in contact; symmetric.", cost=2),
         Predicate("collides", 2, collides, doc="A member of the kinematic chain touches what is not.", cost=2),
         Predicate("chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that."),
         Predicate("contains", 2, contains, doc="Container holds content."),
-        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3),
+        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True),
         Predicate(
             "has", 2, has, doc="Thing is of a class, has a part of it, or its own class says it has one.", cost=3
         ),
-        Predicate("part", 2, part, doc="Thing has part.", cost=3),
+        Predicate("part", 2, part, doc="Thing has part.", cost=3, timeless=True),
         Predicate(
             "constrained_dof",
             2,
@@ -107,7 +107,9 @@ def collides(phase: Phase, _a: str | None, _b: str | None) -> Iterator[Row]:
     that span the action.
     """
     members = {row[0] for row in chain(phase, None)}
-    for a, b in _contact_rows(phase, phase.overlapping("soma:ContactState")):
+    anytime = phase.overlapping("soma:ContactState")
+    spanning = len(anytime) == len(phase.states("soma:ContactState"))
+    for a, b in touches(phase, None, None) if spanning else _contact_rows(phase, anytime):
         if a in members and b not in members:
             yield a, b
 
