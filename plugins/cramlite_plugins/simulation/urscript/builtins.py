@@ -7,14 +7,16 @@ and yields once every control cycle until it is done.
 
 from __future__ import annotations
 
+import builtins
 import inspect
 import math
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from cramlite.geometry import Pose, Vector3
 
-from .values import PoseValue, ScriptError, as_pose, from_pose, real, show, text
+from .values import PoseValue, ScriptError, as_pose, from_pose, real, show, text, whole
 
 Library = Mapping[str, Callable[..., Any]]
 
@@ -88,10 +90,9 @@ def to_str(val: Any) -> str:
 
 
 def to_num(str: Any) -> float | int:
-    try:
-        return int(str) if isinstance(str, int) or str.strip().lstrip("+-").isdigit() else float(str)
-    except (ValueError, AttributeError):
-        raise ScriptError(f"to_num: {show(str)!r} is no number") from None
+    if not isinstance(str, builtins.str) or not re.fullmatch(r"[+-]?\d+(\.\d*)?([eE][+-]?\d{1,2})?", str, re.ASCII):
+        raise ScriptError(f"to_num: {show(str)!r} is no number")
+    return whole(int(str)) if str.lstrip("+-").isdigit() else float(str)
 
 
 def floor(f: Any) -> int:

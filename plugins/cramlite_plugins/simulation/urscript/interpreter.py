@@ -26,6 +26,7 @@ Coroutine = Generator[None, None, Any]
 _HELPERS = (
     values.add, values.subtract, values.multiply, values.divide, values.modulo, values.negative, values.less,
     values.greater, values.truth, values.item, values.set_item, values.copied, values.pose_value,
+    values.list_value,
 )  # fmt: skip
 
 
@@ -107,7 +108,7 @@ class Machine:
         self.count = self.total = 0
         self.variables = _Globals()
         space: dict[str, Any] = {f.__name__: f for f in _HELPERS}
-        space |= {"m": self, "g": self.variables, "list_value": lambda *items: list(items), "__builtins__": {}}
+        space |= {"m": self, "g": self.variables, "__builtins__": {}}
         space |= {f"b_{name}": f for name, f in library.items()}
         exec(program.code, space)
         start: Callable[[], Coroutine] = space[f"f_{program.tree.name}"]

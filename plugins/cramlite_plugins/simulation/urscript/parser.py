@@ -319,10 +319,12 @@ class _Parser:
 
 
 def _number(token: Token) -> float | int:
-    if token.value[:2] in ("0x", "0X"):
-        return int(token.value, 16)
-    if not token.value.isdigit():
-        return float(token.value)
-    if len(token.value) > 10:
-        raise complaint(token.line, f"the integer {token.value[:12]}... does not fit into 32 bits")
-    return int(token.value)
+    hexadecimal = token.value[:2] in ("0x", "0X")
+    if not hexadecimal and not token.value.isdigit():
+        value = float(token.value)
+        if value > 1e300:
+            raise complaint(token.line, f"the number {token.value[:12]} is too large")
+        return value
+    if len(token.value) > 12 or (whole := int(token.value, 16 if hexadecimal else 10)) >= 2**31:
+        raise complaint(token.line, f"the integer {token.value[:12]} does not fit into 32 bits")
+    return whole

@@ -26,7 +26,18 @@ class PoseValue(list[float]):
 
 def copied(value: Any) -> Any:
     """The value that an assignment stores."""
-    return type(value)(value) if isinstance(value, list) else value
+    return type(value)(copied(v) for v in value) if isinstance(value, list) else value
+
+
+def list_value(*items: Any) -> list[Any]:
+    """The value of a literal [...]: a list, or a list of lists (a matrix), and no deeper."""
+    return [_element(v) for v in items]
+
+
+def _element(value: Any) -> Any:
+    if isinstance(value, list) and any(isinstance(v, list) for v in value):
+        raise ScriptError("lists may hold lists, but no deeper")
+    return copied(value)
 
 
 def item(value: Any, index: Any) -> Any:
@@ -36,7 +47,8 @@ def item(value: Any, index: Any) -> Any:
 
 def set_item(value: Any, index: Any, new: Any) -> None:
     """value[index] = new."""
-    value[_position(value, index)] = new
+    place = _position(value, index)
+    value[place] = real(new, "a pose") if isinstance(value, PoseValue) else _element(new)
 
 
 def _position(value: Any, index: Any) -> int:
