@@ -148,6 +148,9 @@ def test_a_critical_section_runs_alone() -> None:
         ("s = \"ab\" while True: s = str_cat(s, s) end", "longest"),
         ("if False: local y = 1 end\nx = y", "'y' is read before"),
         ("kill 3", "needs a thread's handle"),
+        ("a = [1, [2]]\nb = [a, a]", "no deeper"),
+        ("a = [1, 2]\na[0] = [a, a]", "no deeper"),
+        ('x = to_num("nan")', "is no number"),
     ],
 )
 def test_what_goes_wrong_stops_the_program_with_its_line(body: str, reason: str) -> None:
@@ -184,6 +187,8 @@ def test_a_limit_on_all_statements() -> None:
         ("def p():\n  x = 1 ; y\nend", "unexpected character ';'"),
         ("def p():\n  x = " + "(" * 500 + "\nend", "nested"),
         ("def p():\n  x = 1" + " + 1" * 5000 + "\nend", "too long or nested"),
+        ("def p():\n  x = 1e999\nend", "line 2: the number 1e999 is too large"),
+        ("def p():\n  x = 4294967296\nend", "does not fit into 32 bits"),
         ("", "the end of the text"),
     ],
 )

@@ -1,0 +1,178 @@
+"""Expressions of URScript, by recursive descent.
+
+Newlines are blanks here, as in the real controller: ``global a = # comment`` may go on in the next line.
+Grammar: the URScript manual (Universal Robots, e-Series 5.x), chapter 1.
+"""
+
+from __future__ import annotations
+
+from cramlite.errors import UserError
+
+from .lexer import Token, complaint
+from .syntax import Binary, Call, Expression, Item, ListOf, Name, Number, Run, Text, Truth, Unary
+
+# Loosest first; each level is left associative.
+_LEVELS: tuple[tuple[str, ...], ...] = (
+    ("or", "xor"),
+    ("and",),
+    ("not",),
+    ("==", "!=", "<", ">", "<=", ">="),
+    ("+", "-"),
+    ("*", "/", "%"),
+)
+_DEEPEST = 40  # nested blocks or brackets; far above real programs, far below Python's own limits
+
+
+class ExpressionParser:
+    """Tokens that are taken one after the other, and the expressions that they form."""
+
+    def __init__(self, words: list[Token]) -> None:
+        self.words, self.at, self.depth = words, 0, 0
+
+    # Tokens
+
+    @property
+    def word(self) -> Token:
+        return self.words[self.at]
+
+    def take(self) -> Token:
+        token = self.word
+        self.at = min(self.at + 1, len(self.words) - 1)
+        return token
+
+    def sees(self, *values: str) -> bool:
+        return self.word.kind in ("operator", "keyword") and self.word.value in values
+
+    def accept(self, *values: str) -> bool:
+        return self.sees(*values) and bool(self.take())
+
+    def expect(self, value: str, where: str) -> Token:
+        if not self.sees(value):
+            raise self.unexpected(f"'{value}' {where}")
+        return self.take()
+
+    def identifier(self, what: str) -> Token:
+        if self.word.kind != "name":
+            raise self.unexpected(what)
+        return self.take()
+
+    def unexpected(self, wanted: str) -> UserError:
+        found = f"'{self.word.value}'" if self.word.value else "the end of the text"
+        return complaint(self.word.line, f"expected {wanted}, found {found}")
+
+    def deeper(self) -> None:
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise complaint(self.word.line, f"nested more than {_DEEPEST} deep")
+
+    # Expressions
+
+    def expression(self, level: int = 0) -> Expression:
+        self.deeper()
+        value = self.operation(level)
+        self.depth -= 1
+        return value
+
+    def operation(self, level: int) -> Expression:
+        if level == len(_LEVELS):
+            return self.unary()
+        operators = _LEVELS[level]
+        if operators == ("not",):
+            line = self.word.line
+            return Unary("not", self.expression(level), line) if self.accept("not") else self.operation(level + 1)
+        left = self.operation(level + 1)
+        while self.sees(*operators):
+            operator = self.take()
+            left = Binary(operator.value, left, self.operation(level + 1), operator.line)
+        return left
+
+    def unary(self) -> Expression:
+        line = self.word.line
+        if self.sees("-", "+"):
+            self.deeper()
+            negative = self.take().value == "-"
+            operand = self.unary()
+            self.depth -= 1
+            return Unary("-", operand, line) if negative else operand
+        return self.postfix()
+
+    def postfix(self) -> Expression:
+        value = self.atom()
+        while self.sees("["):
+            line = self.take().line
+            value = Item(value, self.expression(), line)
+            self.expect("]", "after the index")
+        return value
+
+    def atom(self) -> Expression:
+        token = self.word
+        if token.kind == "name":
+            return self.named()
+        if token.kind == "number":
+            return Number(_number(self.take()), token.line)
+        if token.kind == "text":
+            return Text(self.take().value[1:-1], token.line)
+        if self.accept("True", "true", "False", "false"):
+            return Truth(token.value in ("True", "true"), token.line)
+        if self.accept("("):
+            value = self.expression()
+            self.expect(")", "that closes the '('")
+            return value
+        if self.sees("["):
+            return ListOf(self.items(), False, token.line)
+        if self.accept("run"):
+            call = self.named()
+            if not isinstance(call, Call):
+                raise complaint(token.line, "'run' needs a call of a thread, as in 'run watch()'")
+            return Run(call, token.line)
+        raise self.unexpected("a value")
+
+    def named(self) -> Expression:
+        token = self.identifier("a name")
+        if self.accept("("):
+            return self.call(token)
+        if token.value == "p" and self.sees("["):
+            items = self.items()
+            if len(items) == 6:
+                return ListOf(items, True, token.line)
+            if len(items) == 1:
+                return Item(Name("p", token.line), items[0], token.line)
+            raise complaint(token.line, f"a pose p[x, y, z, rx, ry, rz] has 6 numbers, this one {len(items)}")
+        return Name(token.value, token.line)
+
+    def call(self, function: Token) -> Call:
+        arguments: list[Expression] = []
+        named: list[tuple[str, Expression]] = []
+        while not self.accept(")"):
+            if self.word.kind == "name" and self.words[self.at + 1].value == "=":
+                name = self.take().value
+                self.take()
+                named.append((name, self.expression()))
+            elif named:
+                raise complaint(self.word.line, "an argument without a name follows one with a name")
+            else:
+                arguments.append(self.expression())
+            if not self.sees(")"):
+                self.expect(",", f"or ')' in the arguments of '{function.value}'")
+        return Call(function.value, tuple(arguments), tuple(named), function.line)
+
+    def items(self) -> tuple[Expression, ...]:
+        self.expect("[", "that opens a list")
+        items: list[Expression] = []
+        while not self.accept("]"):
+            items.append(self.expression())
+            if not self.sees("]"):
+                self.expect(",", "or ']' in a list")
+        return tuple(items)
+
+
+def _number(token: Token) -> float | int:
+    hexadecimal = token.value[:2] in ("0x", "0X")
+    if not hexadecimal and not token.value.isdigit():
+        value = float(token.value)
+        if value > 1e300:
+            raise complaint(token.line, f"the number {token.value[:12]} is too large")
+        return value
+    if len(token.value) > 12 or (whole := int(token.value, 16 if hexadecimal else 10)) >= 2**31:
+        raise complaint(token.line, f"the integer {token.value[:12]} does not fit into 32 bits")
+    return whole
