@@ -116,11 +116,16 @@ def repairs_text(repairs: tuple[Repair, ...]) -> str:
 
 
 def repairs_from(text: str) -> tuple[Repair, ...]:
-    """The repairs that ``repairs_text`` wrote."""
-    return tuple(
-        Repair(r["what"], tuple(r["when"]), r["why"], *(tuple(Event(**e) for e in r[k]) for k in ("removed", "added")))
-        for r in json.loads(text)
-    )
+    """The repairs that ``repairs_text`` wrote; if the text was damaged, one that says so."""
+    try:
+        return tuple(_repair(r) for r in json.loads(text))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        return (Repair("left out the earlier repairs", (0.0, 0.0), f"their list cannot be read: {error}"),)
+
+
+def _repair(record: dict[str, Any]) -> Repair:
+    removed, added = (tuple(Event(**e) for e in record[k]) for k in ("removed", "added"))
+    return Repair(record["what"], tuple(record["when"]), record["why"], removed, added)
 
 
 def _pose_text(pose: Pose) -> str:

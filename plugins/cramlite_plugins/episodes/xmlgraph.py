@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -50,13 +54,28 @@ def parse(path: Path) -> Graph:
     if format_ == "xml":
         _check_xml(path, text)
     try:
-        return Graph().parse(data=text, format=format_)
+        with _quiet():
+            return Graph().parse(data=text, format=format_)
     except Exception as error:
         line = error.getLineNumber() if hasattr(error, "getLineNumber") else getattr(error, "lines", "?")
         reason = " ".join(str(error).split())[:300]
         raise UserError(
             f"{path}:{line}: cannot be read as RDF ({format_}): {reason}. Check that the file is complete."
         ) from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """rdflib logs a traceback for each literal that is not of its datatype; readers report what matters themselves."""
+    logger = logging.getLogger("rdflib.term")
+    before = logger.disabled
+    logger.disabled = True
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.disabled = before
 
 
 def _check_xml(path: Path, text: str) -> None:

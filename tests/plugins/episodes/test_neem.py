@@ -272,6 +272,31 @@ def test_a_gigabyte_of_owl_is_refused_unread(tmp_path: Path) -> None:
         read_neem(tmp_path)
 
 
+@pytest.mark.parametrize("damage", [b"no archive", b"PK\x05\x06" + bytes(9)])
+def test_broken_arrays_are_refused(tmp_path: Path, damage: bytes) -> None:
+    write_neem(episode(), tmp_path)
+    (tmp_path / "extras.npz").write_bytes(damage)
+    with pytest.raises(UserError, match=r"extras\.npz"):
+        read_neem(tmp_path)
+
+
+def test_an_archive_that_unpacks_to_gigabytes_is_refused(tmp_path: Path) -> None:
+    np.savez_compressed(tmp_path / "extras.npz", times=np.zeros(2**26 + 1))
+    with pytest.raises(UserError, match=r"0\.5 GB are allowed"):
+        read_neem(tmp_path)
+
+
+def test_damaged_literals_are_reported_not_printed(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = write_neem(episode(), tmp_path) / "a_test_1_2_ED.owl"
+    text = path.read_text().replace('"removed"', '"remoed"').replace(">1</cram:order>", ">one</cram:order>")
+    path.write_text(text)
+    found = read_neem(tmp_path)
+    assert found is not None
+    assert found.repairs[0].what == "left out the earlier repairs"
+    assert {e.id for e in found.events} == {e.id for e in episode().events}
+    assert capfd.readouterr().err == ""
+
+
 FRAMES = (
     {"timestamp": 0.5, "individuals": [{"id": "cup", "pose": [100, 200, 300, 0, 0, 0, 1]}],
      "skel_individuals": [{"id": "hand", "pose": [1, 2, 3, 0, 0, 0, 1], "bones": [
@@ -335,9 +360,7 @@ def test_real_runs_and_maps() -> None:
     assert not kitchen.repairs
     door = next(e for e in kitchen.entities if "knowrob:PKDishWasherDoor" in e.types)
     assert door.size == pytest.approx((0.59457397, 0.0485495, 0.69925873))
-    assert door.properties["mass"] == pytest.approx(
-        4.744431
-    )
+    assert door.properties["mass"] == pytest.approx(4.744431)
     assert door.pose is not None
     assert door.pose.position == pytest.approx((-2.37000641, -1.7335007, 0.52356094))
 
