@@ -3,8 +3,8 @@
 Run: python tests/benchmarks/planning.py [--problems 50] [--seed 0]
 
 A problem goes from one free tool pose in the shelf to another; both have a free inverse solution by construction,
-so each has a true goal. Times are of the complete path (inverse kinematics, planned, shortened, checked, timed), also in
-units of one raw collision check on the same machine, because other load changes milliseconds but hardly ratios.
+so each has a true goal. Times are of the complete path (inverse kinematics, planned, shortened, checked, timed),
+also in units of one raw collision check on the same machine, because other load changes milliseconds but hardly ratios.
 """
 
 from __future__ import annotations
@@ -70,7 +70,8 @@ def stand(scene: Scene, rng: np.random.Generator) -> tuple[Pose, Joints]:
     """A tool pose in the shelf or before it that has a free inverse solution, and that solution."""
     while True:
         inside = rng.random() < 0.75
-        position = rng.uniform((0.12, 0.42, 0.06), (0.78, 0.56, 0.6)) if inside else rng.uniform((0.2, 0.1, 0.1), (0.6, 0.3, 0.5))
+        low, high = ((0.12, 0.42, 0.06), (0.78, 0.56, 0.6)) if inside else ((0.2, 0.1, 0.1), (0.6, 0.3, 0.5))
+        position = rng.uniform(low, high)
         axis = np.array((0.0, 1.0, 0.0)) + rng.normal(0, 0.15, 3) if inside else np.array((0.1, 0.2, -1.0))
         pose = Pose.from_axes(position.tolist(), axis, rng.normal(0, 1, 3))
         free = [q for q in inverse(UR5E, pose)[:24] if scene.free(q)]
@@ -124,14 +125,18 @@ def main() -> None:
     solved = [r for r in results if r.path is not None]
     times = np.array([r.seconds for r in results])
     paths = [r.path for r in results if r.path is not None]
+    half, most = float(np.median(times)), float(np.quantile(times, 0.95))
+    lasting = [p.duration for p in paths]
     print(f"solved {len(solved)} of {len(results)}")
-    print(f"complete path {np.median(times) * 1e3:.0f} ms median, {np.quantile(times, 0.95) * 1e3:.0f} ms p95")
-    print(f"  = {np.median(times) / unit:.0f} and {np.quantile(times, 0.95) / unit:.0f} raw checks of {unit * 1e6:.0f} us")
+    print(f"complete path {half * 1e3:.0f} ms median, {most * 1e3:.0f} ms p95")
+    print(f"  = {half / unit:.0f} and {most / unit:.0f} raw checks of {unit * 1e6:.0f} us")
     print(f"state checks {statistics.median(r.checks for r in results):.0f} median; ", end="")
     print(f"{1e6 * times.sum() / sum(r.checks for r in results):.0f} us each, planner included")
-    print(f"duration {statistics.mean(p.duration for p in paths):.2f} s mean, {statistics.median(p.duration for p in paths):.2f} median")
-    print(f"  first solutions {statistics.mean(p.first for p in paths):.2f} s; straight {sum(p.samples == 0 for p in paths)}")
-    print(f"collisions by Coal {sum(r.distance <= 0 for r in solved)}; smallest distance {min(r.distance for r in solved) * 1e3:.1f} mm")
+    print(f"duration {statistics.mean(lasting):.2f} s mean, {statistics.median(lasting):.2f} s median; ", end="")
+    print(f"first solutions {statistics.mean(p.first for p in paths):.2f} s")
+    print(f"straight joint lines {sum(p.samples == 0 for p in paths)}")
+    print(f"collisions by Coal {sum(r.distance <= 0 for r in solved)}; ", end="")
+    print(f"smallest distance {min(r.distance for r in solved) * 1e3:.1f} mm")
     for number, r in enumerate(results):
         if r.path is None:
             print(f"problem {number}: {r.reason}")

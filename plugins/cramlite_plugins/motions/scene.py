@@ -13,7 +13,7 @@ clearance c at every check, about c / 2 is left in between.
 
 MuJoCo's distances are not taken as they are. Contacts of cylinders with boxes and with one another
 overestimate a distance, measured on 20,000 pairs, by up to 0.6 mm below 6 mm and by at most a fifth above
-(see ``_advance``); contacts of boxes may be missing (``boxes``). Overlaps are always found.
+(see ``_advance``); those between two boxes may be missing (``boxes``). Overlaps are always found.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ class Scene:
         data: scratch state; every query overwrites the joints of the robot.
         need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
         moved: (geoms, joints) 1 where the joint moves the geom, else 0.
-        movers: ids of the geoms that any joint moves.
-        bound: (movers, 1) bounding radius and horizon of each of them [m].
+        still: 1 - moved.
+        bound: (geoms, 1) bounding radius and horizon of each [m].
         first: id of the robot's first joint; its joints follow one another.
         anchors: joint positions with the pairs that are closer there than needed, and how close.
-        boxes: the pairs of boxes, whose distance is not MuJoCo's contact distance.
+        boxes: measures the distances between boxes, which MuJoCo leaves out.
         checks: counts state checks; a list of one, shared by all scenes made from this one.
     """
 
@@ -68,7 +68,7 @@ class Scene:
     data: Any
     need: Floats
     moved: Floats
-    movers: Any
+    still: Floats
     bound: Floats
     first: int
     boxes: Boxes
@@ -151,7 +151,8 @@ class Scene:
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
             self.compiled.place(data, name, pose)
-        return replace(self, data=data, anchors=())
+        mujoco.mj_kinematics(self.compiled.model, data)
+        return replace(self, data=data, anchors=(), boxes=self.boxes.placed(data))
 
     def tcp(self, q: Sequence[float]) -> Pose:
         """The tcp in the world frame."""
@@ -171,12 +172,8 @@ class Scene:
         if self.checks is not None:
             self.checks[0] += 1
         pairs, distances = data.contact.geom, data.contact.dist
-        if not len(self.boxes.small):
-            return pairs, distances
-        kinds = model.geom_type[pairs]
-        kept = (kinds != mujoco.mjtGeom.mjGEOM_BOX).any(axis=1)
         more, further = self.boxes.near(model, data, HORIZON)
-        return np.concatenate([pairs[kept], more]), np.concatenate([distances[kept], further])
+        return np.concatenate([pairs, more]), np.concatenate([distances, further])
 
     def _needed(self, q: Position, pairs: Any) -> Floats:
         need: Floats = self.need[pairs[:, 0], pairs[:, 1]]
@@ -204,24 +201,24 @@ class Scene:
         if not len(pairs):
             return part
         g, h = pairs[:, 0], pairs[:, 1]
-        between = rate[g] * (1.0 - self.moved[h]) + rate[h] * (1.0 - self.moved[g])
-        speed = between.sum(axis=1)
+        still = self.still
+        speed = np.einsum("pj,pj->p", rate[g], still[h]) + np.einsum("pj,pj->p", rate[h], still[g])
         speed[self.need[g, h] == -np.inf] = 0.0
         return min(part, 1.0 / max(float((speed / np.maximum(0.8 * distances - 0.0006, 1e-9)).max()), 1.0))
 
     def _rates(self, way: Floats) -> Floats:
         """How far each joint may move any point of each geom over the whole line: (geoms, joints) [m].
 
-        The lever is the distance of the geom's centre from the axis and its bounding radius; it may grow by
-        ``HORIZON`` until the next check.
+        The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
+        a root, and its bounding radius; it may grow by ``HORIZON`` until the next check.
         """
         data, first = self.data, self.first
-        axis, anchor = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)]
-        arm = data.geom_xpos[self.movers][:, None, :] - anchor
-        along = np.einsum("gjk,jk->gj", arm, axis)
-        square = np.einsum("gjk,gjk->gj", arm, arm) - along * along
-        rates: Floats = np.zeros_like(self.moved)
-        rates[self.movers] = (np.sqrt(np.maximum(square, 0.0)) + self.bound) * self.moved[self.movers] * way
+        u, a = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)]
+        p = data.geom_xpos
+        along = p @ u.T - np.einsum("jk,jk->j", a, u)
+        square = np.einsum("gk,gk->g", p, p)[:, None] - 2.0 * (p @ a.T) + np.einsum("jk,jk->j", a, a) - along * along
+        np.maximum(square, 0.0, out=square)
+        rates: Floats = (np.sqrt(square, out=square) + self.bound) * (self.moved * way)
         return rates
 
 
@@ -265,12 +262,12 @@ def scene(
     index, data = compiled.robots[mount], compiled.data()
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
     moved = _moved(compiled, index)
-    movers = np.flatnonzero(moved.any(axis=1))
-    bound = compiled.model.geom_rbound[movers, None] + HORIZON
+    bound = compiled.model.geom_rbound[:, None] + HORIZON
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
     need = _need(compiled, moved, allowed, clearance)
-    pairs = boxes(compiled.model, need)
-    return Scene(compiled, index, data, need, moved, movers, bound, first, pairs, checks=[0])
+    mujoco.mj_kinematics(compiled.model, data)
+    apart = boxes(compiled.model, data, need, np.flatnonzero(moved.any(axis=1)))
+    return Scene(compiled, index, data, need, moved, 1.0 - moved, bound, first, apart, checks=[0])
 
 
 def base(scene_: Scene) -> Pose:
