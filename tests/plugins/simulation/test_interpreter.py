@@ -183,6 +183,7 @@ def test_a_limit_on_all_statements() -> None:
         ("def p():\n  break\nend", "outside of a while loop"),
         ("  def p():\n  end", "column 0"),
         ("x = 1", "expected a program"),
+        ("def p(x):\nend", "line 1: the program 'p' has parameters"),
         ("def p():\nend\nx = 1", "nothing after the end"),
         ("def p():\n  x = 1 ; y\nend", "unexpected character ';'"),
         ("def p():\n  x = " + "(" * 500 + "\nend", "nested"),

@@ -36,6 +36,8 @@ def check(program: Function, library: Library) -> None:
     Raises:
         UserError: an unknown function or variable, or arguments that do not fit; says the line and the nearest name.
     """
+    if program.parameters:
+        raise complaint(program.line, f"the program '{program.name}' has parameters; it is started without any")
     own = functions(program)
     arities = {name: _built_in(f) for name, f in library.items()} | {name: _own(f) for name, f in own.items()}
     known = _assigned(program)
