@@ -40,8 +40,8 @@ def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) ->
     first, last = episode.span
     repairs: list[Repair] = []
     kept: list[Event] = [e for e in episode.events if e.kind != "state"]
-    for events in _groups(episode).values():
-        for run in _runs(events, gap):
+    for group in _groups(episode).values():
+        for run in _runs(group, gap):
             joined = _joined(run)
             cut_off = joined.start <= first or joined.end >= last
             if joined.end - joined.start < min_duration and not cut_off:
@@ -50,9 +50,8 @@ def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) ->
             kept.append(joined)
             if len(run) > 1:
                 repairs.append(_closed(joined, run, gap))
-    events = tuple(sorted(kept, key=lambda e: (e.start, e.end, e.id)))
     ordered = sorted(repairs, key=lambda r: (r.when, r.what))
-    return replace(episode, events=events, repairs=(*episode.repairs, *ordered))
+    return replace(episode, events=_sorted(kept), repairs=(*episode.repairs, *ordered))
 
 
 def undo(episode: Episode, repair: Repair) -> Episode:
@@ -63,9 +62,13 @@ def undo(episode: Episode, repair: Repair) -> Episode:
     """
     if repair not in episode.repairs or any(e not in episode.events for e in repair.added):
         raise ValueError(f"'{repair.what}' cannot be undone: it is not in the episode, or a later repair builds on it")
-    events = [e for e in episode.events if e not in repair.added] + list(repair.removed)
+    restored = [e for e in episode.events if e not in repair.added] + list(repair.removed)
     rest = tuple(r for r in episode.repairs if r != repair)
-    return replace(episode, events=tuple(sorted(events, key=lambda e: (e.start, e.end, e.id))), repairs=rest)
+    return replace(episode, events=_sorted(restored), repairs=rest)
+
+
+def _sorted(events: Iterable[Event]) -> tuple[Event, ...]:
+    return tuple(sorted(events, key=lambda e: (e.start, e.end, e.id)))
 
 
 def _groups(episode: Episode) -> dict[tuple[object, ...], list[Event]]:
