@@ -26,12 +26,14 @@ class Match:
         roles: role -> entity.
         explanation: one sentence.
         conditions: how many conditions held.
+        changes: how many relations began or ended by it, as its rule says.
     """
 
     task: str
     roles: dict[str, str]
     explanation: str
     conditions: int = 0
+    changes: int = 0
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,8 @@ def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
 
 def _match(rule: Rule, binding: Binding) -> Match:
     roles = {role: str(binding[role]) for role in rule.roles}
-    return Match(rule.task, roles, rule.explain.format_map({k: _shown(v) for k, v in binding.items()}), rule.conditions)
+    explanation = rule.explain.format_map({k: _shown(v) for k, v in binding.items()})
+    return Match(rule.task, roles, explanation, rule.conditions, rule.changes)
 
 
 def reject(rule: Rule, phases: Phases) -> Rejection | None:

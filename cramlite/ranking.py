@@ -4,6 +4,8 @@ A sequence's score is a sum, so that the best ones can be found without listing 
 
 - *specificity* of each task: depth of its class below dul:Task, and a quarter for every condition that
   held. The more an interpretation claims (and the more of it was checked), the more it says.
+- *changes explained*: 4 for every relation that the task's rule says begins or ends (a grasp, a support): what
+  became of the world is what the action was for. 4 outweighs the depth of any class below another.
 - *roles that carry over*: between neighbours, 2 if both handle the same thing (Patient, Locatum
   or Goal), 1 for each other shared filler. People finish with one thing before they turn to the next.
 - *consistency between neighbours*: -2 if both are the same task on the same fillers: one of the two
@@ -21,6 +23,7 @@ from .matching import Match
 from .ontology import Taxonomy
 
 PER_CONDITION = 0.25
+PER_CHANGE = 4.0
 SAME_THING, SHARED, REPEATED = 2.0, 1.0, -2.0
 _HANDLED = ("Patient", "Locatum", "Goal", "Source")
 
@@ -45,7 +48,8 @@ class TaskSequence:
 
 def specificity(match: Match, taxonomy: Taxonomy) -> float:
     """How much one interpretation of an action claims."""
-    return taxonomy.depth(match.task) - taxonomy.depth("dul:Task") + PER_CONDITION * match.conditions
+    depth = taxonomy.depth(match.task) - taxonomy.depth("dul:Task")
+    return depth + PER_CONDITION * match.conditions + PER_CHANGE * match.changes
 
 
 def affinity(before: Match, after: Match) -> float:

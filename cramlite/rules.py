@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from .condition_text import ConditionError, parse_condition
-from .conditions import Atom, Condition, atoms, binds, mentions, tests
+from .conditions import Atom, Condition, Every, Not, atoms, binds, mentions, tests
 from .errors import UserError, nearest
 from .ontology import Taxonomy
 from .phases import Phase, PhaseName, Predicate
@@ -76,10 +76,26 @@ class Rule:
         """An order that can be solved, cheap conditions first: for deciding."""
         return _ordered(self.clauses, cheapest=True)
 
+    @cached_property
+    def changes(self) -> int:
+        """How many relations the rule wants to begin or end: held before and denied after, or the reverse."""
+        said = {(phase, denied): _said(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
+        return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
+
     @property
     def conditions(self) -> int:
         """How many conditions the rule has: part of how specific it is."""
         return len(self.clauses)
+
+
+def _said(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
+    """Predicates that the clauses of a phase assert, or deny (also of every one but some)."""
+    found: set[str] = set()
+    for clause in clauses:
+        if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:
+            asked = clause.condition.given if isinstance(clause.condition, Every) else clause.condition
+            found |= {a.predicate.name for a in atoms(asked)}
+    return found
 
 
 RuleBook = tuple[Rule, ...]

@@ -4,7 +4,7 @@ The one detection for human demonstrations and robot runs: it sees contacts and 
 who moved or why.
 
 - ContactState(a, b): a and b touch. "thing/part" where the contact is with a known part; the
-  effector counts as a whole.
+  effector counts as a whole. A hole that touched the peg in it goes on touching it until the peg is out.
 - SupportState(supporter, supportee): the supporter pushes the supportee up with a fair share of its
   weight. Being grasped is not being supported: the effector never supports.
 - GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and
@@ -31,6 +31,7 @@ from cramlite.geometry import Floats
 from cramlite.rollout import Rollout
 
 from .entities import effector_entities, thing_entities
+from .threaded import held_on, threaded
 
 #: Gaps shorter than this belong to the contact around them [s]; half of RobCoG's longest flicker.
 GAP = 0.15
@@ -134,10 +135,12 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Eve
         first, second = sorted(rollout.effector if _whole(v) == rollout.effector else v for v in (a, b))
         if a <= b and first != second:
             forces[first, second] = forces.get((first, second), 0.0) + pair.force
+    through = {tuple(sorted((hole, peg))): flags for hole, peg, flags in threaded(rollout)}
+    never = np.zeros(len(rollout.times), dtype=bool)
     return [
         _state("soma:ContactState", span, {"a": a, "b": b})
         for (a, b), force in forces.items()
-        for span in _spans(_hold(force, *CONTACT), rollout.times)
+        for span in _spans(held_on(_hold(force, *CONTACT), through.get((a, b), never)), rollout.times)
     ]
 
 

@@ -12,6 +12,7 @@ from cramlite import Answers, Belief, Context, Geom, Grounding, Location, Place,
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
+LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 
@@ -48,7 +49,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     grips = sorted(candidates(thing, context), key=lambda g: (round(g.lever, 4), g.name))
     if not grips:
         widths = ", ".join(f"{2000 * min(g.size):.0f} mm" for g in thing.geoms if g.shape == "box" and not g.part)
-        limit = 1000 * (context.robot.gripper.opening[1] - SLACK)
+        limit = 1000 * (context.robot.gripper.opening[1] - LEAST_SLACK)
         raise Unresolvable(f"no face pair of '{thing.name}' ({widths}) fits the gripper's {limit:.0f} mm", (location.of or "",))
     pose = belief.pose(thing.name)
     scenes: dict[float, tuple[object, object]] = {}
@@ -82,7 +83,7 @@ def _of_box(geom: Geom, context: Context) -> Iterator[Grip]:
     gripper = context.robot.gripper
     for closing, approach in itertools.permutations(range(3), 2):
         width = 2 * geom.size[closing]
-        if width + SLACK > gripper.opening[1]:
+        if width + LEAST_SLACK > gripper.opening[1]:
             continue
         along = 3 - closing - approach
         room = max(geom.size[along] - gripper.pad[0] / 2 - MARGIN, 0.0)
