@@ -38,10 +38,17 @@ class Grounding:
 
 @dataclass(frozen=True)
 class Refused:
-    """An alternative that was considered and dropped: it appears in explanations."""
+    """An alternative that was considered and dropped: it appears in explanations.
+
+    Args:
+        value: the alternative in words.
+        reason: a clause with numbers and units.
+        passed: how many checks it passed before: the nearest miss passed most.
+    """
 
     value: str
     reason: str
+    passed: int = 0
 
 
 Answer = Grounding | Refused

@@ -64,10 +64,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add(commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, run: Command, text: str) -> argparse.ArgumentParser:
+def _add(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, run: Command, text: str
+) -> argparse.ArgumentParser:
     parser = commands.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
     parser.set_defaults(run=run)
-    parser.add_argument("--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file")
+    parser.add_argument(
+        "--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file"
+    )
     parser.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
     return parser
 
@@ -103,7 +107,9 @@ def _interpret(arguments: argparse.Namespace) -> int:
     if arguments.why:
         task, _, action = arguments.why.partition("@")
         if not action.isdigit():
-            raise UserError(f"'--why {arguments.why}' should be TASK@ACTION, e.g. Grasping@3, with an action's number from 'cramlite interpret'.")
+            raise UserError(
+                f"'--why {arguments.why}' should be TASK@ACTION, e.g. Grasping@3, with an action's number from 'cramlite interpret'."
+            )
         print(found.why(task, int(action)))
     else:
         print(as_json(found.to_json()) if arguments.json else interpretation_text(found))
@@ -113,7 +119,9 @@ def _interpret(arguments: argparse.Namespace) -> int:
 def _record(arguments: argparse.Namespace) -> int:
     from .pipeline import record_demonstration
 
-    return record_demonstration(arguments.scenario, seed=arguments.seed, out=arguments.out, plugins=arguments.plugin, block=arguments.block)
+    return record_demonstration(
+        arguments.scenario, seed=arguments.seed, out=arguments.out, plugins=arguments.plugin, block=arguments.block
+    )
 
 
 def _tasks(arguments: argparse.Namespace) -> int:

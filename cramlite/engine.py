@@ -120,12 +120,18 @@ class Engine:
             UserError: no such path, no reader, or a file that cannot be used.
         """
         if not path.exists():
-            raise UserError(f"There is no episode at '{path}'; give the folder of a NEEM, or record one with 'cramlite record'.")
+            raise UserError(
+                f"There is no episode at '{path}'; give the folder of a NEEM, or record one with 'cramlite record'."
+            )
         episode = self.registry.first("read_episode", path=path)
         if episode is None:
-            raise UserError(f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'.")
+            raise UserError(
+                f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'."
+            )
         if not episode.events:
-            raise UserError(f"'{path}': the episode has no events, so there is nothing to interpret; record it with contacts.")
+            raise UserError(
+                f"'{path}': the episode has no events, so there is nothing to interpret; record it with contacts."
+            )
         return episode  # type: ignore[no-any-return]
 
     def interpret(self, episode: Episode) -> Interpretation:
@@ -176,7 +182,14 @@ class Engine:
         trace, budget = trace if trace is not None else Trace(), budget or Budget()
         for number, (plan, source) in enumerate(self._plans(goal, world, progress), 1):
             if number > budget.sequences:
-                trace.add(0, "sequences", "", "capped", "engine", f"{budget.sequences} task sequences tried, the rest left out")
+                trace.add(
+                    0,
+                    "sequences",
+                    "",
+                    "capped",
+                    "engine",
+                    f"{budget.sequences} task sequences tried, the rest left out",
+                )
                 return
             trace.candidate = number
             progress(f"candidate {number}: {plan}")
@@ -203,7 +216,9 @@ class Engine:
         tasks = goal if isinstance(goal, list | tuple) else [goal]
         yield self._plan_from_tasks(tasks, objects, world, where), (None, None)
 
-    def _plan_from_tasks(self, tasks: Sequence[TaskSpec], objects: dict[str, ObjectSpec], world: Setting, where: str) -> Plan:
+    def _plan_from_tasks(
+        self, tasks: Sequence[TaskSpec], objects: dict[str, ObjectSpec], world: Setting, where: str
+    ) -> Plan:
         try:
             calls = [TaskCall(task_type(self.knowledge.tasks, t.task), t.roles, t.parameters) for t in tasks]
             for call in calls:
@@ -219,7 +234,9 @@ class Engine:
     ) -> Iterator[tuple[Candidate, Verdict]]:
         mount = setting.world.robots[0]
         context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
-        search = Search(self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress)
+        search = Search(
+            self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress
+        )
         start = State((*plan.objects, *plan.actions), setting.belief())
         states = search.solve(start)
         conflict, proofs = None, 0
@@ -262,5 +279,7 @@ def _object(name: str, objects: dict[str, ObjectSpec], world: World) -> Object:
     features = {f"{t.name}/{f.name}" for t in world.things for f in t.features}
     valid = {t.name for t in world.things} | features
     if name not in valid | set(objects):
-        raise UserError(f"No object '{name}' is declared under 'objects' or stands in the world; {nearest(name, valid | set(objects))}.")
+        raise UserError(
+            f"No object '{name}' is declared under 'objects' or stands in the world; {nearest(name, valid | set(objects))}."
+        )
     return replace(Object(name), entity=name)

@@ -39,11 +39,16 @@ def _plain(value: Any) -> Any:
 def solution_text(solution: Solution, folder: str) -> str:
     """A short summary of a proven program."""
     program, plan = solution.program, solution.plan
-    lines = [f"Solved: {plan}", f"  from candidate sequence {solution.number}, {len(program.steps)} steps, {solution.code.count(chr(10))} lines"]
+    lines = [
+        f"Solved: {plan}",
+        f"  from candidate sequence {solution.number}, {len(program.steps)} steps, {solution.code.count(chr(10))} lines",
+    ]
     chosen = {e.designator: e for e in solution.trace.entries if e.outcome == "chosen"}
     for designator in plan.objects:
         entry = chosen.get(designator.name)
-        lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {entry.text if entry else '?'}: {entry.reason if entry else ''}")
+        lines.append(
+            f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {entry.text if entry else '?'}: {entry.reason if entry else ''}"
+        )
     lines.append("  Judged after running the text:")
     lines += [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in solution.verdict.findings]
     return "\n".join([*lines, f"  Files: {folder}"])
@@ -70,8 +75,16 @@ def _miss(entry: Entry) -> str:
 def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
     """The refusal that came after the most choices; a program whose text ran comes nearer than any."""
     known = {e.number: e for e in entries}
-    reasons = [e for e in entries if e.outcome in ("refused", "impossible") or (e.designator == "proof" and e.outcome == "failed")]
-    return max(reasons, key=lambda e: (e.designator == "proof", _depth(known, e), e.outcome == "impossible", -e.number), default=None)
+    reasons = [
+        e
+        for e in entries
+        if e.outcome in ("refused", "impossible") or (e.designator == "proof" and e.outcome == "failed")
+    ]
+    return max(
+        reasons,
+        key=lambda e: (e.designator == "proof", _depth(known, e), e.outcome == "impossible", e.passed, -e.number),
+        default=None,
+    )
 
 
 def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
@@ -91,7 +104,9 @@ def trace_text(trace: Trace, designator: str | None = None) -> str:
         text = entry.text if entry.outcome in ("asked", "chosen", "refused") else ""
         said = ": ".join(x for x in (text, entry.reason) if x)
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
-        lines.append(f"{'  ' * min(_depth(known, entry), 20)}{MARKS[entry.outcome]:2} {entry.designator} {said}{cost}{who}")
+        lines.append(
+            f"{'  ' * min(_depth(known, entry), 20)}{MARKS[entry.outcome]:2} {entry.designator} {said}{cost}{who}"
+        )
     return "\n".join(lines)
 
 
@@ -100,9 +115,14 @@ def interpretation_text(found: Interpretation) -> str:
     lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} candidate task sequences"]
     for k, action in enumerate(found.actions):
         lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s")
-        lines += [f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}" for m in action.matches]
+        lines += [
+            f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}"
+            for m in action.matches
+        ]
         if action.hole:
-            lines.append(f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing")
+            lines.append(
+                f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
+            )
     return "\n".join(lines)
 
 
@@ -128,7 +148,9 @@ def tasks_json(tasks: Iterable[TaskType]) -> list[dict[str, Any]]:
 def plugins_text(infos: Iterable[PluginInfo]) -> str:
     lines = []
     for info in infos:
-        lines.append(f"{info.name} ({info.distribution} {info.version}) {info.load_ms:.1f} ms: {', '.join(info.hooks) or 'no hooks'}")
+        lines.append(
+            f"{info.name} ({info.distribution} {info.version}) {info.load_ms:.1f} ms: {', '.join(info.hooks) or 'no hooks'}"
+        )
         lines.append(f"    {info.file}")
         if info.fault:
             lines.append(f"    NOT LOADED: {info.fault}")

@@ -71,7 +71,9 @@ def resolve_scenario(
     return 0
 
 
-def record_demonstration(name: str, *, seed: int, out: Path, plugins: Sequence[Path] = (), block: Sequence[str] = ()) -> int:
+def record_demonstration(
+    name: str, *, seed: int, out: Path, plugins: Sequence[Path] = (), block: Sequence[str] = ()
+) -> int:
     """Record a demonstration of a scenario and write it as a NEEM.
 
     Raises:
@@ -89,7 +91,9 @@ def record_demonstration(name: str, *, seed: int, out: Path, plugins: Sequence[P
     rollout = simulator.demonstrate(replace(world, robots=()), recipe.script, seed=seed)
     episode = simulator.episode(rollout, scenario.name)
     simulator.save_episode(episode, out)
-    print(f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'")
+    print(
+        f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
+    )
     return 0
 
 
@@ -179,7 +183,9 @@ class Progress:
         if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing"))):
             return
         line = f"[{time.monotonic() - self._begin:5.1f} s] {text}"
-        print(f"\r\x1b[K{line[:110]}" if self._live else line, end="" if self._live else "\n", file=sys.stderr, flush=True)
+        print(
+            f"\r\x1b[K{line[:110]}" if self._live else line, end="" if self._live else "\n", file=sys.stderr, flush=True
+        )
 
     def done(self) -> None:
         if self._live and not self._quiet:

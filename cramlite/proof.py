@@ -18,7 +18,9 @@ from .verdict import COSTS, Finding, Verdict
 from .world import World
 
 
-def assemble(name: str, plan: Plan, start: State, end: State, robot: Robot, world: World, knowledge: Knowledge) -> Candidate:
+def assemble(
+    name: str, plan: Plan, start: State, end: State, robot: Robot, world: World, knowledge: Knowledge
+) -> Candidate:
     """The typed program of a fully grounded state."""
     belief = start.belief
     used = sorted({str(v).split("/")[0] for v in end.bindings.values() if isinstance(v, str)})
@@ -55,7 +57,11 @@ def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: in
     candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
     assert candidate.code is not None
     if not backend.executable:
-        note = Finding("execution", True, f"text of backend '{backend.name}' cannot be run here: its program was checked, its text was not")
+        note = Finding(
+            "execution",
+            True,
+            f"text of backend '{backend.name}' cannot be run here: its program was checked, its text was not",
+        )
         return candidate, Verdict((*findings, note))
     rollout = knowledge.simulator.execute(
         candidate.code.text, candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed

@@ -77,7 +77,9 @@ class Registry:
         for point in points:
             if point.name not in self.blocked:
                 dist = point.dist
-                self._load(point.name, point.load, dist.name if dist else "?", dist.version if dist else "?", point.value)
+                self._load(
+                    point.name, point.load, dist.name if dist else "?", dist.version if dist else "?", point.value
+                )
 
     def _load(self, name: str, load: Callable[[], Any], distribution: str, version: str, place: str) -> None:
         begin, fault = time.perf_counter(), ""
@@ -101,7 +103,9 @@ class Registry:
         order = {info.name: k for k, info in enumerate(self.infos)}
         own = {info.name for info in self.infos if info.distribution == OWN_DISTRIBUTION}
         impls = getattr(self._manager.hook, hook).get_hookimpls()
-        return sorted(impls, key=lambda i: (i.plugin_name not in self.preferred, i.plugin_name in own, order[i.plugin_name]))
+        return sorted(
+            impls, key=lambda i: (i.plugin_name not in self.preferred, i.plugin_name in own, order[i.plugin_name])
+        )
 
     def collect(self, hook: str) -> Iterator[tuple[str, Any]]:
         """(plugin name, object) for everything that plugins declare under a hook; a broken plugin is skipped and named."""
@@ -144,7 +148,9 @@ class Registry:
                 return answer
         return None
 
-    def alternatives(self, hook: str, designator: Any, **arguments: Any) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
+    def alternatives(
+        self, hook: str, designator: Any, **arguments: Any
+    ) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
         """(plugin, its answers) for every plugin that says "mine", one at a time; answers stay lazy."""
         name = getattr(designator, "name", str(designator))
         for impl in self._implementations(hook):

@@ -32,9 +32,13 @@ class RunDirectory:
             known = json.loads(manifest.read_text()) if manifest.is_file() else None
             foreign = known is None and any(path.iterdir())
         except (OSError, ValueError) as error:
-            raise UserError(f"The run directory '{path}' cannot be used: {error}. Choose another one with --out.") from error
+            raise UserError(
+                f"The run directory '{path}' cannot be used: {error}. Choose another one with --out."
+            ) from error
         if foreign:
-            raise UserError(f"'{path}' is not empty and is no run directory; nothing was written. Choose another one with --out.")
+            raise UserError(
+                f"'{path}' is not empty and is no run directory; nothing was written. Choose another one with --out."
+            )
         self.key = dict(key)
         self.complete = bool(known and known.get("complete") and known.get("key") == self.key)
         if known and known.get("key") != self.key:
@@ -68,7 +72,9 @@ class RunDirectory:
             temporary.write_bytes(data)
             temporary.replace(target)
         except OSError as error:
-            raise UserError(f"'{target}' cannot be written: {error.strerror}. What was written before is kept.") from error
+            raise UserError(
+                f"'{target}' cannot be written: {error.strerror}. What was written before is kept."
+            ) from error
         return target
 
 
@@ -91,6 +97,10 @@ def read_json(path: Path, what: str) -> Any:
     try:
         return json.loads(path.read_text())
     except OSError as error:
-        raise UserError(f"There is no {what} at '{path}'; give a directory that 'cramlite resolve --out' wrote.") from error
+        raise UserError(
+            f"There is no {what} at '{path}'; give a directory that 'cramlite resolve --out' wrote."
+        ) from error
     except ValueError as error:
-        raise UserError(f"'{path}' is not valid JSON ({error}); the run directory is damaged, run 'cramlite resolve' again.") from error
+        raise UserError(
+            f"'{path}' is not valid JSON ({error}); the run directory is damaged, run 'cramlite resolve' again."
+        ) from error

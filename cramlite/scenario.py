@@ -180,7 +180,7 @@ class Scenario:
         return self.spec.scenario
 
     def where(self, *location: str | int) -> str:
-        """"file:line" of a part of the scenario."""
+        """ "file:line" of a part of the scenario."""
         return f"{self.path}:{line_of(self.data, location)}"
 
     def beside(self, name: str) -> Path:
@@ -196,7 +196,9 @@ def read_scenario(path: Path) -> Scenario:
     """
     data = load_yaml(path)
     if not isinstance(data, Mapping):
-        raise UserError(f"{path}:1: a scenario is a mapping that begins with 'scenario: NAME', not {type(data).__name__}.")
+        raise UserError(
+            f"{path}:1: a scenario is a mapping that begins with 'scenario: NAME', not {type(data).__name__}."
+        )
     try:
         return Scenario(path, ScenarioSpec.model_validate(data), data)
     except ValidationError as error:
@@ -206,8 +208,14 @@ def read_scenario(path: Path) -> Scenario:
 def _valid_keys(error: ValidationError) -> list[str]:
     """The keys that are right where the first unknown key stands."""
     models: dict[str, type[BaseModel]] = {
-        "at": PoseSpec, "hangs_on": HangSpec, "things": ThingSpec, "robot": RobotSpec, "vary": VarySpec,
-        "record": RecordSpec, "objects": ObjectSpec, "physics": PhysicsSpec,
+        "at": PoseSpec,
+        "hangs_on": HangSpec,
+        "things": ThingSpec,
+        "robot": RobotSpec,
+        "vary": VarySpec,
+        "record": RecordSpec,
+        "objects": ObjectSpec,
+        "physics": PhysicsSpec,
     }
     loc = next((p["loc"] for p in error.errors() if p["type"] == "extra_forbidden"), ())
     holder = next((models[str(s)] for s in reversed(loc[:-1]) if str(s) in models), ScenarioSpec)
@@ -215,7 +223,11 @@ def _valid_keys(error: ValidationError) -> list[str]:
 
 
 def build_world(
-    scenario: Scenario, things: Iterable[ThingSpec], vary: Iterable[VarySpec], models: Mapping[str, ModelMaker], seed: int
+    scenario: Scenario,
+    things: Iterable[ThingSpec],
+    vary: Iterable[VarySpec],
+    models: Mapping[str, ModelMaker],
+    seed: int,
 ) -> tuple[World, tuple[Relation, ...]]:
     """The world of a scenario, and the relations that it states.
 
@@ -255,7 +267,12 @@ def _where(scenario: Scenario, spec: ThingSpec) -> str:
 
 
 def _build(
-    spec: ThingSpec, change: VarySpec | None, built: Mapping[str, Thing], models: Mapping[str, ModelMaker], rng: Any, place: str
+    spec: ThingSpec,
+    change: VarySpec | None,
+    built: Mapping[str, Thing],
+    models: Mapping[str, ModelMaker],
+    rng: Any,
+    place: str,
 ) -> Thing:
     if spec.model not in models:
         raise UserError(f"{place}: no object model '{spec.model}'; {nearest(spec.model, models)}.")
@@ -301,5 +318,7 @@ def _si(value: Any) -> Any:
         return value
     kind = next((k for k, units in UNITS.items() if match[1] in units), None)
     if kind is None:
-        raise UserError(f"'{match[1]}' in '{value}' is not a unit; units are {', '.join(u for t in UNITS.values() for u in t)}.")
+        raise UserError(
+            f"'{match[1]}' in '{value}' is not a unit; units are {', '.join(u for t in UNITS.values() for u in t)}."
+        )
     return parse_quantity(value, kind)

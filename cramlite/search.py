@@ -24,7 +24,6 @@ from .tasks import Decomposition, TaskType
 from .trace import Trace
 
 
-
 @dataclass(frozen=True)
 class Effect:
     """Stands in the agenda behind an action's steps: its effects on the belief come about here."""
@@ -76,7 +75,7 @@ class State:
     choices: tuple[tuple[str, str], ...] = ()
 
 
-class BudgetSpent(Exception):  # noqa: N818 - a signal, not an error
+class BudgetSpent(Exception):
     """The counted budget of a search is used up."""
 
 
@@ -140,10 +139,14 @@ class Search:
             key = answer.key or _key(answer.value)
             choices = (*state.choices, (item.name, key))
             if self._is_nogood(choices):
-                self.trace.add(node, item.name, key, "nogood", "engine", "the same combination failed before", answer.cost)
+                self.trace.add(
+                    node, item.name, key, "nogood", "engine", "the same combination failed before", answer.cost
+                )
                 continue
             if tried == CAPS[type(item)]:
-                self.trace.add(node, item.name, "", "capped", "engine", f"{tried} alternatives tried, the rest left out")
+                self.trace.add(
+                    node, item.name, "", "capped", "engine", f"{tried} alternatives tried, the rest left out"
+                )
                 break
             tried += 1
             chosen = self.trace.add(node, item.name, key, "chosen", plugin, answer.reason, answer.cost)
@@ -184,7 +187,12 @@ class Search:
             self.trace.add(node, item.name, str(item), "fault", fault.plugin, str(fault))
 
     def _accepted(
-        self, plugin: str, answers: Iterable[Any] | Unresolvable, item: Designator, state: State, node: int,
+        self,
+        plugin: str,
+        answers: Iterable[Any] | Unresolvable,
+        item: Designator,
+        state: State,
+        node: int,
         conflict: set[str],
     ) -> Iterator[tuple[str, Grounding]]:
         try:
@@ -192,7 +200,7 @@ class Search:
                 raise answers
             for answer in answers:
                 if isinstance(answer, Refused):
-                    self.trace.add(node, item.name, answer.value, "refused", plugin, answer.reason)
+                    self.trace.add(node, item.name, answer.value, "refused", plugin, answer.reason, None, answer.passed)
                 else:
                     yield plugin, answer
         except Unresolvable as impossible:

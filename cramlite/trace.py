@@ -26,6 +26,7 @@ class Entry:
         plugin: who said it.
         reason: a clause with numbers and units.
         cost: of an alternative.
+        passed: checks that a refused alternative passed before.
     """
 
     number: int
@@ -37,6 +38,7 @@ class Entry:
     plugin: str
     reason: str
     cost: float | None = None
+    passed: int = 0
 
 
 @dataclass
@@ -47,10 +49,13 @@ class Trace:
     candidate: int = 1
 
     def add(
-        self, parent: int, designator: str, text: str, outcome: Outcome, plugin: str, reason: str, cost: float | None = None
-    ) -> int:
+        self, parent: int, designator: str, text: str, outcome: Outcome, plugin: str, reason: str,
+        cost: float | None = None, passed: int = 0,
+    ) -> int:  # fmt: skip
         number = len(self.entries) + 1
-        self.entries.append(Entry(number, parent, self.candidate, designator, text, outcome, plugin, reason, cost))
+        self.entries.append(
+            Entry(number, parent, self.candidate, designator, text, outcome, plugin, reason, cost, passed)
+        )
         return number
 
     def about(self, designator: str) -> Iterator[Entry]:

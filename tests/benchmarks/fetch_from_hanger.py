@@ -33,7 +33,11 @@ def one(seed: int, out: Path) -> dict[str, object]:
         "resolve", SCENARIO, "--seed", str(seed), "--demonstration", str(folder / "demonstration"),
         "--out", str(folder / "run"), "--no-report", "--json",
     )  # fmt: skip
-    row: dict[str, object] = {"seed": seed, "solved": resolved.returncode == 0, "seconds": round(time.monotonic() - begin, 1)}
+    row: dict[str, object] = {
+        "seed": seed,
+        "solved": resolved.returncode == 0,
+        "seconds": round(time.monotonic() - begin, 1),
+    }
     if recorded.returncode or resolved.returncode:
         row["reason"] = (recorded.stderr if recorded.returncode else resolved.stderr).strip()
     else:
@@ -45,7 +49,9 @@ def one(seed: int, out: Path) -> dict[str, object]:
 
 
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run([sys.executable, "-m", "cramlite.cli", *arguments], capture_output=True, text=True, check=False)
+    return subprocess.run(
+        [sys.executable, "-m", "cramlite.cli", *arguments], capture_output=True, text=True, check=False
+    )
 
 
 def wilson(successes: int, total: int) -> tuple[float, float]:
@@ -67,7 +73,10 @@ def main() -> None:
     with ThreadPoolExecutor(arguments.workers) as pool:
         for row in pool.map(lambda s: one(s, arguments.out), seeds):
             rows.append(row)
-            print(f"{row['seed']}: {'ok' if row['solved'] else 'FAILED ' + str(row['reason'])[-400:]} in {row['seconds']} s", flush=True)
+            print(
+                f"{row['seed']}: {'ok' if row['solved'] else 'FAILED ' + str(row['reason'])[-400:]} in {row['seconds']} s",
+                flush=True,
+            )
     solved = sum(bool(r["solved"]) for r in rows)
     low, high = wilson(solved, len(rows))
     times = sorted(float(str(r["seconds"])) for r in rows)

@@ -8,7 +8,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cramlite import Answers, Belief, Context, Geom, Grounding, Location, Place, Pose, Refused, Thing, Unresolvable, hookimpl
+from cramlite import (
+    Answers,
+    Belief,
+    Context,
+    Geom,
+    Grounding,
+    Location,
+    Place,
+    Pose,
+    Refused,
+    Thing,
+    Unresolvable,
+    hookimpl,
+)
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
@@ -50,13 +63,18 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if not grips:
         widths = ", ".join(f"{2000 * min(g.size):.0f} mm" for g in thing.geoms if g.shape == "box" and not g.part)
         limit = 1000 * (context.robot.gripper.opening[1] - LEAST_SLACK)
-        raise Unresolvable(f"no face pair of '{thing.name}' ({widths}) fits the gripper's {limit:.0f} mm", (location.of or "",))
+        raise Unresolvable(
+            f"no face pair of '{thing.name}' ({widths}) fits the gripper's {limit:.0f} mm", (location.of or "",)
+        )
     pose = belief.pose(thing.name)
     scenes: dict[float, tuple[object, object]] = {}
     for grip in grips:
         opening = min(grip.width + SLACK, context.robot.gripper.opening[1])
         if opening not in scenes:
-            scenes[opening] = make_scene(belief, context, [thing.name], opening), make_scene(belief, context, (), opening)
+            scenes[opening] = (
+                make_scene(belief, context, [thing.name], opening),
+                make_scene(belief, context, (), opening),
+            )
         at = pose * grip.pose
         before = at * Pose((0, 0, -STANDOFF))
         near, free = scenes[opening]
@@ -69,7 +87,12 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             yield Refused(grip.name, f"at the pre-grasp: {off}")
             continue
         place = Place(at, before, opening, tuple(at.turn((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
-        yield Grounding(place, f"{grip.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre", grip.lever, key=grip.name)
+        yield Grounding(
+            place,
+            f"{grip.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre",
+            grip.lever,
+            key=grip.name,
+        )
 
 
 def candidates(thing: Thing, context: Context) -> Iterator[Grip]:

@@ -33,31 +33,47 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
 
 
 def _judge(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
-    classes = context.taxonomy
-    feature = belief.feature(entity)
-    thing = belief.thing(entity)
+    """Checks in order; the further a candidate comes, the nearer it was."""
+    fit = _fit(entity, wanted, belief, context)
+    if isinstance(fit, Refused):
+        return fit
+    if reason := _too_far(belief.thing(entity), belief, context):
+        return Refused(entity, reason, 4)
+    return fit
+
+
+def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
+    """Whether an entity has the class, or else the features and affordances, that are wanted."""
+    classes, feature, thing = context.taxonomy, belief.feature(entity), belief.thing(entity)
     own = feature.type if feature else thing.type
-    taken = {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}
-    if entity in taken:
+    if entity in {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}:
         return Refused(entity, "already plays another role")
     has = [own] if feature else [f.type for f in thing.features]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):
-            return Refused(entity, f"{own} without the {need} that the tasks need; it has {', '.join(has) or 'no features'}")
+            return Refused(
+                entity, f"{own} without the {need} that the tasks need; it has {', '.join(has) or 'no features'}", 1
+            )
     for need in wanted.affords:
         if not classes.affords(own, need):
-            return Refused(entity, f"{own} does not afford {need}")
-    if reason := _too_far(thing, belief, context):
-        return Refused(entity, reason)
-    fitting = next((t for t in wanted.types if classes.is_a(own, t)), None)
-    if wanted.entity or not wanted.types:
-        return Grounding(entity, f"'{entity}' is asked for by name" if wanted.entity else f"'{entity}' has what is needed")
-    if fitting:
-        return Grounding(entity, f"{own} is a {fitting}", cost=float(wanted.types.index(fitting)))
-    if not (wanted.features or wanted.affords) or feature:
-        return Refused(entity, f"{own} is no {' or '.join(wanted.types)}")
+            return Refused(entity, f"{own} does not afford {need}", 2)
+    return _classed(entity, own, wanted, context, part=feature is not None)
+
+
+def _classed(entity: str, own: str, wanted: Object, context: Context, *, part: bool) -> Grounding | Refused:
+    """By class, or as a substitute that has all that is needed."""
+    if wanted.entity:
+        return Grounding(entity, f"'{entity}' is asked for by name")
+    fitting = next((t for t in wanted.types if context.taxonomy.is_a(own, t)), None)
+    if fitting or not wanted.types:
+        reason = f"{own} is a {fitting}" if fitting else f"'{entity}' has what is needed"
+        return Grounding(entity, reason, cost=float(wanted.types.index(fitting)) if fitting else 0.0)
+    if not (wanted.features or wanted.affords) or part:
+        return Refused(entity, f"{own} is no {' or '.join(wanted.types)}", 3)
     needs = ", ".join((*wanted.features, *wanted.affords))
-    return Grounding(entity, f"substitute: {own} is no {wanted.types[0]}, but has the {needs} that the tasks need", SUBSTITUTE)
+    return Grounding(
+        entity, f"substitute: {own} is no {wanted.types[0]}, but has the {needs} that the tasks need", SUBSTITUTE
+    )
 
 
 def _too_far(thing: Thing, belief: Belief, context: Context) -> str:

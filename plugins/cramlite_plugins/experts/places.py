@@ -11,7 +11,18 @@ import numpy as np
 from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Thing, Unresolvable, hookimpl
 
 Found = Iterator[Grounding | Refused]
-YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # turns about the vertical that are tried [deg]
+YAWS = (
+    0.0,
+    30.0,
+    -30.0,
+    60.0,
+    -60.0,
+    90.0,
+    -90.0,
+    135.0,
+    -135.0,
+    180.0,
+)  # turns about the vertical that are tried [deg]
 DEPTHS = (-0.08, -0.05, -0.02, 0.01, 0.04)  # lowest point of a held thing above a container's rim when let go [m]
 ABOVE = 0.06  # stand-off above a rim or surface [m]
 CLEAR = 0.04  # past a peg's tip before a pull ends [m]
@@ -80,7 +91,9 @@ def _onto(location: Location, belief: Belief, context: Context) -> Found:
     from .reach import bound
 
     surface = _surface(belief, bound(context, location.of))
-    yield from _set_down(belief, context, surface, (0.02,), f"onto '{bound(context, location.of)}'", (location.of or "",))
+    yield from _set_down(
+        belief, context, surface, (0.02,), f"onto '{bound(context, location.of)}'", (location.of or "",)
+    )
 
 
 def _surface(belief: Belief, entity: str) -> Pose:
@@ -118,7 +131,9 @@ def _set_down(
                 continue
             values = {"height_m": height, "floor_z_m": target.position[2]}
             cost = abs(math.radians(yaw)) * 0.1 + k * 0.02
-            yield Grounding(Place(pose, before, approach=(0, 0, -1), thing=thing.name, values=values), name, cost, key=name)
+            yield Grounding(
+                Place(pose, before, approach=(0, 0, -1), thing=thing.name, values=values), name, cost, key=name
+            )
             break
 
 
@@ -147,13 +162,23 @@ def _extract(location: Location, belief: Belief, context: Context) -> Found:
     peg, offset, tip, up = _peg(belief, context, location, held_pose(belief, context))
     length, sunk = peg["length"], max(peg["slack"] - offset[1], 0.0)
     if not 0 <= offset[0] <= length:
-        raise Unresolvable(f"the hole is {1000 * offset[0]:.0f} mm along a peg of {1000 * length:.0f} mm: not on it", _causes(location, belief))
+        raise Unresolvable(
+            f"the hole is {1000 * offset[0]:.0f} mm along a peg of {1000 * length:.0f} mm: not on it",
+            _causes(location, belief),
+        )
     axis = np.array(peg["axis"])
     shifts = [up * sunk]
     shifts.append(shifts[-1] + axis * (length - offset[0]))
     shifts.append(shifts[-1] + tip)
     shifts.append(shifts[-1] + axis * CLEAR)
-    yield from _traverse(location, belief, context, tcp(belief, context), shifts, f"{1000 * (length - offset[0]):.0f} mm along the peg, over its tip")
+    yield from _traverse(
+        location,
+        belief,
+        context,
+        tcp(belief, context),
+        shifts,
+        f"{1000 * (length - offset[0]):.0f} mm along the peg, over its tip",
+    )
 
 
 def _insert(location: Location, belief: Belief, context: Context) -> Found:
@@ -181,12 +206,19 @@ def _peg(belief: Belief, context: Context, location: Location, thing: Pose) -> t
         raise Unresolvable(f"'{entity}' has no peg or '{belief.held.thing}' no hole", _causes(location, belief))
     slack = hole.size["diameter"] / 2 - peg.size["radius"]
     if slack <= 0.0003:
-        raise Unresolvable(f"a hole of {1000 * hole.size['diameter']:.1f} mm does not move on a peg of {2000 * peg.size['radius']:.1f} mm", _causes(location, belief))
+        raise Unresolvable(
+            f"a hole of {1000 * hole.size['diameter']:.1f} mm does not move on a peg of {2000 * peg.size['radius']:.1f} mm",
+            _causes(location, belief),
+        )
     root = belief.pose(owner.name) * peg.pose
     axis, up = root.turn((0, 0, 1)), np.array([0.0, 0.0, 1.0])
     centre = (thing * hole.pose).position
     delta = np.array(centre) - np.array(root.position)
-    end = np.array((belief.pose(owner.name) * tip.pose).position) - root.apply((0, 0, peg.size["length"])) if tip else np.zeros(3)
+    end = (
+        np.array((belief.pose(owner.name) * tip.pose).position) - root.apply((0, 0, peg.size["length"]))
+        if tip
+        else np.zeros(3)
+    )
     numbers = {"length": peg.size["length"], "slack": slack, "axis": axis, "root": root.position, "hole": centre}
     return numbers, (float(delta @ axis), float((delta @ up) + slack)), end, up
 
@@ -198,7 +230,9 @@ def _slide(location: Location, belief: Belief, context: Context) -> Found:
     here = tcp(belief, context)
     for angle in (0.0, 180.0, 90.0, -90.0):
         way = distance * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 0.0])
-        yield from _traverse(location, belief, context, here, [way], f"{1000 * distance:.0f} mm at {angle:.0f} deg", angle / 90)
+        yield from _traverse(
+            location, belief, context, here, [way], f"{1000 * distance:.0f} mm at {angle:.0f} deg", angle / 90
+        )
 
 
 def _traverse(

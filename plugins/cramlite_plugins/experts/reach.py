@@ -24,7 +24,11 @@ def held_pose(belief: Belief, context: Context) -> Pose:
 
 
 def make_scene(
-    belief: Belief, context: Context, touch: Iterable[str] = (), opening: float | None = None, clearance: float | None = None
+    belief: Belief,
+    context: Context,
+    touch: Iterable[str] = (),
+    opening: float | None = None,
+    clearance: float | None = None,
 ) -> Scene:
     """The planning scene of a belief.
 

@@ -11,13 +11,33 @@ from typing import Any
 import numpy as np
 
 from cramlite import (
-    Answers, Belief, Context, Estimate, ForceMove, Grounding, Held, Motion, MoveJoints, MoveLinear, MoveUntilContact, Place,
-    Pose, SetGripper, SetPayload, Unresolvable, Wait, ZeroSensor, hookimpl,
+    Answers,
+    Belief,
+    Context,
+    Estimate,
+    ForceMove,
+    Grounding,
+    Held,
+    Motion,
+    MoveJoints,
+    MoveLinear,
+    MoveUntilContact,
+    Place,
+    Pose,
+    SetGripper,
+    SetPayload,
+    Unresolvable,
+    Wait,
+    ZeroSensor,
+    hookimpl,
 )  # fmt: skip
 
 Found = Iterator[Grounding]
 SPEED, ACCELERATION = 1.05, 1.4  # leading axis of movej: URScript's own defaults [rad/s, rad/s2]
-LINE_SPEED, LINE_ACCELERATION = 0.10, 0.5  # of movel [m/s, m/s2]: a tenth of URScript's default 1.2 m/s2 and 0.25 m/s halved
+LINE_SPEED, LINE_ACCELERATION = (
+    0.10,
+    0.5,
+)  # of movel [m/s, m/s2]: a tenth of URScript's default 1.2 m/s2 and 0.25 m/s halved
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s
@@ -67,13 +87,23 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     while goals:
         found = plan(scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples)
         if isinstance(found, Refusal):
-            raise Unresolvable(f"no path to {motion.to}: {found.reason}", _because(motion, context) if not attempt else ())
+            raise Unresolvable(
+                f"no path to {motion.to}: {found.reason}", _because(motion, context) if not attempt else ()
+            )
         step = MoveJoints(found.points[1:], SPEED, ACCELERATION, origin=motion.name, comment=motion.reason)
         reason = f"{len(found.points) - 1} segments, {found.duration:.1f} s, {found.samples} samples, clearance kept"
-        yield Grounding((step,), reason, attempt + found.duration / 100, belief.moved(found.points[-1]), key=f"{attempt}:{found.points[-1]}")
+        yield Grounding(
+            (step,),
+            reason,
+            attempt + found.duration / 100,
+            belief.moved(found.points[-1]),
+            key=f"{attempt}:{found.points[-1]}",
+        )
         goals, attempt = [g for g in goals if math.dist(g, found.points[-1]) > 0.1], attempt + 1
     if not attempt:
-        raise Unresolvable(f"no inverse solution at the stand-off of {motion.to} leads straight on to it", _because(motion, context))
+        raise Unresolvable(
+            f"no inverse solution at the stand-off of {motion.to} leads straight on to it", _because(motion, context)
+        )
 
 
 def _goes_on(joints: Any, place: Place, context: Context) -> bool:
@@ -83,7 +113,9 @@ def _goes_on(joints: Any, place: Place, context: Context) -> bool:
 
     if _near(place.before, place.pose):
         return True
-    return not isinstance(straight(None, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1]), Refusal)
+    return not isinstance(
+        straight(None, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1]), Refusal
+    )
 
 
 def _near(a: Pose, b: Pose) -> bool:
@@ -117,7 +149,9 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     speed = float(motion.parameters.get("speed_m_s", LINE_SPEED))
     step = MoveLinear(target, speed, LINE_ACCELERATION, points[-1], origin=motion.name, comment=motion.reason)
     length = tcp(belief, context).distance(target)[0]
-    yield Grounding((step,), f"straight {1000 * length:.0f} mm, free of collision", 0.0, belief.moved(points[-1]), key="line")
+    yield Grounding(
+        (step,), f"straight {1000 * length:.0f} mm, free of collision", 0.0, belief.moved(points[-1]), key="line"
+    )
 
 
 def _gripper(motion: Motion, belief: Belief, context: Context) -> Found:
@@ -127,7 +161,14 @@ def _gripper(motion: Motion, belief: Belief, context: Context) -> Found:
     if to == "closed":
         place = _place(motion, context)
         width = place.values.get("width_m", 0.0)
-        step = SetGripper(gripper.opening[0], PADS_SPEED, min(max(force, gripper.force[0]), gripper.force[1]), expect, origin=motion.name, comment=motion.reason)
+        step = SetGripper(
+            gripper.opening[0],
+            PADS_SPEED,
+            min(max(force, gripper.force[0]), gripper.force[1]),
+            expect,
+            origin=motion.name,
+            comment=motion.reason,
+        )
         after = belief.grasped(_hold(place, belief, context, width))
         yield Grounding((step,), f"close on {1000 * width:.0f} mm with {step.force:.0f} N", 0.0, after, key="close")
         return
@@ -177,7 +218,9 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
 def _zero(motion: Motion, belief: Belief, context: Context) -> Found:
     if context.robot.sensor is None:
         raise Unresolvable(f"robot '{context.robot.type}' has no force-torque sensor, which '{motion.name}' needs")
-    yield Grounding((ZeroSensor(origin=motion.name, comment=motion.reason),), "tare the sensor standing still", key="zero")
+    yield Grounding(
+        (ZeroSensor(origin=motion.name, comment=motion.reason),), "tare the sensor standing still", key="zero"
+    )
 
 
 def _wait(motion: Motion, belief: Belief, context: Context) -> Found:
@@ -189,19 +232,26 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     """Along the corners of a place's path; sideways the arm gives way, and carries what it holds."""
     place = _place(motion, context)
     points = _line(motion, belief, context, list(place.path))
-    longest = max(np.diff([p.position for p in place.path], axis=0, prepend=[_start(belief, context)]), key=lambda v: float(np.linalg.norm(v)))
+    longest = max(
+        np.diff([p.position for p in place.path], axis=0, prepend=[_start(belief, context)]),
+        key=lambda v: float(np.linalg.norm(v)),
+    )
     frame = Pose.from_axes((0, 0, 0), longest, _sideways(longest))
     load = (belief.world.thing(belief.held.thing).mass or 0.0) * GRAVITY if belief.held else 0.0
     press = float(motion.parameters.get("press_n", 0.0))
     wanted = frame.inverse().turn((0.0, 0.0, load - press))
-    length = sum(np.linalg.norm(np.diff([p.position for p in place.path], axis=0, prepend=[_start(belief, context)]), axis=1))
+    length = sum(
+        np.linalg.norm(np.diff([p.position for p in place.path], axis=0, prepend=[_start(belief, context)]), axis=1)
+    )
     speed = float(motion.parameters["speed_m_s"])
     step = ForceMove(
         place.path, frame, (True, True, False, False, False, False), (float(wanted[0]), float(wanted[1]), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, 0.15, 0.35, 0.35, 0.35), speed, float(motion.parameters["force_limit_n"]),
         timeout=math.ceil(2 * length / speed + 3), joints=points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
-    reason = f"{1000 * length:.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {step.force_limit:.0f} N"
+    reason = (
+        f"{1000 * length:.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {step.force_limit:.0f} N"
+    )
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="force path")
 
 

@@ -16,7 +16,14 @@ class CloseGripperTask(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
             raise Unresolvable(f"the gripper already holds '{belief.held.thing}'")
-        yield Decomposition((Motion(action.inside("close"), "gripper", None, {"to": "shut", "expect": "none"}, reason="close on nothing"),), "close")
+        yield Decomposition(
+            (
+                Motion(
+                    action.inside("close"), "gripper", None, {"to": "shut", "expect": "none"}, reason="close on nothing"
+                ),
+            ),
+            "close",
+        )
 
 
 @hookimpl

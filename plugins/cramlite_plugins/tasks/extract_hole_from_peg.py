@@ -27,7 +27,14 @@ class ExtractHoleFromPeg(TaskType):
         steps = (
             way,
             Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
-            Motion(action.inside("pull"), "force_path", way, force, (relatum.name,), "lift to the middle of the hole, along the peg, over its tip"),
+            Motion(
+                action.inside("pull"),
+                "force_path",
+                way,
+                force,
+                (relatum.name,),
+                "lift to the middle of the hole, along the peg, over its tip",
+            ),
         )
         yield Decomposition(steps, "force-controlled pull along the peg")
 

@@ -13,7 +13,9 @@ class Grasping(TaskType):
     roles = (Role("Patient", ("soma:PhysicalObject", "dul:PhysicalObject")),)
     summary = "approach an object, close the fingers, check that it is held"
     parameters = (
-        Parameter("approach_speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25"),
+        Parameter(
+            "approach_speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25"
+        ),
         Parameter("force_n", 50.0, "46 to 55 N a pad held 0.1 to 0.8 kg in simulation"),
     )
 
@@ -28,7 +30,14 @@ class Grasping(TaskType):
             grasp,
             Motion(action.inside("open"), "gripper", grasp, {"to": "place"}, reason="as wide as the grasp needs"),
             Motion(action.inside("transfer"), "transfer", grasp, reason="to the pre-grasp"),
-            Motion(action.inside("approach"), "linear", grasp, {"stage": "pose", "speed_m_s": speed}, (patient,), "to the grasp"),
+            Motion(
+                action.inside("approach"),
+                "linear",
+                grasp,
+                {"stage": "pose", "speed_m_s": speed},
+                (patient,),
+                "to the grasp",
+            ),
             Motion(action.inside("close"), "gripper", grasp, close, reason=f"hold {action.roles['Patient'].entity}"),
             Motion(action.inside("payload"), "payload", reason="the arm now carries the object"),
         )

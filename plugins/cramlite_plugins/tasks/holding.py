@@ -17,7 +17,12 @@ class Holding(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
             raise Unresolvable("nothing is held")
-        hold = Motion(action.inside("hold"), "hold", parameters={"duration_s": self.parameter(action, "duration_s")}, reason="keep hold")
+        hold = Motion(
+            action.inside("hold"),
+            "hold",
+            parameters={"duration_s": self.parameter(action, "duration_s")},
+            reason="keep hold",
+        )
         yield Decomposition((hold,), "stand still with the fingers closed")
 
 

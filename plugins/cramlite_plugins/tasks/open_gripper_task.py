@@ -16,7 +16,9 @@ class OpenGripperTask(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
             raise Unresolvable(f"opening would drop '{belief.held.thing}'; Releasing does that on purpose")
-        yield Decomposition((Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="open"),), "open")
+        yield Decomposition(
+            (Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="open"),), "open"
+        )
 
 
 @hookimpl

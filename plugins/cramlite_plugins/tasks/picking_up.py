@@ -18,10 +18,14 @@ class PickingUp(TaskType):
         if belief.held is None:
             raise Unresolvable("the object must be grasped before it is picked up")
         if peg := belief.relates("hangs_on", belief.held.thing):
-            raise Unresolvable(f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom")
+            raise Unresolvable(
+                f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom"
+            )
         up = Location(action.inside("up"), "lift", parameters={"height_m": self.parameter(action, "height_m")})
         touched = tuple(o.name for k, o in action.roles.items() if k == "Relatum")
-        yield Decomposition((up, Motion(action.inside("lift"), "linear", up, {"stage": "pose"}, touched, "straight up")), "straight up")
+        yield Decomposition(
+            (up, Motion(action.inside("lift"), "linear", up, {"stage": "pose"}, touched, "straight up")), "straight up"
+        )
 
 
 @hookimpl

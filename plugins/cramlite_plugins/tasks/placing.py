@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Role, TaskType, Unresolvable, hookimpl
-from cramlite import Location
+from cramlite import Action, Belief, Decomposition, Location, Role, TaskType, Unresolvable, hookimpl
 
 
 class Placing(TaskType):

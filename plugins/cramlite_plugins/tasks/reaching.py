@@ -18,7 +18,10 @@ class Reaching(TaskType):
         if belief.held is not None:
             raise Unresolvable(f"the gripper holds '{belief.held.thing}'; only an empty hand reaches")
         goal = action.goal or Location("home", "home")
-        yield Decomposition((Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}"),), f"collision-free motion to {goal}")
+        yield Decomposition(
+            (Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}"),),
+            f"collision-free motion to {goal}",
+        )
 
 
 @hookimpl

@@ -21,9 +21,13 @@ class SlidingGripper(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"the gripper holds '{belief.held.thing}'; it must be empty to slide along a surface itself")
+            raise Unresolvable(
+                f"the gripper holds '{belief.held.thing}'; it must be empty to slide along a surface itself"
+            )
         surface = action.roles["Relatum"]
-        way = Location(action.inside("slide"), "slide", surface.name, {"distance_m": self.parameter(action, "distance_m")})
+        way = Location(
+            action.inside("slide"), "slide", surface.name, {"distance_m": self.parameter(action, "distance_m")}
+        )
         force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}
         slide = Motion(action.inside("stroke"), "force_path", way, force, (surface.name,), f"along {surface.entity}")
         yield Decomposition((way, slide), "compliant straight stroke")

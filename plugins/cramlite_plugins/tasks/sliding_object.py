@@ -23,7 +23,9 @@ class SlidingObject(TaskType):
         if belief.held is None:
             raise Unresolvable("nothing is held that could be slid")
         surface = action.roles["Relatum"]
-        way = Location(action.inside("slide"), "slide", surface.name, {"distance_m": self.parameter(action, "distance_m")})
+        way = Location(
+            action.inside("slide"), "slide", surface.name, {"distance_m": self.parameter(action, "distance_m")}
+        )
         force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}
         slide = Motion(action.inside("stroke"), "force_path", way, force, (surface.name,), f"along {surface.entity}")
         yield Decomposition((way, slide), "compliant straight stroke")

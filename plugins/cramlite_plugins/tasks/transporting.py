@@ -18,7 +18,10 @@ class Transporting(TaskType):
         if belief.held is None:
             raise Unresolvable("nothing is held that could be carried")
         goal = action.goal or Location("home", "home")
-        yield Decomposition((Motion(action.inside("carry"), "transfer", goal, reason=f"to the stand-off of {goal}"),), f"collision-free motion to {goal}")
+        yield Decomposition(
+            (Motion(action.inside("carry"), "transfer", goal, reason=f"to the stand-off of {goal}"),),
+            f"collision-free motion to {goal}",
+        )
 
 
 @hookimpl

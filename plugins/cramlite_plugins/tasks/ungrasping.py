@@ -20,7 +20,13 @@ class Ungrasping(TaskType):
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),
-            Motion(action.inside("lower"), "linear", place, {"stage": "pose"}, reason=f"as deep into {container} as the hand fits"),
+            Motion(
+                action.inside("lower"),
+                "linear",
+                place,
+                {"stage": "pose"},
+                reason=f"as deep into {container} as the hand fits",
+            ),
             Motion(action.inside("open"), "gripper", place, {"to": "open", "expect": "none"}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
         )

@@ -50,7 +50,9 @@ class JointSpeeds:
         shares = speeds.max(axis=0) / np.array(robot.velocity)
         k = int(np.argmax(shares))
         reason = f"{robot.joints[k]} at most {speeds[:, k].max():.2f} rad/s of {robot.velocity[k]:.2f} rad/s"
-        yield Finding(self.name, bool(shares[k] <= OVERSHOOT), reason, float(speeds[:, k].max()), robot.velocity[k], "rad/s")
+        yield Finding(
+            self.name, bool(shares[k] <= OVERSHOOT), reason, float(speeds[:, k].max()), robot.velocity[k], "rad/s"
+        )
 
 
 @hookimpl

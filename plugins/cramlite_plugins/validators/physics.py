@@ -33,7 +33,9 @@ class Execution:
         running = np.flatnonzero(rollout.lines)
         last = int(running[-1]) if len(running) else 0
         if rollout.outcome == "finished":
-            yield Finding(self.name, True, f"ran to its end in {rollout.times[last]:.1f} s", float(rollout.times[last]), None, "s")
+            yield Finding(
+                self.name, True, f"ran to its end in {rollout.times[last]:.1f} s", float(rollout.times[last]), None, "s"
+            )
         else:
             line = int(rollout.lines[last])
             reason = f"{rollout.outcome} at line {line}, {rollout.times[last]:.1f} s: {rollout.reason}"
@@ -117,7 +119,9 @@ class GraspSlip:
             moved = slip(rollout, thing, first, last)
             k = first + int(np.argmax(moved))
             reason = f"'{thing}' moved {1000 * moved.max():.1f} mm in the hand, limit {1000 * SLIP:.0f} mm"
-            yield Finding(self.name, bool(moved.max() <= SLIP), reason, float(moved.max()), SLIP, "m", task_at(candidate, k))
+            yield Finding(
+                self.name, bool(moved.max() <= SLIP), reason, float(moved.max()), SLIP, "m", task_at(candidate, k)
+            )
 
 
 def grasps(rollout: Rollout) -> Iterator[tuple[str, int, int]]:

@@ -69,7 +69,9 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 
 def _unsettled(rollout: Rollout, thing: str) -> str:
-    held = any("effector" in (t.a + t.b) and thing in (t.a.split("/")[0], t.b.split("/")[0]) for t in rollout.touches[-1])
+    held = any(
+        "effector" in (t.a + t.b) and thing in (t.a.split("/")[0], t.b.split("/")[0]) for t in rollout.touches[-1]
+    )
     if held:
         return f"the gripper still touches '{thing}' at the end"
     recent = rollout.times >= rollout.times[-1] - 0.5
@@ -109,7 +111,9 @@ def _judged(rule: Rule, action: Action, phases: Mapping[PhaseName, Phase], name:
         bindings = [found for b in bindings for found in clause.condition.solve(phases[clause.phase], b)]
         if not bindings:
             roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
-            return Finding(name, False, f"after {action.name} '{clause.text}' does not hold ({roles})", origin=action.name)
+            return Finding(
+                name, False, f"after {action.name} '{clause.text}' does not hold ({roles})", origin=action.name
+            )
     return Finding(name, True, f"after {action.name}: {' and '.join(c.text for c in clauses)}", origin=action.name)
 
 
