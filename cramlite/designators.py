@@ -41,8 +41,9 @@ class Object:
 
     def merged(self, other: Object) -> Object:
         """One designator that asks for what both ask for."""
-        union = {k: tuple(dict.fromkeys((*getattr(self, k), *getattr(other, k)))) for k in ("features", "affords")}
-        return replace(self, types=self.types or other.types, **union)
+        features = tuple(dict.fromkeys((*self.features, *other.features)))
+        affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
+        return replace(self, types=self.types or other.types, features=features, affords=affords)
 
 
 @dataclass(frozen=True)

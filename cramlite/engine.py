@@ -267,9 +267,9 @@ def _check_call(call: TaskCall) -> None:
     for role in call.roles:
         if role not in names:
             raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
-    for role in call.task.roles:
-        if role.required and not role.effector and role.name not in call.roles:
-            raise UserError(f"Task '{call.task.task}' needs a filler for its role '{role.name}'.")
+    for needed in call.task.roles:
+        if needed.required and not needed.effector and needed.name not in call.roles:
+            raise UserError(f"Task '{call.task.task}' needs a filler for its role '{needed.name}'.")
 
 
 def _object(name: str, objects: dict[str, ObjectSpec], world: World) -> Object:

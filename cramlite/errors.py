@@ -25,7 +25,7 @@ class PluginError(CramliteError):
     exit_code = 3
 
 
-class Unresolvable(Exception):  # noqa: N818 - an answer, not an error
+class Unresolvable(Exception):
     """A plugin's answer "mine, impossible".
 
     Args:

@@ -46,9 +46,8 @@ def solution_text(solution: Solution, folder: str) -> str:
     chosen = {e.designator: e for e in solution.trace.entries if e.outcome == "chosen"}
     for designator in plan.objects:
         entry = chosen.get(designator.name)
-        lines.append(
-            f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {entry.text if entry else '?'}: {entry.reason if entry else ''}"
-        )
+        found = f"{entry.text}: {entry.reason}" if entry else "?"
+        lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
     lines.append("  Judged after running the text:")
     lines += [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in solution.verdict.findings]
     return "\n".join([*lines, f"  Files: {folder}"])

@@ -50,7 +50,7 @@ class Pose:
         """The pose of a (4, 4) homogeneous or (3, 3) rotation matrix."""
         m = np.asarray(matrix, dtype=float)
         position = m[:3, 3] if m.shape == (4, 4) else np.zeros(3)
-        return cls(tuple(position), _quaternion(m[:3, :3]))  # type: ignore[arg-type]
+        return cls(tuple(position), _quaternion(m[:3, :3]))
 
     @classmethod
     def from_rotvec(cls, position: Sequence[float], rotvec: Sequence[float]) -> Pose:
@@ -75,11 +75,13 @@ class Pose:
     def rotation(self) -> Floats:
         """The (3, 3) rotation matrix."""
         w, x, y, z = self.quaternion
-        return np.array([
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ])
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
 
     @cached_property
     def matrix(self) -> Floats:
@@ -105,21 +107,23 @@ class Pose:
             a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
             a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
         )
-        return Pose(tuple(self.apply(other.position)), quaternion)  # type: ignore[arg-type]
+        return Pose(tuple(self.apply(other.position)), quaternion)
 
     def inverse(self) -> Pose:
         """The parent frame as seen from the child."""
         w, x, y, z = self.quaternion
         turned = Pose((0, 0, 0), (w, -x, -y, -z))
-        return Pose(tuple(-turned.apply(self.position)), turned.quaternion)  # type: ignore[arg-type]
+        return Pose(tuple(-turned.apply(self.position)), turned.quaternion)
 
     def apply(self, points: ArrayLike) -> Floats:
         """Points (..., 3) of the child frame, in the parent frame."""
-        return np.asarray(points, dtype=float) @ self.rotation.T + np.asarray(self.position)
+        moved: Floats = self.turn(points) + np.asarray(self.position)
+        return moved
 
     def turn(self, vectors: ArrayLike) -> Floats:
         """Directions (..., 3) of the child frame, in the parent frame."""
-        return np.asarray(vectors, dtype=float) @ self.rotation.T
+        turned: Floats = np.asarray(vectors, dtype=float) @ self.rotation.T
+        return turned
 
     def distance(self, other: Pose) -> tuple[float, float]:
         """How far the other pose is: (metres, radians)."""
@@ -135,8 +139,8 @@ def _quaternion(r: Floats) -> Quaternion:
     if k == 0:
         q = (1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1])
     else:
-        i, j, l = k - 1, k % 3, (k + 1) % 3
+        i, j, m = k - 1, k % 3, (k + 1) % 3
         parts = [0.0, 0.0, 0.0]
-        parts[i], parts[j], parts[l] = 1 + 2 * r[i, i] - trace, r[i, j] + r[j, i], r[i, l] + r[l, i]
-        q = (r[l, j] - r[j, l], *parts)
+        parts[i], parts[j], parts[m] = 1 + 2 * r[i, i] - trace, r[i, j] + r[j, i], r[i, m] + r[m, i]
+        q = (r[m, j] - r[j, m], *parts)
     return tuple(float(v) for v in q)  # type: ignore[return-value]

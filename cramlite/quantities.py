@@ -29,7 +29,9 @@ def parse_quantity(value: Any, kind: str) -> float:
         ValueError: not a finite number, or a unit of another kind; says which units are right.
     """
     units = UNITS[kind]
-    right = f"a {kind} is a number in {next(iter(units))}, or text such as '{_EXAMPLES[kind]}' (units: {', '.join(units)})"
+    right = (
+        f"a {kind} is a number in {next(iter(units))}, or text such as '{_EXAMPLES[kind]}' (units: {', '.join(units)})"
+    )
     match = _NUMBER.fullmatch(str(value)) if not isinstance(value, bool) else None
     if match is None:
         raise ValueError(f"'{value}' is not a {kind}: {right}")

@@ -154,7 +154,7 @@ class Registry:
         """(plugin, its answers) for every plugin that says "mine", one at a time; answers stay lazy."""
         name = getattr(designator, "name", str(designator))
         for impl in self._implementations(hook):
-            values = [arguments[a] if a in arguments else designator for a in impl.argnames]
+            values = [arguments.get(a, designator) for a in impl.argnames]
             try:
                 answer = impl.function(*values)
             except Unresolvable as impossible:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
@@ -124,7 +124,7 @@ class PhysicsSpec(_Spec):
     """Physics settings that differ from the defaults (used by negative controls)."""
 
     timestep: float = 0.002
-    cone: str = Field("elliptic", pattern="^(elliptic|pyramidal)$")
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
     noslip_iterations: int = 5
     impratio: float = 10.0
     pad_friction: float = 0.9

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from .geometry import Pose, Vector3
+from .geometry import Pose
 
 
 @dataclass(frozen=True)

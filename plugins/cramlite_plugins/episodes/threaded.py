@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +45,7 @@ def _passes(rollout: Rollout, owner: Thing, hole: Feature, line: Floats) -> Flag
 
 def _meets(hole: Pose, radius: float, line: Floats) -> bool:
     local = hole.inverse().apply(line)
-    for a, b in zip(local[:-1], local[1:], strict=True):
+    for a, b in pairwise(local):
         if (a[2] > 0) != (b[2] > 0):
             x, y, _ = a + (b - a) * (a[2] / (a[2] - b[2]))
             if np.hypot(x, y) <= radius:

@@ -150,7 +150,7 @@ def lowest(thing: Thing, pose: Pose) -> float:
     reach = []
     for geom in thing.geoms:
         down = (Pose((0, 0, 0), pose.quaternion) * geom.pose).rotation[2]
-        centre = pose.turn(geom.pose.position)[2]
+        centre = float(pose.turn(geom.pose.position)[2])
         half = geom.size if geom.shape == "box" else (geom.size[0], geom.size[0], sum(geom.size))
         reach.append(centre - float(np.abs(down) @ np.array(half)))
     return min(reach)
@@ -184,7 +184,7 @@ def _extract(location: Location, belief: Belief, context: Context) -> Found:
 def _insert(location: Location, belief: Belief, context: Context) -> Found:
     from .reach import held_pose, tcp
 
-    peg, offset, tip, _ = _peg(belief, context, location, held_pose(belief, context))
+    peg, _, tip, _ = _peg(belief, context, location, held_pose(belief, context))
     axis, here = np.array(peg["axis"]), tcp(belief, context)
     depth = min(peg["length"] * 0.5, 0.06)
     root_to_hole = np.array(peg["hole"]) - np.array(peg["root"])

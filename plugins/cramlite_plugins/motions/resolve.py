@@ -211,7 +211,8 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
         load = belief.world.thing(belief.held.thing).mass or 0.0
         moment = moment + load * np.array((gripper.tcp * belief.held.tcp_to_thing).position)
         mass += load
-    step = SetPayload(mass, tuple(float(v) for v in moment / mass), origin=motion.name, comment=motion.reason)
+    center = (float(moment[0] / mass), float(moment[1] / mass), float(moment[2] / mass))
+    step = SetPayload(mass, center, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"{mass:.2f} kg on the flange", key=f"{mass:.3f}")
 
 

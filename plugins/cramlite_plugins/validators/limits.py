@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cramlite import Candidate, Finding, Validator, hookimpl
+from cramlite import Candidate, Finding, ForceMove, MoveJoints, MoveLinear, MoveUntilContact, Validator, hookimpl
+from cramlite.program import AnyStep, Joints
 from cramlite.verdict import Cost
 
 OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
@@ -24,7 +25,7 @@ class JointLimits:
         robot = candidate.robot
         worst = np.inf
         for step in candidate.program.steps:
-            for joints in (*getattr(step, "path", ()), *([step.joints] if getattr(step, "joints", ()) else [])):
+            for joints in _targets(step):
                 for name, value, (low, high) in zip(robot.joints, joints, robot.limits, strict=True):
                     margin = min(value - low, high - value)
                     worst = min(worst, margin)
@@ -33,6 +34,15 @@ class JointLimits:
                         yield Finding(self.name, False, reason, value, high, "rad", step.origin)
                         return
         yield Finding(self.name, True, f"nearest limit is {worst:.2f} rad away", float(worst), 0.0, "rad")
+
+
+def _targets(step: AnyStep) -> tuple[Joints, ...]:
+    """Joint positions that a step leads to."""
+    if isinstance(step, MoveJoints):
+        return step.path
+    if isinstance(step, MoveLinear | MoveUntilContact | ForceMove) and step.joints:
+        return (step.joints,)
+    return ()
 
 
 @dataclass(frozen=True)

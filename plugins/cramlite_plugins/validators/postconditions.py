@@ -59,7 +59,8 @@ def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
     width, depth, height = (cavity.size[k] for k in ("width", "depth", "height"))
     if abs(x) <= width / 2 and abs(y) <= depth / 2 and -height <= z <= 0.05:
         return ""
-    return f"'{thing}' is at {x:+.2f} {y:+.2f} {z:+.2f} m from the middle of the opening of '{container.name}' ({width:.2f} x {depth:.2f} m, {height:.2f} m deep)"
+    where = f"'{thing}' is at {x:+.2f} {y:+.2f} {z:+.2f} m from the middle of the opening of '{container.name}'"
+    return f"{where} ({width:.2f} x {depth:.2f} m, {height:.2f} m deep)"
 
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
