@@ -1,0 +1,103 @@
+"""The report: one self-contained HTML page about a run, assembled from the sections that plugins declare.
+
+The page needs no network and no other file. A section that breaks is replaced by a note that names its plugin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jinja2 import Environment, Template
+
+    from ..engine import Engine, Solution
+    from ..plugin_types import ReportSection
+    from ..run import RunDirectory
+
+__all__ = ["Finished", "Part", "template", "write_report"]
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What the ``render`` of a ReportSection is given.
+
+    Args:
+        solution: the proven program and all that led to it.
+        engine: that found it; its knowledge draws pictures and names classes.
+        run: the directory that the page is written to.
+    """
+
+    solution: Solution
+    engine: Engine
+    run: RunDirectory
+
+    def picture(self, sample: int, size: tuple[int, int]) -> Any:
+        """The run at one sample: (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
+        knowledge = self.engine.knowledge
+        return knowledge.simulator.picture(self.solution.candidate.rollout, sample, knowledge.robots, size)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A rendered section: ``html`` is empty when its plugin broke, and ``fault`` then says how."""
+
+    anchor: str
+    title: str
+    html: str
+    fault: str = ""
+
+
+def template(text: str) -> Template:
+    """A jinja2 template that escapes every value: names come from people's files."""
+    return _environment().from_string(text)
+
+
+def write_report(run: RunDirectory, solution: Solution, engine: Engine) -> None:
+    """Write ``report.html`` into a run directory: the same page for the same run.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    from markupsafe import Markup
+
+    done = Finished(solution, engine, run)
+    parts = list(_parts(done))
+    own = files(__package__)
+    page = template((own / "page.html.j2").read_text("utf-8")).render(
+        title=solution.setting.name,
+        seed=solution.setting.seed,
+        solution=solution,
+        parts=[(p, Markup(p.html)) for p in parts],  # noqa: S704 - what sections give is HTML by contract
+        style=Markup((own / "page.css").read_text("utf-8")),  # noqa: S704
+        script=Markup((own / "page.js").read_text("utf-8")),  # noqa: S704
+    )
+    run.write("report.html", page)
+
+
+def _parts(done: Finished) -> Iterator[Part]:
+    sections = sorted(done.engine.registry.collect("report_sections"), key=lambda s: (s[1].order, s[1].title))
+    for number, (plugin, section) in enumerate(sections, 1):
+        part = _part(plugin, section, done, f"section-{number}")
+        if part.html or part.fault:
+            yield part
+
+
+def _part(plugin: str, section: ReportSection, done: Finished, anchor: str) -> Part:
+    """A section may have nothing to say about a run (empty HTML): it is then left out."""
+    render: Callable[[Any], str] = section.render
+    try:
+        return Part(anchor, section.title, str(render(done)))
+    except Exception as error:
+        fault = done.engine.registry.fault(plugin, "report_sections", section.title, error)
+        return Part(anchor, section.title, "", str(fault))
+
+
+@lru_cache(maxsize=1)
+def _environment() -> Environment:
+    from jinja2 import Environment, StrictUndefined
+
+    return Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)

@@ -1,0 +1,100 @@
+"""The trace as decisions: what was asked, what was chosen, what was refused and why, one candidate at a time."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from cramlite import Trace
+from cramlite.trace import Entry
+
+PROOF = ("proof", "budget", "sequences")
+"""Designators of entries that are about a whole candidate."""
+
+
+@dataclass(frozen=True)
+class Branch:
+    """An alternative that was tried: what was decided below it, and what became of it."""
+
+    entry: Entry
+    decisions: tuple[Decision, ...]
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One designator that came up.
+
+    Args:
+        asked: the question.
+        chosen: the alternative that the search went on with; None when there was none.
+        tried: alternatives before it that failed further down.
+        refused: what plugins dropped or called impossible, no-goods and caps included.
+        failed: why the whole designator failed; None if it did not.
+    """
+
+    asked: Entry
+    chosen: Entry | None
+    tried: tuple[Branch, ...]
+    refused: tuple[Entry, ...]
+    failed: Entry | None
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One candidate task sequence: its decisions in order, and what was said about it as a whole."""
+
+    number: int
+    decisions: tuple[Decision, ...]
+    proofs: tuple[Entry, ...]
+
+    @property
+    def proven(self) -> bool:
+        return any(e.outcome == "proven" for e in self.proofs)
+
+    @property
+    def refusals(self) -> int:
+        return sum(len(d.refused) for d in self.decisions)
+
+
+def attempts(trace: Trace) -> list[Attempt]:
+    """The candidates in the order in which they were tried."""
+    groups: dict[int, list[Entry]] = defaultdict(list)
+    for entry in trace.entries:
+        groups[entry.candidate].append(entry)
+    return [_attempt(number, entries) for number, entries in groups.items()]
+
+
+def _attempt(number: int, entries: Sequence[Entry]) -> Attempt:
+    children: dict[int, list[Entry]] = defaultdict(list)
+    for entry in entries:
+        if entry.designator not in PROOF:
+            children[entry.parent].append(entry)
+    proofs = tuple(e for e in entries if e.designator in PROOF)
+    return Attempt(number, _chain(children[0], children), proofs)
+
+
+def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple[Decision, ...]:
+    """Decisions along the last alternative of each question: the path that the search ended on.
+
+    A loop, not a recursion: paths are long, while alternatives within alternatives are few.
+    """
+    decisions: list[Decision] = []
+    waiting = list(asked)
+    while waiting:
+        question = waiting.pop(0)
+        answers = children.get(question.number, [])
+        tried = [e for e in answers if e.outcome == "chosen"]
+        branches = tuple(Branch(e, _chain(children.get(e.number, []), children)) for e in tried[:-1])
+        rest = [e for e in answers if e.outcome != "chosen"]
+        failed = next((e for e in rest if e.outcome == "failed"), None)
+        refused = tuple(e for e in rest if e is not failed)
+        decisions.append(Decision(question, tried[-1] if tried else None, branches, refused, failed))
+        if tried:
+            waiting = [*children.get(tried[-1].number, []), *waiting]
+    return tuple(decisions)
+
+
+def path(attempt: Attempt) -> dict[str, Entry]:
+    """Designator -> the alternative that the candidate ended on."""
+    return {d.asked.designator: d.chosen for d in attempt.decisions if d.chosen is not None}

@@ -1,0 +1,88 @@
+"""The demonstration's timeline: states by kind and pair, and actions with the task that was chosen for each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from cramlite import Episode, Event, ReportSection, Solution, hookimpl
+from cramlite.interpretation import Interpreted
+from cramlite.report import Finished
+
+from .readings import chosen_sequence, pair_up
+from .shared import fill, short
+
+
+@dataclass(frozen=True)
+class Bar:
+    """Something that lasted: left edge and width in percent of the demonstration, and words."""
+
+    left: float
+    width: float
+    label: str
+    text: str
+    colour: str = "t0"
+
+
+@dataclass(frozen=True)
+class Row:
+    """All that happened of one kind to one pair of things."""
+
+    kind: str
+    about: str
+    bars: tuple[Bar, ...]
+
+
+@hookimpl
+def report_sections() -> Iterable[ReportSection]:
+    yield ReportSection("The demonstration", 30, render)
+
+
+def render(done: Finished) -> str:
+    episode = done.solution.episode
+    if episode is None:
+        return ""
+    begin, end = episode.span
+    rows = _state_rows(episode, begin, end)
+    marks = [(f"{begin + k * (end - begin) / 4:.1f} s", 25 * k) for k in range(5)]
+    return fill("demonstration", episode=episode, rows=rows, actions=_actions(done.solution, begin, end), marks=marks, begin=begin, end=end)
+
+
+def _state_rows(episode: Episode, begin: float, end: float) -> list[Row]:
+    rows: dict[tuple[str, str], list[Event]] = {}
+    for event in episode.events:
+        if event.kind != "action":
+            rows.setdefault((short(event.type), " · ".join(event.roles.values())), []).append(event)
+    return [Row(kind, about, tuple(_bar(e, begin, end) for e in events)) for (kind, about), events in sorted(rows.items())]
+
+
+def _bar(event: Event, begin: float, end: float) -> Bar:
+    left, width = _place(event.start, event.end, begin, end)
+    roles = ", ".join(f"{k} {v}" for k, v in event.roles.items())
+    text = f"{short(event.type)} ({roles}), {event.start:.2f} to {event.end:.2f} s" + (", inferred from motion" if event.inferred else "")
+    return Bar(left, width, "", text)
+
+
+def _actions(solution: Solution, begin: float, end: float) -> list[Bar]:
+    found = solution.interpretation
+    if found is None:
+        return []
+    pairs = pair_up(found, chosen_sequence(solution))
+    bars, number = [], 0
+    for action, match in pairs:
+        number += match is not None
+        label = short(match.task) if match else "unexplained"
+        text = match.explanation if match else "no task explains it"
+        left, width = _place(action.start, action.end, begin, end)
+        colour = f"t{(number - 1) % 8 + 1}" if match else "t0"
+        bars.append(Bar(left, width, label, f"{_when(action)}: {label}, {text}", colour))
+    return bars
+
+
+def _when(action: Interpreted) -> str:
+    return f"{action.start:.2f} to {action.end:.2f} s"
+
+
+def _place(start: float, stop: float, begin: float, end: float) -> tuple[float, float]:
+    scale = 100 / max(end - begin, 1e-9)
+    return (start - begin) * scale, max((stop - start) * scale, 0.3)

@@ -1,0 +1,68 @@
+"""What sections share: their templates, a colour for each task, and when each task ran."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+from cramlite import Solution
+from cramlite.report import template
+
+COLOURS = 8
+"""Task colours of the page: the classes t1 to t8, t0 for what belongs to no task."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """A task under execution: [start, end) in seconds."""
+
+    task: str
+    start: float
+    end: float
+
+
+def fill(name: str, **values: Any) -> str:
+    """One of this package's templates with values; every value is escaped."""
+    text = (files(__package__) / "templates" / f"{name}.html.j2").read_text("utf-8")
+    return template(text).render(colour=colour, anchor=anchor, short=short, **values)
+
+
+def colour(designator: str) -> str:
+    """The colour class of what belongs to a task of the plan ("3.Grasping/approach"): by the task's number."""
+    number = re.match(r"(\d+)\.", designator)
+    return f"t{(int(number[1]) - 1) % COLOURS + 1}" if number else "t0"
+
+
+def anchor(designator: str) -> str:
+    """An id for links, safe whatever the name is made of."""
+    return "d-" + re.sub(r"[^A-Za-z0-9]+", lambda m: "_" + m[0].encode().hex() + "_", designator)
+
+
+def short(curie: str) -> str:
+    """The local name of a class."""
+    return curie.split(":")[-1]
+
+
+def spans(solution: Solution) -> list[Span]:
+    """Which task the program was in, from the line under execution; helper functions belong to their caller."""
+    candidate = solution.candidate
+    if candidate.rollout is None or candidate.code is None:
+        return []
+    times, tasks, task = candidate.rollout.times, [], ""
+    for line in candidate.rollout.lines:
+        task = candidate.code.task_of(int(line)) or (task if line else "")
+        tasks.append(task)
+    return _runs(times, tasks)
+
+
+def _runs(times: Sequence[float], names: Sequence[str]) -> list[Span]:
+    found: list[Span] = []
+    starts = [k for k, name in enumerate(names) if k == 0 or names[k - 1] != name]
+    for k, start in enumerate(starts):
+        end = starts[k + 1] if k + 1 < len(starts) else len(names) - 1
+        if names[start]:
+            found.append(Span(names[start], float(times[start]), float(times[end])))
+    return found

@@ -1,0 +1,77 @@
+"""The run as an animation that can be scrubbed, with force, joints and gripper on the same time axis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from cramlite import ReportSection, Rollout, hookimpl
+from cramlite.report import Finished
+
+from .frames import moments, pictures
+from .plots import Plot, plot
+from .shared import Span, fill, spans
+
+TICK = 0.05
+"""A position of the slider [s]."""
+
+
+@hookimpl
+def report_sections() -> Iterable[ReportSection]:
+    yield ReportSection("The run", 20, render)
+
+
+def render(done: Finished) -> str:
+    rollout = done.solution.candidate.rollout
+    if rollout is None or len(rollout.times) < 2:
+        return fill("nothing", text="The text of this backend cannot be run here, so there is nothing to show.")
+    code = done.solution.candidate.code
+    tasks = spans(done.solution)
+    samples = moments(rollout.times, [s.start for s in tasks])
+    begin, end = float(rollout.times[0]), float(rollout.times[-1])
+    ticks = np.searchsorted(rollout.times, np.arange(begin, end, TICK)).clip(0, len(rollout.times) - 1)
+    lines = [int(rollout.lines[k]) for k in ticks]
+    data = {
+        "start": begin, "tick": TICK, "frames": [round(float(rollout.times[k]), 3) for k in samples],
+        "lines": lines, "where": _where(code, lines), "texts": _texts(code, lines),
+    }  # fmt: skip
+    plots = _plots(rollout, done.solution.candidate.robot.joints, ticks)
+    return fill(
+        "the_run", data=data, images=pictures(done, samples), plots=plots, bands=_bands(tasks, begin, end),
+        values=[[c for c in p.values] for p in plots], count=len(ticks), begin=begin, end=end, marks=_marks(begin, end),
+        messages=rollout.messages, outcome=rollout.outcome, reason=rollout.reason,
+    )  # fmt: skip
+
+
+def _plots(rollout: Rollout, joints: tuple[str, ...], ticks: Any) -> list[Plot]:
+    times = rollout.times
+    force = np.linalg.norm(rollout.wrench[:, :3], axis=1)
+    angles = {name: rollout.joints[:, k] for k, name in enumerate(joints) if k < rollout.joints.shape[1]}
+    found = [plot("Contact force |F|", "N", times, {"|F|": force}, ticks, zero=True)]
+    if angles:
+        found.append(plot("Joint angles", "rad", times, angles, ticks))
+    return [*found, plot("Gripper opening", "mm", times, {"opening": rollout.opening * 1000}, ticks, zero=True)]
+
+
+def _bands(tasks: list[Span], begin: float, end: float) -> list[tuple[Span, float, float]]:
+    """Each task with its left edge and width in percent."""
+    scale = 100 / (end - begin)
+    return [(s, (s.start - begin) * scale, (s.end - s.start) * scale) for s in tasks]
+
+
+def _marks(begin: float, end: float) -> list[tuple[str, float]]:
+    """Labels of the time axis with their place in percent: at most six."""
+    step = next(s for s in (0.5, 1, 2, 5, 10, 20, 60, 300, 1e9) if (end - begin) / s <= 6)
+    return [(f"{t:g}", (t - begin) / (end - begin) * 100) for t in np.arange(0, end + 1e-9, step) if t >= begin]
+
+
+def _where(code: Any, lines: Iterable[int]) -> dict[int, str]:
+    """Line -> the step that it belongs to."""
+    return {n: code.origins[max(k for k in code.origins if k <= n)] for n in set(lines) if n >= min(code.origins, default=n + 1)}
+
+
+def _texts(code: Any, lines: Iterable[int]) -> dict[int, str]:
+    text = code.text.splitlines()
+    return {n: text[n - 1].strip() for n in sorted(set(lines)) if 0 < n <= len(text)}
