@@ -19,6 +19,18 @@ from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robot
 from .hand import REST, HandIndex, hand_index, hand_mjcf
 from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
 
+# MuJoCo would append every warning to MUJOCO_LOG.TXT in the user's folder; they are counted in MjData.warning, where
+# ``unstable`` looks.
+mujoco.set_mju_user_warning(lambda _message: None)
+BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+
+
+def unstable(data: Data) -> str:
+    """Why the simulation can no longer be believed, as a clause; empty while it can."""
+    if any(data.warning[int(kind)].number for kind in BAD):
+        return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
+    return ""
+
 
 @dataclass(frozen=True)
 class Compiled:

@@ -17,6 +17,7 @@ import numpy as np
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
 
+from .compile import unstable
 from .force_mode import ForceMode
 from .gripper_server import GripperServer
 from .index import RobotIndex
@@ -249,6 +250,8 @@ class Controller:
         return np.asarray(hold / self.stiffness)
 
     def _watch(self) -> None:
+        if reason := unstable(self.data):
+            raise ProtectiveStop(reason)
         force = math.hypot(*self.wrench()[:3])
         torque = np.abs(self.data.actuator_force[self.servos]) / self.torques
         error = np.abs(self.q - self.actual_joints())

@@ -23,7 +23,7 @@ from cramlite.robots import Robot
 from cramlite.rollout import Rollout
 from cramlite.world import World
 
-from .compile import Compiled, compile_world
+from .compile import Compiled, compile_world, unstable
 from .controller import Controller, ProtectiveStop, Safety
 from .recorder import Recorder
 from .ur_functions import Functions
@@ -71,6 +71,8 @@ def execute(
     program = load(text, run.library)
     for _ in range(round(BEFORE / run.controller.period)):
         run.controller.hold()
+    if reason := unstable(run.data):
+        raise UserError(f"the world does not come to rest before the program starts: {reason}")
     run.start()
     outcome, reason = run.play(Machine(program, run.library, limits), time_limit)
     for _ in range(round(settle / run.controller.period)):

@@ -13,10 +13,11 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
 from cramlite.rollout import Rollout
 
-from .compile import Compiled
+from .compile import Compiled, unstable
 from .hand import HandIndex
 from .recorder import Recorder
 
@@ -108,6 +109,8 @@ class Person:
         for _ in range(max(round(1 / (CONTROL * self.compiled.model.opt.timestep)), 1)):
             mujoco.mj_step(self.compiled.model, self.data)
             self.recorder.observe(self.data)
+        if reason := unstable(self.data):
+            raise UserError(f"the demonstration cannot be recorded: {reason}")
 
 
 class Waves:
