@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -161,6 +161,8 @@ class Engine:
         budget: Budget | None = None,
         trace: Trace | None = None,
         progress: Progress = lambda _: None,
+        skip: Collection[int] = (),
+        refused: Callable[[int], None] = lambda _: None,
     ) -> Iterator[Solution]:
         """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
 
@@ -171,6 +173,8 @@ class Engine:
             budget: counted work.
             trace: is filled while the search runs, also when nothing is found.
             progress: called with a line for people.
+            skip: numbers of candidate sequences, from 1, that an earlier run refused.
+            refused: called with the number of each candidate of which nothing could be proven.
 
         Raises:
             UserError: the goal cannot be used.
@@ -192,9 +196,16 @@ class Engine:
                 )
                 return
             trace.candidate = number
+            if number in skip:
+                trace.add(0, "sequence", str(plan), "refused", "engine", "refused before this run was resumed")
+                continue
             progress(f"candidate {number}: {plan}")
+            proven = False
             for candidate, verdict in self._prove_plan(plan, world, budget, trace, progress):
+                proven = True
                 yield Solution(number, candidate, verdict, trace, world, *source)
+            if not proven:
+                refused(number)
 
     def _plans(
         self, goal: Any, world: Setting, progress: Progress

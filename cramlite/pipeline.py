@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from .engine import Engine, Solution
 from .errors import NoSolution, PluginError, UserError
 from .explain import as_json, failure_text, solution_text
 from .resources import find_scenario
-from .run import RunDirectory, content_key
+from .run import RunDirectory, content_key, read_json
 from .scenario import Scenario, build_world, read_scenario
 from .search import Budget
 from .trace import Trace
@@ -45,15 +46,25 @@ def resolve_scenario(
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
     engine = make_engine(scenario, plugins, block)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, seed, backend, engine))
-    if run.complete:
-        print(f"{run.path} is complete and nothing has changed since; see {run.path / 'report.html'}.", file=sys.stderr)
+    if run.complete and (not report or (run.path / "report.html").is_file()):
+        print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
+        print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
         return 0
-    trace, say = Trace(), Progress(quiet=json_output)
+    trace, say = _earlier_trace(run), Progress(quiet=json_output)
     budget = Budget(**_budget(scenario))
     setting = engine.setting(scenario, seed=seed, backend=backend)
-    solutions = engine.resolve(scenario, world=setting, seed=seed, budget=budget, trace=trace, progress=say)
-    solution = next(solutions, None)
-    _write_trace(run, trace, engine)
+
+    def refused(number: int) -> None:
+        _write_trace(run, trace, engine)
+        run.refuse(number)
+
+    solutions = engine.resolve(
+        scenario, world=setting, seed=seed, budget=budget, trace=trace, progress=say, skip=run.refused, refused=refused
+    )
+    try:
+        solution = next(solutions, None)
+    finally:
+        _write_trace(run, trace, engine)
     if solution is None:
         text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
         raise PluginError(text) if engine.registry.faults else NoSolution(text)
@@ -136,6 +147,14 @@ def _key(scenario: Scenario, seed: int, backend: str | None, engine: Engine) -> 
         "cramlite": __version__, "scenario": scenario.name, "content": content_key(*files), "seed": seed,
         "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
+
+
+def _earlier_trace(run: RunDirectory) -> Trace:
+    """What an interrupted run found out about the candidates that it refused; they come first and are not tried again."""
+    if not run.refused:
+        return Trace()
+    entries = Trace.from_json(read_json(run.path / "trace.json", "trace")["entries"]).entries
+    return Trace(list(takewhile(lambda e: e.candidate in run.refused, entries)))
 
 
 def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
