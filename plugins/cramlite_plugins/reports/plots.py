@@ -50,12 +50,13 @@ def plot(title: str, unit: str, times: Floats, curves: dict[str, Floats], ticks:
 
 
 def _nice(low: float, high: float, zero: bool) -> tuple[float, float]:
-    """Round ends: the multiples of a 1-2-5 step around the values."""
+    """Round ends: the multiples of a 1-2-5 step around the values; a constant gets room on both sides."""
     low = min(low, 0.0) if zero else low
-    span = max(high - low, 1e-6)
+    span = max(high - low, 1e-3 * max(abs(low), abs(high), 1.0))
     power = 10.0 ** math.floor(math.log10(span / 2))
     step = next(s * power for s in (1, 2, 5, 10, 20) if s * power * 4 >= span)
-    return math.floor(low / step) * step, math.ceil(high / step + 1e-9) * step
+    bottom = min(math.floor(low / step) * step, low)
+    return bottom, max(math.ceil(high / step) * step, high, bottom + step)
 
 
 def _path(times: Floats, values: Floats, low: float, high: float) -> str:

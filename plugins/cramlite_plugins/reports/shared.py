@@ -9,6 +9,7 @@ from importlib.resources import files
 from typing import Any
 
 from cramlite import Solution
+from cramlite.geometry import Floats
 from cramlite.report import template
 
 COLOURS = 8
@@ -58,7 +59,7 @@ def spans(solution: Solution) -> list[Span]:
     return _runs(times, tasks)
 
 
-def _runs(times: Sequence[float], names: Sequence[str]) -> list[Span]:
+def _runs(times: Floats, names: Sequence[str]) -> list[Span]:
     found: list[Span] = []
     starts = [k for k, name in enumerate(names) if k == 0 or names[k - 1] != name]
     for k, start in enumerate(starts):

@@ -40,7 +40,7 @@ def render(done: Finished) -> str:
     plots = _plots(rollout, done.solution.candidate.robot.joints, ticks)
     return fill(
         "the_run", data=data, images=pictures(done, samples), plots=plots, bands=_bands(tasks, begin, end),
-        values=[[c for c in p.values] for p in plots], count=len(ticks), begin=begin, end=end, marks=_marks(begin, end),
+        values=[list(p.values) for p in plots], count=len(ticks), begin=begin, end=end, marks=_marks(begin, end),
         messages=rollout.messages, outcome=rollout.outcome, reason=rollout.reason,
     )  # fmt: skip
 

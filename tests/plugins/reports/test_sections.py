@@ -1,0 +1,106 @@
+"""The pieces that sections are made of: decisions, code blocks, frames, curves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cramlite import Code, Finding, Trace
+from cramlite_plugins.reports.decisions import attempts, path
+from cramlite_plugins.reports.frames import COUNT, moments
+from cramlite_plugins.reports.plots import plot
+from cramlite_plugins.reports.program_text import blocks
+from cramlite_plugins.reports.shared import anchor, colour
+from cramlite_plugins.reports.summary import measured
+
+
+def searched() -> Trace:
+    """One candidate: the first grasp failed further down, the second one was proven."""
+    trace = Trace()
+    grasp = trace.add(0, "grasp", "grasp of cup", "asked", "engine", "")
+    trace.add(grasp, "grasp", "from below", "refused", "grasps", "the table is there")
+    first = trace.add(grasp, "grasp", "from the side", "chosen", "grasps", "20 mm wide", 0.1)
+    move = trace.add(first, "move", "transfer", "asked", "engine", "")
+    trace.add(move, "move", "transfer", "impossible", "motions", "no path within 400 samples")
+    trace.add(move, "move", "transfer", "failed", "engine", "0 alternatives failed; it depends on grasp")
+    second = trace.add(grasp, "grasp", "from above", "chosen", "grasps", "30 mm wide", 0.4)
+    move = trace.add(second, "move", "transfer", "asked", "engine", "")
+    trace.add(move, "move", "line", "chosen", "motions", "straight", 0.0)
+    trace.add(0, "proof", "Grasping", "proven", "urscript", "passed")
+    return trace
+
+
+def test_the_chosen_path_is_told_from_what_was_tried_before() -> None:
+    (attempt,) = attempts(searched())
+    grasp, move = attempt.decisions
+    assert attempt.proven
+    assert {k: e.text for k, e in path(attempt).items()} == {"grasp": "from above", "move": "line"}
+    assert [b.entry.text for b in grasp.tried] == ["from the side"]
+    assert grasp.tried[0].decisions[0].refused[0].reason == "no path within 400 samples"
+    assert [e.reason for e in grasp.refused] == ["the table is there"]
+    assert move.failed is None
+
+
+def test_a_candidate_without_proof_is_not_proven() -> None:
+    trace = Trace()
+    node = trace.add(0, "cup", "cup: a cup", "asked", "engine", "")
+    trace.add(node, "cup", "floor", "refused", "objects", "no cup")
+    (attempt,) = attempts(trace)
+    assert not attempt.proven
+    assert path(attempt) == {}
+    assert attempt.refusals == 1
+
+
+def test_long_paths_need_no_recursion() -> None:
+    trace, parent = Trace(), 0
+    for k in range(3000):
+        node = trace.add(parent, f"d{k}", "", "asked", "engine", "")
+        parent = trace.add(node, f"d{k}", "", "chosen", "x", "", 0.0)
+    assert len(attempts(trace)[0].decisions) == 3000
+
+
+def test_every_line_of_code_is_in_one_block() -> None:
+    text = "def p():\n  # open\n  a()\n\n  # close\n  b()\nend\n"
+    found = list(blocks(Code("urscript", text, {3: "1.Grasping/open", 6: "2.Placing/close"}, ".script")))
+    assert [(b.task, [n.number for n in b.lines]) for b in found] == [("", [1]), ("1.Grasping", [2, 3]), ("2.Placing", [4, 5, 6, 7])]
+    assert [n.origin for n in found[1].lines] == ["", "1.Grasping/open"]
+
+
+@given(st.lists(st.floats(0, 20), max_size=12))
+def test_moments_are_few_ascending_and_reach_both_ends(changes: list[float]) -> None:
+    times = np.arange(0, 20, 0.02)
+    found = moments(times, changes)
+    assert found == sorted(set(found))
+    assert found[0] == 0
+    assert found[-1] == len(times) - 1
+    assert len(found) <= COUNT
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=50))
+def test_curves_stay_inside_their_axes(values: list[float]) -> None:
+    times, y = np.arange(len(values), dtype=float), np.array(values)
+    found = plot("x", "N", times, {"x": y}, np.array([0]))
+    assert found.low <= y.min()
+    assert y.max() <= found.high
+    heights = [float(p.split()[1]) for p in found.curves[0].path[1:].split("L")]
+    assert all(-0.1 <= h <= 100.1 for h in heights)
+
+
+@given(st.text(min_size=1), st.text(min_size=1))
+def test_anchors_are_safe_and_distinct(a: str, b: str) -> None:
+    assert all(c.isascii() and (c.isalnum() or c in "-_") for c in anchor(a))
+    assert (anchor(a) == anchor(b)) == (a == b)
+
+
+@pytest.mark.parametrize(("name", "expected"), [("1.Grasping/open", "t1"), ("9.Placing", "t1"), ("home", "t0")])
+def test_tasks_have_colours(name: str, expected: str) -> None:
+    assert colour(name) == expected
+
+
+def test_numbers_are_in_units_that_people_read() -> None:
+    slip = measured(Finding("slip", True, "", 0.00075, 0.012, "m"))
+    assert (slip.value, slip.limit) == ("0.75 mm", "12 mm")
+    assert slip.share == pytest.approx(0.0625)
+    assert measured(Finding("limits", True, "", 0.7, 0.0, "rad")).share is None
