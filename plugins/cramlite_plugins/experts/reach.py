@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
-from cramlite import Belief, Context, Pose
+import numpy as np
+from numpy.typing import ArrayLike
+
+from cramlite import Belief, Context, Grounding, Location, Place, Pose, Unresolvable
 from cramlite_plugins.motions.kinematics import forward, inverse, reach_shortfall
 from cramlite_plugins.motions.scene import Scene, scene
 
@@ -18,8 +21,13 @@ def tcp(belief: Belief, context: Context) -> Pose:
 
 
 def held_pose(belief: Belief, context: Context) -> Pose:
-    """Pose of the held thing in the base frame."""
-    assert belief.held is not None
+    """Pose of the held thing in the base frame.
+
+    Raises:
+        Unresolvable: nothing is held.
+    """
+    if belief.held is None:
+        raise Unresolvable("nothing is held that could be brought there")
     return tcp(belief, context) * belief.held.tcp_to_thing
 
 
@@ -35,6 +43,7 @@ def make_scene(
     Args:
         touch: entities that gripper and held thing may touch.
         opening: of the fingers [m]; the believed one by default.
+        clearance: to everything else [m]; the planner's own by default.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
@@ -43,7 +52,9 @@ def make_scene(
     extra = {} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
-    return scene(belief.world, robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs, **extra)
+    return scene(
+        belief.world, robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs, **extra
+    )  # fmt: skip
 
 
 def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
@@ -67,10 +78,34 @@ def stance(place: Scene, context: Context, pose: Pose, seed: Joints) -> Joints |
 
 
 def bound(context: Context, name: str | None) -> str:
-    """The entity that a variable was bound to."""
+    """The entity that a variable was bound to; "" for no variable."""
     return str(context.bindings[name]) if name else ""
 
 
-def named(bindings: Mapping[str, object], prefix: str) -> tuple[str, ...]:
-    """Names of choices that begin so."""
-    return tuple(k for k in bindings if k.startswith(prefix))
+def shift(pose: Pose, by: ArrayLike) -> Pose:
+    """The pose moved by a vector [m] of its parent frame."""
+    return Pose(tuple(np.asarray(pose.position) + np.asarray(by, dtype=float)), pose.quaternion)
+
+
+def traverse(
+    location: Location, belief: Belief, context: Context, shifts: Iterable[ArrayLike], name: str, cost: float = 0.0
+) -> Grounding:
+    """A path of translations of the TCP from where it is; every corner must be reachable.
+
+    Raises:
+        Unresolvable: a corner is not; the path depends on the grasp and on what it leads along.
+    """
+    place = make_scene(belief, context, [bound(context, location.of)])
+    here, seed = tcp(belief, context), belief.joints
+    path = tuple(shift(here, s) for s in shifts)
+    for k, pose in enumerate(path, 1):
+        there = stance(place, context, pose, seed)
+        if isinstance(there, str):
+            raise Unresolvable(f"corner {k} of {len(path)} of '{name}': {there}", causes(location, context))
+        seed = there
+    return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
+
+
+def causes(location: Location, context: Context) -> tuple[str, ...]:
+    """What a place for a held thing depends on: how the thing is held, and the reference object."""
+    return (*(k for k in context.bindings if k.startswith("grasp(")), location.of or "")

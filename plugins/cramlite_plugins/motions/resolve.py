@@ -190,7 +190,7 @@ def _hold(place: Place, belief: Belief, context: Context, width: float) -> Held:
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
     """Released things are expected where they are, or, over a container, on its floor."""
-    from cramlite_plugins.experts.places import lowest
+    from cramlite_plugins.experts.set_down import lowest
     from cramlite_plugins.experts.reach import held_pose
 
     assert belief.held is not None
