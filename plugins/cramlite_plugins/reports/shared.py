@@ -28,7 +28,7 @@ class Span:
 def fill(name: str, **values: Any) -> str:
     """One of this package's templates with values; every value is escaped."""
     text = (files(__package__) / "templates" / f"{name}.html.j2").read_text("utf-8")
-    return template(text).render(colour=colour, anchor=anchor, short=short, **values)
+    return template(text).render(colour=colour, anchor=anchor, short=short, words=words, **values)
 
 
 def colour(designator: str) -> str:
@@ -45,6 +45,11 @@ def anchor(designator: str) -> str:
 def short(curie: str) -> str:
     """The local name of a class."""
     return curie.split(":")[-1]
+
+
+def words(curie: str) -> list[str]:
+    """The words of a class's local name: where a narrow column may break it."""
+    return re.findall(r"[A-Z]?[^A-Z]+|[A-Z]", short(curie))
 
 
 def spans(solution: Solution) -> list[Span]:

@@ -12,7 +12,7 @@ from cramlite_plugins.reports.decisions import attempts, path
 from cramlite_plugins.reports.frames import COUNT, moments
 from cramlite_plugins.reports.plots import plot
 from cramlite_plugins.reports.program_text import blocks
-from cramlite_plugins.reports.shared import anchor, colour
+from cramlite_plugins.reports.shared import anchor, colour, words
 from cramlite_plugins.reports.summary import measured
 
 
@@ -104,3 +104,12 @@ def test_numbers_are_in_units_that_people_read() -> None:
     assert (slip.value, slip.limit) == ("0.75 mm", "12 mm")
     assert slip.share == pytest.approx(0.0625)
     assert measured(Finding("limits", True, "", 0.7, 0.0, "rad")).share is None
+
+
+@given(st.text())
+def test_words_lose_nothing(name: str) -> None:
+    assert "".join(words("x:" + name)) == name.split(":")[-1]
+
+
+def test_words_of_a_class() -> None:
+    assert words("artm:ExtractHoleFromPeg") == ["Extract", "Hole", "From", "Peg"]
