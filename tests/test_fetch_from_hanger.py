@@ -85,11 +85,11 @@ def test_five_seeds_of_person_and_world(seed: int, tmp_path: Path) -> None:
 LAZY_GRIPPER = """
 from dataclasses import replace
 from cramlite import hookimpl
-from cramlite_plugins.motions import resolve
+from cramlite_plugins.motions import gripping
 
 @hookimpl
 def resolve_motion(motion, belief, context):
-    answers = resolve.resolve_motion(motion, belief, context)
+    answers = gripping.resolve_motion(motion, belief, context)
     if motion.kind != "gripper" or motion.parameters["to"] != "closed":
         return answers
     stuck = lambda step: replace(step, opening=0.08, expect="any")
@@ -100,7 +100,7 @@ def resolve_motion(motion, belief, context):
 def test_a_gripper_that_never_closes_is_seen(tmp_path: Path) -> None:
     plugin = tmp_path / "lazy_gripper.py"
     plugin.write_text(LAZY_GRIPPER)
-    once = "\nbudget: {proofs: 1, sequences: 1}\nblock: [motions]"
+    once = "\nbudget: {proofs: 1, sequences: 1}\nblock: [gripping]"
     scenario = variant(tmp_path, (ROBOT, ROBOT + once))
     run = cramlite("resolve", scenario, "--plugin", plugin, "--out", tmp_path / "run", "--no-report")
     assert run.returncode == 1, run.stderr

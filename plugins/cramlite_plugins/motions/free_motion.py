@@ -1,0 +1,136 @@
+"""Motions in free space: transfers planned in joint space, and straight lines of the TCP."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+from cramlite import (
+    Answers,
+    Belief,
+    Context,
+    Grounding,
+    Motion,
+    MoveJoints,
+    MoveLinear,
+    Place,
+    Pose,
+    Unresolvable,
+    hookimpl,
+)  # fmt: skip
+
+Found = Iterator[Grounding]
+SPEED, ACCELERATION = 1.05, 1.4  # leading axis of movej: URScript's own defaults [rad/s, rad/s2]
+LINE_SPEED, LINE_ACCELERATION = 0.10, 0.5  # of movel: under half of URScript's defaults 0.25 m/s, 1.2 m/s2
+SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
+GOALS = 6  # nearest inverse solutions that a transfer may end at
+COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
+
+
+@hookimpl
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    kinds = {"transfer": _transfer, "linear": _linear}
+    kind = kinds.get(motion.kind)
+    return kind(motion, belief, context) if kind else None
+
+
+def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
+    """Joint-space motion to the stand-off of a place, once per inverse solution that can go on from there."""
+    from cramlite_plugins.experts.reach import make_scene, tcp
+
+    from .planner import Refusal, plan
+
+    place, here = place_of(motion, context), tcp(belief, context)
+    if near(here, place.before) or near(here, place.pose):
+        yield Grounding((), "the arm is there already", key="there")
+        return
+    scene = make_scene(belief, context)
+    goals, attempt = _goals(motion, place, belief, context, scene), 0
+    while goals:
+        found = plan(scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples)
+        if isinstance(found, Refusal):
+            raise Unresolvable(f"no path to {motion.to}: {found.reason}", () if attempt else because(motion, context))
+        end = found.points[-1]
+        step = MoveJoints(found.points[1:], SPEED, ACCELERATION, origin=motion.name, comment=motion.reason)
+        reason = f"{len(found.points) - 1} segments, {found.duration:.1f} s, {found.samples} samples, clearance kept"
+        yield Grounding((step,), reason, attempt + found.duration / 100, belief.moved(end), key=f"{attempt}:{end}")
+        goals, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
+
+
+def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
+    """Free joint positions at the stand-off from which a straight line leads on to the place."""
+    from .kinematics import inverse
+
+    if motion.to is not None and motion.to.relation == "home":
+        return [context.robot.home]
+    free = (q for q in inverse(context.robot, place.before, seed=belief.joints) if scene.free(q))
+    goals = list(islice((q for q in free if _goes_on(q, place, context)), GOALS))
+    if not goals:
+        reason = f"no inverse solution at the stand-off of {motion.to} is free and leads straight on to it"
+        raise Unresolvable(reason, because(motion, context))
+    return goals
+
+
+def _goes_on(joints: Any, place: Place, context: Context) -> bool:
+    """Whether the arm can go straight from the stand-off to the place on the same branch."""
+    from .linear import straight
+    from .planner import Refusal
+
+    if near(place.before, place.pose):
+        return True
+    line = straight(None, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
+    return not isinstance(line, Refusal)
+
+
+def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
+    from cramlite_plugins.experts.reach import tcp
+
+    place, here = place_of(motion, context), tcp(belief, context)
+    target = place.before if motion.parameters.get("stage") == "before" else place.pose
+    if near(here, target):
+        yield Grounding((), "the tool is there already", key="there")
+        return
+    points = line(motion, belief, context, [target])
+    speed = float(motion.parameters.get("speed_m_s", LINE_SPEED))
+    step = MoveLinear(target, speed, LINE_ACCELERATION, points[-1], origin=motion.name, comment=motion.reason)
+    reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision"
+    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="line")
+
+
+def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
+    """Checked joint positions along straight lines from here through the targets.
+
+    Raises:
+        Unresolvable: out of reach, singular, or something is in the way.
+    """
+    from cramlite_plugins.experts.reach import make_scene, touched
+
+    from .linear import straight
+    from .planner import Refusal
+
+    scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
+    found = straight(scene, context.robot, belief.joints, targets)
+    if isinstance(found, Refusal):
+        raise Unresolvable(f"no straight line to {motion.to}: {found.reason}")
+    return found.points
+
+
+def place_of(motion: Motion, context: Context) -> Place:
+    """The place that a motion leads to."""
+    assert motion.to is not None, f"motion '{motion.name}' needs a location"
+    place: Place = context.bindings[motion.to.name]
+    return place
+
+
+def because(motion: Motion, context: Context) -> tuple[str, ...]:
+    """A motion to a place fails because of that place, and of the grasp that it is made with."""
+    grasps = tuple(k for k in context.bindings if k.startswith("grasp("))
+    return ((motion.to.name,) if motion.to else ()) + grasps
+
+
+def near(a: Pose, b: Pose) -> bool:
+    """Whether two poses are the same for a motion."""
+    metres, radians = a.distance(b)
+    return metres < SAME[0] and radians < SAME[1]

@@ -1,0 +1,104 @@
+"""Motions of the gripper, and what the arm is told of its load."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from cramlite import (
+    Answers,
+    Belief,
+    Context,
+    Estimate,
+    Grounding,
+    Held,
+    Motion,
+    Pose,
+    SetGripper,
+    SetPayload,
+    hookimpl,
+)  # fmt: skip
+
+Found = Iterator[Grounding]
+PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s
+LET_GO, DROPPED = 0.005, 0.1  # standard deviation of where a released thing is, in place and fallen [m]
+
+
+@hookimpl
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    if motion.kind == "payload":
+        return _payload(motion, belief, context)
+    if motion.kind == "gripper":
+        return (
+            _close(motion, belief, context) if motion.parameters["to"] == "closed" else _open(motion, belief, context)
+        )
+    return None
+
+
+def _close(motion: Motion, belief: Belief, context: Context) -> Found:
+    """Close on the thing at a place; it moves with the hand from then on."""
+    from cramlite_plugins.experts.reach import tcp
+
+    from .free_motion import place_of
+
+    place, gripper = place_of(motion, context), context.robot.gripper
+    width = place.values.get("width_m", 0.0)
+    force = float(np.clip(motion.parameters.get("force_n", gripper.force[0]), *gripper.force))
+    expect = motion.parameters.get("expect", "any")
+    step = SetGripper(gripper.opening[0], PADS_SPEED, force, expect, origin=motion.name, comment=motion.reason)
+    held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
+    yield Grounding(
+        (step,), f"close on {1000 * width:.0f} mm with {force:.0f} N", 0.0, belief.grasped(held), key="close"
+    )
+
+
+def _open(motion: Motion, belief: Belief, context: Context) -> Found:
+    """Open all the way ("open"), shut on nothing ("shut"), or as wide as a place asks ("place")."""
+    gripper = context.robot.gripper
+    opening = _opening(motion, context)
+    if belief.held is None and abs(belief.opening - opening) < 1e-6:
+        yield Grounding((), f"{1000 * opening:.0f} mm open already", key="there")
+        return
+    expect = motion.parameters.get("expect", "any")
+    after = _let_go(motion, belief, context, opening) if belief.held else replace(belief, opening=opening)
+    step = SetGripper(opening, PADS_SPEED, gripper.force[0], expect, origin=motion.name, comment=motion.reason)
+    yield Grounding((step,), f"open to {1000 * opening:.0f} mm", 0.0, after, key="open")
+
+
+def _opening(motion: Motion, context: Context) -> float:
+    from .free_motion import place_of
+
+    low, high = context.robot.gripper.opening
+    fixed = {"open": high, "shut": low}
+    to = motion.parameters["to"]
+    return fixed[to] if to in fixed else place_of(motion, context).opening or high
+
+
+def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
+    """Released things are expected where they are, or, over a container, on its floor."""
+    from cramlite_plugins.experts.reach import held_pose
+    from cramlite_plugins.experts.set_down import lowest
+
+    assert belief.held is not None
+    pose, thing = held_pose(belief, context), belief.world.thing(belief.held.thing)
+    into = motion.to.of if motion.to is not None and motion.to.relation == "in" else None
+    if into:
+        floor = belief.pose(str(context.bindings[into]).split("/")[0]).position[2]
+        pose = Pose((*pose.position[:2], floor - lowest(thing, pose)), pose.quaternion)
+    source = f"predicted: let go by {motion.name}"
+    return belief.released(Estimate(belief.base() * pose, DROPPED if into else LET_GO, source), opening)
+
+
+def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
+    """Gripper and held thing: the mass, and the common centre of gravity in the flange frame."""
+    gripper = context.robot.gripper
+    mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
+    if belief.held:
+        load = belief.world.thing(belief.held.thing).mass or 0.0
+        moment = moment + load * np.array((gripper.tcp * belief.held.tcp_to_thing).position)
+        mass += load
+    center = (float(moment[0] / mass), float(moment[1] / mass), float(moment[2] / mass))
+    step = SetPayload(mass, center, origin=motion.name, comment=motion.reason)
+    yield Grounding((step,), f"{mass:.2f} kg on the flange", key=f"{mass:.3f}")
