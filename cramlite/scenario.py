@@ -276,16 +276,18 @@ def _build(
 ) -> Thing:
     if spec.model not in models:
         raise UserError(f"{place}: no object model '{spec.model}'; {nearest(spec.model, models)}.")
-    maker, parameters = models[spec.model], {k: _si(v) for k, v in spec.parameters.items()}
-    if change:
-        parameters |= {k: _si(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
+    maker = models[spec.model]
     try:
+        parameters = {k: _si(v) for k, v in spec.parameters.items()}
+        if change:
+            parameters |= {k: _si(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
         thing = replace(thing, type=spec.type or thing.type)
         if spec.hangs_on:
             thing = replace(thing, pose=_hang(spec, thing, built, maker))
     except (UserError, TypeError, ValueError) as error:
-        raise UserError(f"{place}: thing '{spec.name}': {error}") from error
+        said = str(error).removeprefix(f"thing '{spec.name}': ")
+        raise UserError(f"{place}: thing '{spec.name}': {said}") from error
     return replace(thing, pose=_shifted(thing.pose, change, rng)) if change else thing
 
 
