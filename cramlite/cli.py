@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from .errors import CramliteError, UserError
+from .errors import CramliteError, PluginError, UserError
 
 Command = Callable[[argparse.Namespace], int]
 
@@ -21,14 +21,31 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
         return int(arguments.run(arguments))
+    except BrokenPipeError:
+        return 0
     except CramliteError as error:
         print(f"cramlite: {error}", file=sys.stderr)
         return error.exit_code
+    except Exception as error:
+        print(f"cramlite: {_bug(error)}", file=sys.stderr)
+        return PluginError.exit_code
     except KeyboardInterrupt:
         print("cramlite: interrupted; what was written so far is kept.", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        return 0
+
+
+def _bug(error: Exception) -> str:
+    """A defect that nobody foresaw, with its place; CRAMLITE_DEBUG=1 shows everything."""
+    import os
+
+    if os.environ.get("CRAMLITE_DEBUG"):
+        raise error
+    last = error.__traceback__
+    while last is not None and last.tb_next is not None:
+        last = last.tb_next
+    place = f"{last.tb_frame.f_code.co_filename}:{last.tb_lineno}" if last else "?"
+    said = str(error).strip().split("\n")[0]
+    return f"a defect at {place}: {type(error).__name__}: {said}. Set CRAMLITE_DEBUG=1 to see the calls that led to it, and report it."
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -100,10 +117,11 @@ def _resolve(arguments: argparse.Namespace) -> int:
 
 def _interpret(arguments: argparse.Namespace) -> int:
     from .engine import Engine
-    from .explain import as_json, interpretation_text
+    from .explain import as_json, interpretation_text, repairs_json
 
     engine = Engine(files=arguments.plugin, blocked=arguments.block)
-    found = engine.interpret(engine.read_episode(arguments.episode))
+    episode = engine.read_episode(arguments.episode)
+    found = engine.interpret(episode)
     if arguments.why:
         task, _, action = arguments.why.partition("@")
         if not action.isdigit():
@@ -112,7 +130,9 @@ def _interpret(arguments: argparse.Namespace) -> int:
             )
         print(found.why(task, int(action)))
     else:
-        print(as_json(found.to_json()) if arguments.json else interpretation_text(found))
+        repairs = episode.repairs
+        data = found.to_json() | {"repairs": repairs_json(repairs)} if arguments.json else None
+        print(as_json(data) if data is not None else interpretation_text(found, repairs))
     return 0
 
 
@@ -129,8 +149,11 @@ def _tasks(arguments: argparse.Namespace) -> int:
     from .knowledge import Knowledge
     from .registry import Registry
 
-    tasks = Knowledge(Registry(tuple(arguments.plugin), tuple(arguments.block))).tasks.values()
+    registry = Registry(tuple(arguments.plugin), tuple(arguments.block))
+    tasks = Knowledge(registry).tasks.values()
     print(as_json(tasks_json(tasks)) if arguments.json else tasks_text(tasks))
+    for fault in dict.fromkeys(str(f) for f in registry.faults):
+        print(f"cramlite: warning: {fault}", file=sys.stderr)
     return 0
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -85,13 +86,24 @@ class Track:
 
 @dataclass(frozen=True)
 class Repair:
-    """Something a reader or smoother changed, and how to undo it."""
+    """Something a reader or smoother changed, and how to undo it.
+
+    Args:
+        what: was changed, for people.
+        when: first and last instant concerned [s].
+        why: the reason, with numbers.
+        removed, added: events.
+        track: name of the entity whose poses were changed, if any were.
+        recorded: its rows (time, x, y, z, qw, qx, qy, qz) in ``when``, end exclusive, as they were recorded.
+    """
 
     what: str
     when: tuple[float, float]
     why: str
     removed: tuple[Event, ...] = ()
     added: tuple[Event, ...] = ()
+    track: str | None = None
+    recorded: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -129,10 +141,28 @@ class Episode:
         Raises:
             KeyError: there is none.
         """
-        for entity in self.entities:
-            if entity.name == name:
-                return entity
-        raise KeyError(f"no entity '{name}' in episode '{self.name}'")
+        entity = self.known(name)
+        if entity is None:
+            raise KeyError(f"no entity '{name}' in episode '{self.name}'")
+        return entity
+
+    @cached_property
+    def _entities(self) -> dict[str, Entity]:
+        return {e.name: e for e in reversed(self.entities)}
+
+    def known(self, name: str) -> Entity | None:
+        """The entity of that name, or None."""
+        return self._entities.get(name)
+
+    def whole(self, name: str) -> str:
+        """The thing that something is a part or feature of; itself if of none. A cycle ends where it closes."""
+        seen = {name}
+        entity = self.known(name)
+        while entity is not None and entity.part_of is not None and entity.part_of not in seen:
+            name = entity.part_of
+            seen.add(name)
+            entity = self.known(name)
+        return name
 
     def pose_at(self, name: str, time: float) -> Pose | None:
         """Pose of an entity in the world frame, or None if nothing is known of it. Parts follow their whole."""

@@ -11,6 +11,7 @@ from .trace import Entry, Trace
 
 if TYPE_CHECKING:
     from .engine import Solution
+    from .episode import Repair
     from .interpretation import Interpretation
     from .registry import PluginInfo
     from .tasks import TaskType
@@ -109,9 +110,21 @@ def trace_text(trace: Trace, designator: str | None = None) -> str:
     return "\n".join(lines)
 
 
-def interpretation_text(found: Interpretation) -> str:
-    """Every action with the tasks it may execute."""
+def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
+    return [{"start": r.when[0], "end": r.when[1], "what": r.what, "why": r.why} for r in repairs]
+
+
+def _repair_lines(repairs: Sequence[Repair], most: int = 20) -> list[str]:
+    """A line for each; a flickering log has hundreds, so only the first are shown."""
+    lines = [f"  repaired  {r.when[0]:7.2f} to {r.when[1]:7.2f} s  {r.what}: {r.why}" for r in repairs[:most]]
+    more = [f"  repaired  {len(repairs) - most} more; --json lists them all"]
+    return lines + (more if len(repairs) > most else [])
+
+
+def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
+    """Every action with the tasks it may execute; first what was repaired before."""
     lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} candidate task sequences"]
+    lines += _repair_lines(list(repairs))
     for k, action in enumerate(found.actions):
         lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s")
         lines += [

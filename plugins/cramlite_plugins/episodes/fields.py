@@ -22,7 +22,7 @@ from cramlite.world import Geom
 CRAM = "http://cramlite.org/ont/cram.owl#"
 DUL = "http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#"
 SOMA = "http://www.ease-crc.org/ont/SOMA.owl#"
-#: Prefixes of CURIEs, from reference/tasks.md.
+#: Prefixes of CURIEs, as everywhere in cramlite.
 PREFIXES = {
     "cram": CRAM,
     "dul": DUL,
@@ -125,7 +125,11 @@ def repairs_from(text: str) -> tuple[Repair, ...]:
 
 def _repair(record: dict[str, Any]) -> Repair:
     removed, added = (tuple(Event(**e) for e in record[k]) for k in ("removed", "added"))
-    return Repair(record["what"], tuple(record["when"]), record["why"], removed, added)
+    start, end = map(float, record["when"])
+    recorded = tuple(tuple(map(float, row)) for row in record.get("recorded", ()))
+    if any(len(row) != 8 for row in recorded):
+        raise ValueError("a recorded pose has not 8 numbers")
+    return Repair(record["what"], (start, end), record["why"], removed, added, record.get("track"), recorded)
 
 
 def _pose_text(pose: Pose) -> str:

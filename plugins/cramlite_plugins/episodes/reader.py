@@ -1,4 +1,7 @@
-"""The reader of NEEMs as a plugin: RobCoG event data, semantic maps and world state, KnowRob mongodumps, RDF."""
+"""The reader of NEEMs as a plugin: RobCoG event data, semantic maps and world state, KnowRob mongodumps, RDF.
+
+What it reads is repaired for interpretation; ``neem.read_neem`` gives an episode as it was recorded.
+"""
 
 from __future__ import annotations
 
@@ -10,5 +13,7 @@ from cramlite import Episode, hookimpl
 @hookimpl
 def read_episode(path: Path) -> Episode | None:
     from .neem import read_neem
+    from .repair import repaired
 
-    return read_neem(path)
+    episode = read_neem(path)
+    return None if episode is None else repaired(episode)

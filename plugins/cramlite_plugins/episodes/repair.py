@@ -1,10 +1,10 @@
 """Smoothing of flickering states, with a report of each change, and its undoing.
 
-Recorded contacts flicker: RobCoG's logs hold hundreds of contacts of 0.02 to 0.3 s for one touch
-(reference/neem.md), and the paper lost one demonstration because an object vanished for a moment
-from the hand. Two repairs, in this order: a gap shorter than ``gap`` between two equal states
-belongs to them; a state that is then still shorter than ``min_duration`` is dropped as noise.
-Every repair keeps the events that it removed and added, so that ``undo`` restores the original.
+Recorded contacts flicker: RobCoG's logs hold hundreds of contacts of 0.02 to 0.3 s for one touch,
+and things vanish for a moment from the hand (vanish.py). Two repairs, in this order: a gap shorter
+than ``gap`` between two equal states belongs to them; a state that is then still shorter than
+``min_duration`` is dropped as noise. Every repair keeps what it removed and added, so that ``undo``
+restores the original.
 """
 
 from __future__ import annotations
@@ -13,14 +13,25 @@ from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import replace
 
+import numpy as np
+
 from cramlite.episode import Episode, Event, Repair
 
+from .vanish import bridged, signature, spliced
+
 GAP = 0.3
-"""[s]: the longest flicker of recorded contacts (reference/neem.md)."""
+"""[s]: the longest flicker of contacts in RobCoG's logs."""
 SHORT = 0.05
 """[s]: two frames of a 50 Hz recorder; nobody touches a thing on purpose for less (human reaction time is 0.2 s)."""
 
-_SYMMETRIC = {"soma:ContactState"}
+
+def repaired(episode: Episode) -> Episode:
+    """The episode as it should be interpreted: nothing vanishes for a moment, and nothing flickers.
+
+    Returns:
+        The very episode, if nothing had to be changed; else a new one with its ``repairs``.
+    """
+    return debounce(bridged(episode))
 
 
 def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) -> Episode:
@@ -50,6 +61,8 @@ def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) ->
             kept.append(joined)
             if len(run) > 1:
                 repairs.append(_closed(joined, run, gap))
+    if not repairs:
+        return episode
     ordered = sorted(repairs, key=lambda r: (r.when, r.what))
     return replace(episode, events=_sorted(kept), repairs=(*episode.repairs, *ordered))
 
@@ -62,9 +75,13 @@ def undo(episode: Episode, repair: Repair) -> Episode:
     """
     if repair not in episode.repairs or any(e not in episode.events for e in repair.added):
         raise ValueError(f"'{repair.what}' cannot be undone: it is not in the episode, or a later repair builds on it")
+    tracks = dict(episode.tracks)
+    if repair.track is not None:
+        rows = np.array(repair.recorded, dtype=float)
+        tracks[repair.track] = spliced(tracks[repair.track], repair.when, rows)
     restored = [e for e in episode.events if e not in repair.added] + list(repair.removed)
     rest = tuple(r for r in episode.repairs if r != repair)
-    return replace(episode, events=_sorted(restored), repairs=rest)
+    return replace(episode, events=_sorted(restored), tracks=tracks, repairs=rest)
 
 
 def _sorted(events: Iterable[Event]) -> tuple[Event, ...]:
@@ -75,8 +92,7 @@ def _groups(episode: Episode) -> dict[tuple[object, ...], list[Event]]:
     """States that differ in nothing but their times."""
     groups: dict[tuple[object, ...], list[Event]] = defaultdict(list)
     for event in episode.of("state"):
-        fillers = sorted(event.roles.values()) if event.type in _SYMMETRIC else sorted(event.roles.items())
-        groups[event.type, tuple(fillers)].append(event)
+        groups[signature(event)].append(event)
     return groups
 
 
