@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .belief import Belief
 from .designators import Designator
-from .program import AnyStep
 from .robots import Robot
 from .world import RobotMount
 
@@ -53,7 +52,6 @@ class Refused:
 
 Answer = Grounding | Refused
 Answers = Iterable[Answer] | None
-Steps = tuple[AnyStep, ...]
 
 
 @dataclass(frozen=True)
@@ -77,4 +75,3 @@ class Context:
     agenda: tuple[Designator, ...] = ()
     seed: int = 0
     samples: int = 4000
-    notes: Mapping[str, str] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from .resources import data_folder
 
 if TYPE_CHECKING:
     from .ontology import Taxonomy
-    from .plugin_types import Backend, ModelMaker, ReportSection, Simulator, Validator
+    from .plugin_types import Backend, ModelMaker, Simulator, Validator
     from .robots import Robot
     from .rules import Rule
     from .tasks import TaskType
@@ -71,10 +71,6 @@ class Knowledge:
         for _, simulator in self.registry.collect("simulators"):
             return simulator  # type: ignore[no-any-return]
         raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
-
-    @cached_property
-    def sections(self) -> list[ReportSection]:
-        return sorted((s for _, s in self.registry.collect("report_sections")), key=lambda s: (s.order, s.title))
 
     @cached_property
     def taxonomy(self) -> Taxonomy:

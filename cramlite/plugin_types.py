@@ -78,6 +78,10 @@ class Simulator(Protocol):
 
     @property
     def name(self) -> str: ...
+    def check(self, world: World, robots: Mapping[str, Robot]) -> None:
+        """Raise UserError if the world cannot be simulated."""
+        ...
+
     def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
         """Run a program's text on the controller model. It sees the text and the world, nothing else."""
         ...
@@ -105,7 +109,8 @@ class ModelMaker:
 
     Args:
         name: what scenarios write under ``model``.
-        make: called with ``name``, ``pose`` and the scenario's parameters as keywords.
+        make: called with ``name``, ``pose`` and the scenario's parameters as keywords, as written: "50 mm" is for the
+            model to read (``cramlite.quantities``), which knows what kind of number it needs.
         hung: for models that can hang: the pose on a hanger (thing, hanger, depth [m], yaw [rad]).
     """
 
@@ -121,7 +126,7 @@ class ReportSection:
     Args:
         title: heading.
         order: lower is further up.
-        render: gives HTML from the finished run's Solution and what led to it.
+        render: gives HTML from a ``cramlite.report.Finished``; "" leaves the section out.
     """
 
     title: str

@@ -34,7 +34,7 @@ def parse_quantity(value: Any, kind: str) -> float:
     )
     match = _NUMBER.fullmatch(str(value)) if not isinstance(value, bool) else None
     if match is None:
-        raise ValueError(f"'{value}' is not a {kind}: {right}")
+        raise ValueError(f"'{value}' is not {_A[kind]}: {right}")
     number, unit = float(match[1]), match[2]
     if unit and unit not in units:
         raise ValueError(f"'{unit}' is not a unit of {kind}: {right}")
@@ -43,6 +43,7 @@ def parse_quantity(value: Any, kind: str) -> float:
     return number * units.get(unit, 1.0)
 
 
+_A = {"length": "a length", "angle": "an angle", "mass": "a mass", "force": "a force"}
 _EXAMPLES = {"length": "50 mm", "angle": "20 deg", "mass": "0.3 kg", "force": "10 N"}
 
 
@@ -52,4 +53,3 @@ def _parser(kind: str) -> Callable[[Any], float]:
 
 Length = Annotated[float, BeforeValidator(_parser("length"))]
 Angle = Annotated[float, BeforeValidator(_parser("angle"))]
-Mass = Annotated[float, BeforeValidator(_parser("mass"))]
