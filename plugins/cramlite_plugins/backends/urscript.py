@@ -34,7 +34,6 @@ from cramlite.robots import Gripper, Robot
 from .urscript_parts import FUNCTIONS, header
 from .urscript_text import label, number, plain, pose, vector
 
-# Deceleration after a guarded or force-controlled motion [m/s2]; UR's own contact examples stop with 3.
 # Acceleration of guarded and force-controlled motions [m/s2]: gentle, so that inertia stays below the thresholds.
 GENTLE = 0.25
 START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
