@@ -148,9 +148,22 @@ class Engine:
         """
         robot = pick("robot", self.knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
         name = backend or scenario.spec.backend or robot.backend
-        writer = pick("backend", self.knowledge.backends, name)
+        place = scenario.where("backend") if scenario.spec.backend == name else ""
+        writer = pick("backend", self.knowledge.backends, name, place)
         world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, self.knowledge.models, seed)
+        self._check_world(scenario, world)
         return Setting(scenario.name, world, relations, robot, writer, seed)
+
+    def _check_world(self, scenario: Scenario, world: World) -> None:
+        """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
+        for thing in world.things:
+            self.knowledge.taxonomy.known(thing.type, f"{scenario.where_thing(thing.name)}: thing '{thing.name}'")
+        try:
+            self.knowledge.simulator.check(world, self.knowledge.robots)
+        except UserError as error:
+            named = [t.name for t in world.things if f"'{t.name}'" in str(error)]
+            place = scenario.where_thing(named[0]) if named else scenario.where("things")
+            raise UserError(f"{place}: {error}.") from error
 
     def resolve(
         self,
@@ -278,6 +291,10 @@ def _check_call(call: TaskCall) -> None:
     for role in call.roles:
         if role not in names:
             raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
+    parameters = [p.name for p in call.task.parameters]
+    for name in call.parameters or {}:
+        if name not in parameters:
+            raise UserError(f"Task '{call.task.task}' has no parameter '{name}'; {nearest(name, parameters)}.")
     for needed in call.task.roles:
         if needed.required and not needed.effector and needed.name not in call.roles:
             raise UserError(f"Task '{call.task.task}' needs a filler for its role '{needed.name}'.")

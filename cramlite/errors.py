@@ -39,11 +39,21 @@ class Unresolvable(Exception):
         self.because = because
 
 
+LONGEST_LIST = 60
+"""Names: a longer list hides the right one."""
+
+
 def nearest(name: str, valid: object) -> str:
-    """A clause that lists the valid names, the nearest first: "did you mean 'x'? valid are: ..."."""
+    """A clause that lists the valid names, the nearest first: "did you mean 'x'? valid are: ...".
+
+    Of more than ``LONGEST_LIST`` names only the nearest few are listed.
+    """
     import difflib
 
     names = sorted(str(v) for v in valid)  # type: ignore[attr-defined]
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     hint = f"did you mean '{close[0]}'? " if close else ""
+    if len(names) > LONGEST_LIST:
+        some = difflib.get_close_matches(name, names, n=6, cutoff=0.0)
+        return f"{hint}of {len(names)} names the nearest are: {', '.join(some)}"
     return f"{hint}valid are: {', '.join(names) or 'none'}"

@@ -54,7 +54,11 @@ def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: in
     findings = _judge(candidate, knowledge, rollout=False)
     if any(not f.passed for f in findings):
         return candidate, Verdict(tuple(findings))
-    candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
+    try:
+        candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
+    except Exception as error:
+        fault = knowledge.registry.fault(backend.name, "backends", candidate.program.name, error)
+        return candidate, Verdict((*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}")))
     assert candidate.code is not None
     if not backend.executable:
         note = Finding(

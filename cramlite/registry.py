@@ -73,9 +73,11 @@ class Registry:
             if name not in known:
                 raise UserError(f"There is no plugin '{name}' to block or prefer; {nearest(name, known)}.")
         for file in self.files:
+            if not file.is_file():
+                raise UserError(f"There is no plugin file '{file}'; give the path of a Python module with --plugin.")
             self._load(file.stem, lambda file=file: _module_from(file), "file", "", str(file))  # type: ignore[misc]
         for point in points:
-            if point.name not in self.blocked:
+            if point.name not in self.blocked and not self._manager.has_plugin(point.name):
                 dist = point.dist
                 self._load(
                     point.name, point.load, dist.name if dist else "?", dist.version if dist else "?", point.value
@@ -157,6 +159,8 @@ class Registry:
             values = [arguments.get(a, designator) for a in impl.argnames]
             try:
                 answer = impl.function(*values)
+            except UserError:
+                raise
             except Unresolvable as impossible:
                 yield impl.plugin_name, impossible
                 continue
@@ -170,7 +174,7 @@ class Registry:
         """The answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""
         try:
             yield from answers
-        except (Unresolvable, GeneratorExit):
+        except (Unresolvable, UserError, GeneratorExit):
             raise
         except Exception as error:
             self.fault(plugin, hook, designator, error)

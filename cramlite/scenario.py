@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,7 +13,7 @@ from .belief import Relation
 from .errors import UserError, nearest
 from .geometry import Pose
 from .plugin_types import ModelMaker
-from .quantities import UNITS, Angle, Length, parse_quantity
+from .quantities import Angle, Length
 from .world import Physics, RobotMount, Thing, World
 from .yaml_file import explain_validation, line_of, load_yaml
 
@@ -79,7 +78,7 @@ class VarySpec(_Spec):
     thing: str
     position: Length = 0.0
     yaw: Angle = 0.0
-    parameters: dict[str, list[Any]] = Field(default_factory=dict, alias="with")
+    parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict, alias="with")
 
 
 class RecordSpec(_Spec):
@@ -121,13 +120,16 @@ TaskEntry = Annotated[TaskSpec, BeforeValidator(_task_spec)]
 
 
 class PhysicsSpec(_Spec):
-    """Physics settings that differ from the defaults (used by negative controls)."""
+    """Physics settings that differ from the defaults (used by negative controls).
 
-    timestep: float = 0.002
+    The ranges are those in which MuJoCo integrates a robot at all; above 5 ms contacts of 5 ms time constant diverge.
+    """
+
+    timestep: float = Field(0.002, ge=1e-5, le=0.005)
     cone: Literal["elliptic", "pyramidal"] = "elliptic"
-    noslip_iterations: int = 5
-    impratio: float = 10.0
-    pad_friction: float = 0.9
+    noslip_iterations: int = Field(5, ge=0, le=100)
+    impratio: float = Field(10.0, ge=1, le=1000)
+    pad_friction: float = Field(0.9, ge=0, le=10)
 
 
 class ScenarioSpec(_Spec):
@@ -183,6 +185,11 @@ class Scenario:
         """ "file:line" of a part of the scenario."""
         return f"{self.path}:{line_of(self.data, location)}"
 
+    def where_thing(self, name: str) -> str:
+        """"file:line" of a thing of the robot's or the person's world."""
+        names = [t.get("name") for t in self.data["things"]]
+        return self.where("things", names.index(name)) if name in names else self.where("record", "things")
+
     def beside(self, name: str) -> Path:
         """A path that the scenario mentions."""
         return self.path.parent / name
@@ -196,8 +203,9 @@ def read_scenario(path: Path) -> Scenario:
     """
     data = load_yaml(path)
     if not isinstance(data, Mapping):
+        what = "nothing" if data is None else "a list" if isinstance(data, list) else f"'{str(data)[:40]}'"
         raise UserError(
-            f"{path}:1: a scenario is a mapping that begins with 'scenario: NAME', not {type(data).__name__}."
+            f"{path}:1: a scenario is a mapping that begins with 'scenario: NAME', but this file holds {what}."
         )
     try:
         return Scenario(path, ScenarioSpec.model_validate(data), data)
@@ -239,6 +247,8 @@ def build_world(
     """
     import numpy as np
 
+    if seed < 0:
+        raise UserError(f"The seed is {seed}; it must be 0 (the world as written) or more.")
     rng = np.random.default_rng([seed, 77])
     built: dict[str, Thing] = {}
     relations: list[Relation] = []
@@ -248,7 +258,7 @@ def build_world(
         if name not in {s.name for s in specs}:
             raise UserError(f"{scenario.where('vary')}: no thing '{name}'; {nearest(name, [s.name for s in specs])}.")
     for spec in specs:
-        place = _where(scenario, spec)
+        place = scenario.where_thing(spec.name)
         if spec.name in built:
             raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
         built[spec.name] = _build(spec, changes.get(spec.name), built, models, rng, place)
@@ -257,13 +267,6 @@ def build_world(
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
     physics = Physics(**scenario.spec.physics.model_dump())
     return World(tuple(built.values()), (mount,), physics), tuple(relations)
-
-
-def _where(scenario: Scenario, spec: ThingSpec) -> str:
-    names = [t.get("name") for t in scenario.data["things"]]
-    if spec.name in names:
-        return scenario.where("things", names.index(spec.name))
-    return scenario.where("record", "things")
 
 
 def _build(
@@ -278,9 +281,9 @@ def _build(
         raise UserError(f"{place}: no object model '{spec.model}'; {nearest(spec.model, models)}.")
     maker = models[spec.model]
     try:
-        parameters = {k: _si(v) for k, v in spec.parameters.items()}
+        parameters = {k: _frozen(v) for k, v in spec.parameters.items()}
         if change:
-            parameters |= {k: _si(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
+            parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
         thing = replace(thing, type=spec.type or thing.type)
         if spec.hangs_on:
@@ -308,19 +311,6 @@ def _shifted(pose: Pose, change: VarySpec, rng: Any) -> Pose:
     return Pose(moved, (turn * Pose((0, 0, 0), pose.quaternion)).quaternion)  # type: ignore[arg-type]
 
 
-_TEXT_WITH_UNIT = re.compile(r"\s*[-+]?[\d.]+(?:[eE][-+]?\d+)?\s+([A-Za-z]+)\s*")
-
-
-def _si(value: Any) -> Any:
-    """A model parameter with every "50 mm" in it turned into SI numbers."""
-    if isinstance(value, list | tuple):
-        return tuple(_si(v) for v in value)
-    match = _TEXT_WITH_UNIT.fullmatch(value) if isinstance(value, str) else None
-    if match is None:
-        return value
-    kind = next((k for k, units in UNITS.items() if match[1] in units), None)
-    if kind is None:
-        raise UserError(
-            f"'{match[1]}' in '{value}' is not a unit; units are {', '.join(u for t in UNITS.values() for u in t)}."
-        )
-    return parse_quantity(value, kind)
+def _frozen(value: Any) -> Any:
+    """A model parameter as written, lists as tuples; the model knows which unit each number has."""
+    return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value

@@ -272,7 +272,8 @@ def task_type(tasks: Mapping[str, TaskType], name: str) -> TaskType:
 
     table = {alias: t for t in tasks.values() for alias in (t.task, t.task.split(":")[-1], *t.aliases)}
     if name not in table:
-        raise UserError(f"There is no task type '{name}'; {nearest(name, table)}.")
+        shown = [alias for alias in table if (":" in alias) == (":" in name)]
+        raise UserError(f"There is no task type '{name}'; {nearest(name, shown)}.")
     return table[name]
 
 

@@ -13,6 +13,10 @@ from .errors import UserError, nearest
 LARGEST = 5_000_000
 """Bytes: hand-written files are far smaller; a larger one is a mistake, and parsing it would take minutes."""
 
+_PLAIN = ("map", "seq", "str", "int", "float", "bool", "null", "timestamp", "merge", "omap", "set")
+PLAIN_TAGS = {f"tag:yaml.org,2002:{name}" for name in _PLAIN}
+"""What YAML calls its own plain types (YAML 1.2 core schema, and what ruamel.yaml adds)."""
+
 
 def load_yaml(path: Path) -> Any:
     """Mappings and lists that remember their lines.
@@ -47,7 +51,7 @@ def _refuse_tags(node: Any, path: Path, line: int, seen: set[int]) -> None:
         return
     seen.add(id(node))
     tag = getattr(getattr(node, "tag", None), "value", None)
-    if tag and not str(tag).startswith("tag:yaml.org,2002:"):
+    if tag and str(tag) not in PLAIN_TAGS:
         raise UserError(f"{path}:{line}: the YAML tag '{tag}' is not allowed; write plain values.")
     if isinstance(node, dict):
         for key, value in node.items():
@@ -93,6 +97,6 @@ def explain_validation(path: Path, data: Any, error: ValidationError, fields: Se
             clauses.append(f"{path}:{line}: '{key}' is missing")
         else:
             said = problem["msg"].removeprefix("Value error, ")
-            clauses.append(f"{path}:{line}: '{key}': {said}")
+            clauses.append(f"{path}:{line}: '{key}': {said}" if key else f"{path}:{line}: {said}")
     more = error.error_count() - len(clauses)
     return UserError("; ".join(clauses) + (f"; and {more} more." if more > 0 else "."))

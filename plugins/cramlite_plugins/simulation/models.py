@@ -13,9 +13,10 @@ from typing import Any, get_type_hints
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Pose
+from cramlite.quantities import Length, Mass
 from cramlite.world import Feature, Geom, Thing
 
-Size = tuple[float, float, float]
+Size = tuple[Length, Length, Length]
 TAB_RIM, TAB_THICKNESS, TAB_SIDES = 0.008, 0.002, 12
 Colour = tuple[float, float, float, float]
 
@@ -24,8 +25,8 @@ def product(
     name: str,
     pose: Pose,
     size: Size = (0.04, 0.025, 0.15),
-    mass: float = 0.3,
-    hole_diameter: float = 0.010,
+    mass: Mass = 0.3,
+    hole_diameter: Length = 0.010,
     friction: float = 0.6,
     rgba: Colour = (0.85, 0.35, 0.25, 1.0),
 ) -> Thing:
@@ -55,7 +56,7 @@ def block(
     name: str,
     pose: Pose,
     size: Size = (0.06, 0.06, 0.06),
-    mass: float = 0.2,
+    mass: Mass = 0.2,
     friction: float = 0.6,
     rgba: Colour = (0.45, 0.50, 0.62, 1.0),
 ) -> Thing:
@@ -86,12 +87,12 @@ def _ring(radius: float, height: float, rgba: Colour) -> tuple[Geom, ...]:
 def hanger(
     name: str,
     pose: Pose,
-    length: float = 0.138,
-    radius: float = 0.003,
-    tip: float = 0.012,
-    rise: float = 0.006,
+    length: Length = 0.138,
+    radius: Length = 0.003,
+    tip: Length = 0.012,
+    rise: Length = 0.006,
     friction: float = 0.3,
-    wall: tuple[float, float, float] = (0.3, 0.3, 0.01),
+    wall: Size = (0.3, 0.3, 0.01),
     rgba: Colour = (0.75, 0.76, 0.78, 1.0),
 ) -> Thing:
     """A wall panel with a peg that ends in a bent tip.
@@ -129,7 +130,7 @@ def basket(
     name: str,
     pose: Pose,
     size: Size = (0.40, 0.30, 0.15),
-    wall: float = 0.01,
+    wall: Length = 0.01,
     friction: float = 0.6,
     rgba: Colour = (0.35, 0.55, 0.40, 1.0),
 ) -> Thing:
@@ -221,7 +222,7 @@ def make(model: str, name: str, pose: Pose, parameters: Mapping[str, object] | N
     for key in parameters or {}:
         if key not in valid:
             raise UserError(f"thing '{name}': model '{model}' has no parameter '{key}'; {nearest(key, valid)}")
-    hints = get_type_hints(function)
+    hints = get_type_hints(function, include_extras=True)
     checked = {k: _checked(name, k, v, hints[k]) for k, v in (parameters or {}).items()}
     return function(name, pose, **checked)
 
@@ -232,4 +233,4 @@ def _checked(thing: str, key: str, value: object, hint: Any) -> Any:
     try:
         return TypeAdapter(hint).validate_python(value)
     except ValidationError as error:
-        raise UserError(f"thing '{thing}': parameter '{key}' is {value!r}: {error.errors()[0]['msg']}") from None
+        raise UserError(f"thing '{thing}': parameter '{key}' is {value!r}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None

@@ -17,6 +17,11 @@ class MujocoSimulator:
 
     name = "mujoco"
 
+    def check(self, world: World, robots: Mapping[str, Robot]) -> None:
+        from .compile import compile_world
+
+        compile_world(world, robots)
+
     def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
         from .execute import execute
 
