@@ -1,0 +1,309 @@
+"""The documentation is run: commands, snippets and scenario files of README.md and docs/ work as they are written.
+
+What a comment before a fenced block means:
+
+- ``<!-- file: NAME -->``: the block is a file; it is written into the page's folder before what follows runs.
+- ``<!-- exit: 1 -->``: the last command of the block ends with this code; 0 if nothing is said.
+- ``<!-- output -->``: every line of the block is part of what the last command printed; "..." stands for anything.
+- ``<!-- command: NAME -->``: continuous integration runs this one from scratch (.ci/run), so it is left out here.
+- ``<!-- rule -->``: a rule file, read by ``load_rules``.
+- ``<!-- not run -->``: shown only, with the reason in the text.
+"""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import re
+import shlex
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import pytest
+from pydantic import BaseModel
+
+from cramlite import Engine, cli, hookspecs, read_scenario, scenario
+from cramlite.explain import tasks_json
+from cramlite.quantities import Angle, Length
+from cramlite.registry import Registry
+from cramlite.resources import data_folder
+from cramlite.yaml_file import load_yaml
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+REFERENCE = ROOT / "docs" / "reference"
+_BLOCK = re.compile(r"(?:<!-- ([a-z ]+)(?:: (.*?))? -->\n\n?)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: its language, its text, and the comment before it."""
+
+    language: str
+    text: str
+    mark: str
+    value: str
+    line: int
+
+
+def blocks(page: Path) -> Iterator[Block]:
+    text = page.read_text()
+    for m in _BLOCK.finditer(text):
+        yield Block(m[3], m[4], m[1] or "", m[2] or "", text[: m.start(4)].count("\n"))
+
+
+def runs(block: Block) -> bool:
+    command = block.language == "bash" and re.search(r"^cramlite ", block.text, re.MULTILINE)
+    return block.mark not in ("command", "not run") and bool(command or block.language in ("python", "yaml"))
+
+
+WITH_CODE = [p for p in PAGES if any(runs(b) for b in blocks(p))]
+
+
+# What runs
+
+
+@pytest.mark.parametrize("page", WITH_CODE, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_a_page_runs(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    space: dict[str, Any] = {"__name__": "snippet"}
+    said = ""
+    for block in blocks(page):
+        where = f"{page.relative_to(ROOT)}:{block.line}"
+        if block.mark == "file":
+            Path(block.value).write_text(block.text)
+        if block.mark == "output":
+            said_there(block.text, said, where)
+        elif runs(block):
+            said = run(block, space, where, capfd) or said
+
+
+def run(block: Block, space: dict[str, Any], where: str, capfd: pytest.CaptureFixture[str]) -> str:
+    """Run one block; what it printed."""
+    capfd.readouterr()
+    if block.language == "bash":
+        lines = block.text.replace("\\\n", " ").splitlines()
+        codes = [cli.main(shlex.split(c, comments=True)[1:]) for c in lines if c.startswith("cramlite ")]
+        printed = "".join(capfd.readouterr())
+        assert codes[-1] == int(block.value if block.mark == "exit" else 0), f"{where}: {printed}"
+        return printed
+    if block.language == "yaml":
+        read_yaml(block, where)
+    elif not block.value.endswith(".py"):
+        exec(compile("\n" * block.line + block.text, where, "exec"), space)
+    return "".join(capfd.readouterr())
+
+
+def read_yaml(block: Block, where: str) -> None:
+    """Scenarios are read as scenarios, rules as rules."""
+    path = Path(block.value or f"block_{block.line}.yaml")
+    path.write_text(block.text)
+    if block.mark == "rule":
+        from cramlite.rules import load_rules
+        from cramlite_plugins.experts.predicates import all_predicates
+
+        assert load_rules([path], all_predicates(), Engine().knowledge.taxonomy), where
+    elif "scenario" in load_yaml(path):
+        assert read_scenario(path).name, where
+
+
+def said_there(wanted: str, said: str, where: str) -> None:
+    for line in wanted.splitlines():
+        pattern = ".*".join(re.escape(part) for part in line.strip().split("..."))
+        assert re.search(pattern, said), f"{where}: nothing printed this: {line}\nbut this:\n{said}"
+
+
+def test_a_wrong_output_is_noticed() -> None:
+    said_there("Solved: ...\n", "Solved: Grasping", "here")
+    with pytest.raises(AssertionError, match="nothing printed this"):
+        said_there("Solved: Pouring\n", "Solved: Grasping", "here")
+
+
+# Links
+
+
+def anchors(page: Path) -> set[str]:
+    text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
+    heads = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+        if not re.match(r"[a-z]+:", target):
+            name, _, anchor = target.partition("#")
+            there = (page.parent / name).resolve() if name else page
+            assert there.exists(), f"{page}: no file '{target}'"
+            assert not anchor or anchor in anchors(there), f"{page}: no heading '{target}'"
+
+
+# Tables that are checked against the code
+
+
+def table_under(page: Path, heading: str) -> list[list[str]]:
+    """The cells of the first table under a heading, without its head."""
+    parts = re.split(r"^#+ (.*)$", page.read_text(), flags=re.MULTILINE)
+    sections = dict(zip(parts[1::2], parts[2::2], strict=True))
+    assert heading in sections, f"{page} has no heading '{heading}'; it has {list(sections)}"
+    rows = [line for line in sections[heading].splitlines() if line.startswith("|")][2:]
+    return [[c.strip().replace("\\|", "|") for c in re.split(r"(?<!\\)\|", row)[1:-1]] for row in rows]
+
+
+def same(table: list[list[str]], wanted: list[list[str]], what: str) -> None:
+    """The first cells of every row are as the code has them."""
+    width = len(wanted[0])
+    rows = "\n".join("| " + " | ".join(c.replace("|", "\\|") for c in row) + " |" for row in wanted)
+    assert [row[:width] for row in table] == wanted, f"{what} should begin with these cells:\n{rows}"
+
+
+SPECS = {
+    "The file": scenario.ScenarioSpec,
+    "robot": scenario.RobotSpec,
+    "things": scenario.ThingSpec,
+    "at": scenario.PoseSpec,
+    "hangs_on": scenario.HangSpec,
+    "vary": scenario.VarySpec,
+    "objects": scenario.ObjectSpec,
+    "record": scenario.RecordSpec,
+    "physics": scenario.PhysicsSpec,
+}
+KINDS = {Length: "length", Angle: "angle"}
+PLAIN = {str: "text", float: "number", int: "whole number", Any: "anything"}
+
+
+def kind_of(hint: Any) -> str:
+    """A type in words."""
+    if hint in KINDS or hint in PLAIN:
+        return {**KINDS, **PLAIN}[hint]
+    origin, arguments = get_origin(hint), get_args(hint)
+    if origin is Annotated:
+        return "task" if arguments[0] is scenario.TaskSpec else kind_of(arguments[0])
+    if origin in (UnionType, Union):
+        return kind_of(next(a for a in arguments if a is not type(None)))
+    if origin is Literal:
+        return " or ".join(map(str, arguments))
+    if origin is tuple:
+        return (
+            f"list of {kind_of(arguments[0])}"
+            if arguments[-1] is Ellipsis
+            else f"{len(arguments)} x {kind_of(arguments[0])}"
+        )
+    if origin is list:
+        return f"list of {kind_of(arguments[0])}"
+    if origin is dict:
+        return f"mapping to {kind_of(arguments[1])}"
+    return next(name for name, model in SPECS.items() if model is hint)
+
+
+def default_of(value: Any) -> str:
+    if isinstance(value, BaseModel):
+        return "its defaults"
+    if isinstance(value, tuple | list | dict):
+        return "[" + ", ".join(f"{v:g}" for v in value) + "]" if value else "none"
+    return "none" if value in (None, "") else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+@pytest.mark.parametrize("heading", SPECS)
+def test_every_key_of_scenario_files_is_documented(heading: str) -> None:
+    model = SPECS[heading]
+    hints = get_type_hints(model, include_extras=True)
+    rows = []
+    for name, field in model.model_fields.items():
+        default = "required" if field.is_required() else default_of(field.get_default(call_default_factory=True))
+        rows.append([f"`{field.alias or name}`", kind_of(hints[name]), default])
+    same(table_under(REFERENCE / "scenarios.md", heading), rows, f"the table '{heading}'")
+
+
+def test_no_model_of_scenario_files_is_left_out() -> None:
+    written = {m for m in vars(scenario).values() if isinstance(m, type) and issubclass(m, scenario._Spec)}
+    assert written - {scenario._Spec, scenario.TaskSpec} == set(SPECS.values())
+
+
+def test_every_object_model_is_documented() -> None:
+    from cramlite_plugins.simulation.models import MODELS
+
+    page = (REFERENCE / "scenarios.md").read_text()
+    for name, function in MODELS.items():
+        hints = get_type_hints(function)
+        own = [p for p in inspect.signature(function).parameters.values() if p.name not in ("name", "pose")]
+        same(
+            table_under(REFERENCE / "scenarios.md", name),
+            [[f"`{p.name}`", kind_of(hints[p.name]), default_of(p.default)] for p in own],
+            f"the table of model '{name}'",
+        )
+        assert function("x", scenario.Pose()).type in page
+
+
+def test_every_task_is_documented() -> None:
+    rules = {load_yaml(p)["task"]: p.name for p in data_folder("task_rules").glob("*.yaml")}
+    rows = []
+    for task in tasks_json(Engine().knowledge.tasks.values()):
+        roles = ", ".join(r["name"] + ("" if r["required"] else "?") for r in task["roles"])
+        numbers = ", ".join(f"{p['name']} = {p['default']:g}" for p in task["parameters"])
+        rule = rules.get(task["task"], "none")
+        rows.append([f"`{task['task']}`", ", ".join(task["aliases"]), roles, numbers, rule, task["summary"]])
+    same(table_under(REFERENCE / "tasks.md", "Task types"), rows, "the table of tasks")
+
+
+def _commands() -> dict[str, argparse.ArgumentParser]:
+    actions = cli._parser()._actions
+    return dict(next(a for a in actions if isinstance(a, argparse._SubParsersAction)).choices)
+
+
+@pytest.mark.parametrize("command", _commands())
+def test_every_command_is_documented(command: str) -> None:
+    rows = []
+    for action in _commands()[command]._actions[1:]:
+        name = ", ".join(action.option_strings) or str(action.metavar or action.dest)
+        value = "" if action.nargs == 0 or not action.option_strings else f" {action.metavar or action.dest.upper()}"
+        rows.append([f"`{name}{value}`"])
+    same(table_under(REFERENCE / "cli.md", command), rows, f"the table of command '{command}'")
+
+
+def test_no_command_is_documented_that_there_is_not() -> None:
+    documented = re.findall(r"^## (\w+)$", (REFERENCE / "cli.md").read_text(), re.MULTILINE)
+    assert documented == list(_commands())
+
+
+# Hooks
+
+HOOKS = [name for name, value in vars(hookspecs).items() if hasattr(value, "cramlite_spec")]
+
+
+def example(hook: str) -> str:
+    text = (REFERENCE / "hooks.md").read_text()
+    found = re.search(rf"^### {hook}$(.*?)(?=^##)", text + "\n## end", re.MULTILINE | re.DOTALL)
+    assert found, f"hooks.md has no heading '### {hook}'"
+    return found[1]
+
+
+@pytest.mark.parametrize("hook", HOOKS)
+def test_every_hook_is_documented_with_its_arguments(hook: str) -> None:
+    function = getattr(hookspecs, hook)
+    signature = f"{hook}{inspect.signature(function)}".replace("'", "")
+    assert f"`{signature}`" in example(hook), f"hooks.md should say: `{signature}`"
+
+
+def test_every_example_of_a_hook_loads_as_a_plugin(tmp_path: Path) -> None:
+    files = []
+    for hook in HOOKS:
+        code = re.search(r"```python\n(.*?)```", example(hook), re.DOTALL)
+        assert code, f"hooks.md has no example of '{hook}'"
+        files.append(tmp_path / f"example_{hook}.py")
+        files[-1].write_text(code[1])
+    registry = Registry(tuple(files))
+    assert not [f for f in registry.faults if f.plugin.startswith("example_")]
+    hooks = {i.name: i.hooks for i in registry.infos}
+    assert all(hook in hooks[f"example_{hook}"] for hook in HOOKS)
+
+
+def test_an_example_with_a_wrong_argument_is_refused(tmp_path: Path) -> None:
+    wrong = tmp_path / "wrong.py"
+    wrong.write_text("from cramlite import hookimpl\n\n@hookimpl\ndef on_step(stepp): ...\n")
+    assert [f.plugin for f in Registry((wrong,)).faults if f.plugin == "wrong"] == ["wrong"]
