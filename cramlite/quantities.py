@@ -53,3 +53,4 @@ def _parser(kind: str) -> Callable[[Any], float]:
 
 Length = Annotated[float, BeforeValidator(_parser("length"))]
 Angle = Annotated[float, BeforeValidator(_parser("angle"))]
+Mass = Annotated[float, BeforeValidator(_parser("mass"))]

@@ -125,11 +125,11 @@ class PhysicsSpec(_Spec):
     The ranges are those in which MuJoCo integrates a robot at all; above 5 ms contacts of 5 ms time constant diverge.
     """
 
-    timestep: float = Field(0.002, ge=1e-5, le=0.005)
+    timestep: Annotated[float, Field(ge=1e-5, le=0.005)] = 0.002
     cone: Literal["elliptic", "pyramidal"] = "elliptic"
-    noslip_iterations: int = Field(5, ge=0, le=100)
-    impratio: float = Field(10.0, ge=1, le=1000)
-    pad_friction: float = Field(0.9, ge=0, le=10)
+    noslip_iterations: Annotated[int, Field(ge=0, le=100)] = 5
+    impratio: Annotated[float, Field(ge=1, le=1000)] = 10.0
+    pad_friction: Annotated[float, Field(ge=0, le=10)] = 0.9
 
 
 class ScenarioSpec(_Spec):

@@ -233,4 +233,5 @@ def _checked(thing: str, key: str, value: object, hint: Any) -> Any:
     try:
         return TypeAdapter(hint).validate_python(value)
     except ValidationError as error:
-        raise UserError(f"thing '{thing}': parameter '{key}' is {value!r}: {error.errors()[0]['msg'].removeprefix('Value error, ')}") from None
+        said = error.errors()[0]["msg"].removeprefix("Value error, ")
+        raise UserError(f"thing '{thing}': parameter '{key}' is {value!r}: {said}") from None
