@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Floats = NDArray[np.float64]
+HALF_TURN = 1e-7
+"""Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
 
 
 @dataclass(frozen=True)
@@ -92,8 +94,15 @@ class Pose:
 
     @property
     def rotvec(self) -> Vector3:
-        """The rotation vector [rad], of length 0 to pi."""
-        w, *v = self.quaternion if self.quaternion[0] >= 0 else tuple(-c for c in self.quaternion)
+        """The rotation vector [rad], of length 0 to pi.
+
+        Half a turn has two; the one whose first component that is not zero is positive is taken, so that rounding
+        does not decide which one a program shows.
+        """
+        w, *v = self.quaternion
+        leading = next((c for c in v if abs(c) > HALF_TURN), 0.0)
+        if w < -HALF_TURN or (abs(w) <= HALF_TURN and leading < 0):
+            w, v = -w, [-c for c in v]
         sine = math.hypot(*v)
         scale = 2 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
         return (v[0] * scale, v[1] * scale, v[2] * scale)
