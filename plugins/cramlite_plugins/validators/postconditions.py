@@ -30,7 +30,8 @@ class EndState:
         rollout = candidate.rollout
         assert rollout is not None
         tests: Mapping[str, Callable[[Rollout, str, Thing], str]] = {"in": _not_in, "on": _not_on, "hangs_on": _not_on}
-        roles = {o.entity for a in candidate.actions for o in a.roles.values()}
+        held = candidate.belief.held  # what is still in the hand is nowhere at rest
+        roles = {o.entity for a in candidate.actions for o in a.roles.values()} - {held.thing if held else None}
         for relation in sorted(candidate.belief.relations):
             predicate, subject, place = relation
             if predicate in tests and subject in roles:
