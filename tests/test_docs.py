@@ -27,7 +27,7 @@ from pydantic import BaseModel
 
 from cramlite import Engine, cli, hookspecs, read_scenario, scenario
 from cramlite.explain import tasks_json
-from cramlite.quantities import Angle, Length
+from cramlite.quantities import Angle, Length, Mass
 from cramlite.registry import Registry
 from cramlite.resources import data_folder
 from cramlite.yaml_file import load_yaml
@@ -173,7 +173,7 @@ SPECS = {
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
 }
-KINDS = {Length: "length", Angle: "angle"}
+KINDS = {Length: "length", Angle: "angle", Mass: "mass"}
 PLAIN = {str: "text", float: "number", int: "whole number", Any: "anything"}
 
 
@@ -230,7 +230,7 @@ def test_every_object_model_is_documented() -> None:
 
     page = (REFERENCE / "scenarios.md").read_text()
     for name, function in MODELS.items():
-        hints = get_type_hints(function)
+        hints = get_type_hints(function, include_extras=True)
         own = [p for p in inspect.signature(function).parameters.values() if p.name not in ("name", "pose")]
         same(
             table_under(REFERENCE / "scenarios.md", name),
