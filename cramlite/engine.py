@@ -128,16 +128,24 @@ class Engine:
             raise UserError(
                 f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'."
             )
-        if not episode.events:
-            raise UserError(
-                f"'{path}': the episode has no events, so there is nothing to interpret; record it with contacts."
-            )
-        return episode  # type: ignore[no-any-return]
+        from .alignment import aligned
+
+        return aligned(episode, self.knowledge.taxonomy)
 
     def interpret(self, episode: Episode) -> Interpretation:
-        """Every task that each action of the episode may execute."""
+        """Every task that each action of the episode may execute.
+
+        Raises:
+            UserError: the episode has no events.
+        """
         from .interpretation import interpret
 
+        if not episode.events:
+            raise UserError(
+                f"The episode '{episode.name}' has no events, so there is nothing to interpret: it holds "
+                f"{len(episode.entities)} entities and {len(episode.tracks)} tracks, and no object was seen to move "
+                "along with a hand. Record it with contacts, or with the poses of hands and objects."
+            )
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def setting(self, scenario: Scenario, *, seed: int = 0, backend: str | None = None) -> Setting:

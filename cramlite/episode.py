@@ -6,9 +6,11 @@ events (states and actions), and pose data (tracks).
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 from typing import Literal
 
 import numpy as np
@@ -173,6 +175,33 @@ class Episode:
             return entity.pose
         whole = self.pose_at(entity.part_of, time)
         return None if whole is None else whole * entity.pose
+
+    def sampled(self, name: str, time: float) -> Floats | None:
+        """The row of an array in ``extras`` ("joints", "wrench") that was last recorded at or before a time;
+        None if there is none."""
+        times, values = self.extras.get("times"), self.extras.get(name)
+        if times is None or values is None or len(times) != len(values) or not len(times) or time < times[0]:
+            return None
+        row: Floats = values[int(np.searchsorted(times, time, side="right")) - 1]
+        return row
+
+    def at(self, time: float) -> tuple[Event, ...]:
+        """Events that hold at a time, by start."""
+        return self.between(time, time)
+
+    def between(self, start: float, end: float) -> tuple[Event, ...]:
+        """Events that hold at some time of [start, end], by start: O(log n) and what is found, unless long events
+        nest deeply. An event's end is exclusive."""
+        starts, latest, ordered = self._starts
+        last = bisect_right(starts, end)
+        first = bisect_right(latest, start, 0, last)  # before it, every event has ended by ``start``
+        return tuple(e for e in ordered[first:last] if e.end > start)
+
+    @cached_property
+    def _starts(self) -> tuple[list[float], list[float], list[Event]]:
+        """Starts, the latest end so far, and the events, by start."""
+        ordered = sorted(self.events, key=lambda e: e.start)
+        return [e.start for e in ordered], list(accumulate((e.end for e in ordered), max)), ordered
 
     def of(self, kind: str, types: Iterable[str] = ()) -> tuple[Event, ...]:
         """Events of one kind, optionally of certain classes only."""

@@ -32,6 +32,8 @@ COLLECTIONS = ("tf", "triples", "annotations", "wrench", "inferred", "world_stat
 MAX_DOCUMENT = 32 * 2**20
 #: The frame that our tracks are given in; KnowRob's name for the world.
 WORLD_FRAME = "map"
+#: Statements kept in memory, at about 0.5 kB each; an hour of KnowRob's logs has some 100,000.
+MAX_TRIPLES = 1_000_000
 _OPTIONS: CodecOptions[dict[str, Any]] = CodecOptions(datetime_conversion=DatetimeConversion.DATETIME_MS)
 
 
@@ -132,6 +134,8 @@ def read_triples(path: Path) -> list[Triple]:
     """Statements of a triples, annotations or inferred collection."""
     found = []
     for count, document in enumerate(documents(path)):
+        if count >= MAX_TRIPLES:
+            raise UserError(f"{path}: more than {MAX_TRIPLES} statements; split the dump, one episode in each folder.")
         try:
             value = document["o"] if "o" in document else document["v"]
             found.append(Triple(str(document["s"]), str(document["p"]), value if _is_number(value) else str(value)))

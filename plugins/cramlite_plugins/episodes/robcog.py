@@ -26,8 +26,8 @@ from .frames import Rows
 from .mongodump import documents
 from .xmlgraph import Individuals
 
-#: RobCoG class -> ours, and its role properties -> ours. neem.md; SlicingingSomething is a writer's misspelling.
-_HAND = {"performedBy": "performer", "objectActedOn": "object"}
+#: RobCoG class -> ours, and its role properties -> ours. Other classes are aligned by ontologies (robcog.ttl).
+_HAND = {"performedBy": "performer", "objectActedOn": "object", "deviceUsed": "device"}
 EVENTS: dict[str, tuple[str, dict[str, str]]] = {
     "TouchingSituation": ("soma:ContactState", {}),
     "SupportedBySituation": ("soma:SupportState", {"isSupporting": "supporter", "isSupported": "supportee"}),
@@ -37,13 +37,12 @@ EVENTS: dict[str, tuple[str, dict[str, str]]] = {
     "PickUpSituation": ("soma:PickingUp", _HAND),
     "PutDownSituation": ("soma:PuttingDown", _HAND),
     "SlidingSituation": ("artm:Sliding", _HAND),
-    "TransportingSituation": ("soma:PhysicalAction", _HAND),
-    "ContainerManipulation": ("soma:PhysicalAction", _HAND),
-    "SlicingSomething": ("soma:PhysicalAction", _HAND | {"deviceUsed": "device"}),
-    "SlicingingSomething": ("soma:PhysicalAction", _HAND | {"deviceUsed": "device"}),
 }
 #: Bones of RobCoG's hand skeleton: thumb and index tip.
 TIPS = {3: "left", 7: "right"}
+#: Links of an event that are no roles. Events of classes that are not listed above keep their class and all their links,
+#: so that an alignment in an ontology can say what they mean (cramlite.alignment).
+_NO_ROLES = {"type", "startTime", "endTime", "inEpisode", "performedInMap", "outputsCreated"}
 _NOT_OBJECTS = {
     "Pose",
     "SemanticEnvironmentMap",
@@ -139,9 +138,15 @@ def _event(name: str, properties: dict[str, list[str]], start: float, end: float
         own = {k: v[0] for k, v in properties.items() if k in ("id", "kind", "roles", "inferred")}
         return event_from(own | {"type": properties["eventType"][0]}, start, end)
     class_ = next((local_name(t) for t in properties.get("type", ()) if local_name(t) != "NamedIndividual"), "")
-    type_, roles = EVENTS.get(class_, ("soma:PhysicalAction", _HAND))
+    whole = next((t for t in properties.get("type", ()) if local_name(t) == class_), "soma:PhysicalAction")
+    type_, roles = EVENTS.get(class_, (compact(whole), _HAND))
+    links = (
+        {k: k for k, v in properties.items() if k not in _NO_ROLES and "://" in v[0]} if class_ not in EVENTS else {}
+    )
     fillers = {
-        ours: unquote(local_name(properties[theirs][0])) for theirs, ours in roles.items() if theirs in properties
+        ours: unquote(local_name(properties[theirs][0]))
+        for theirs, ours in (links | roles).items()
+        if theirs in properties
     }
     if class_ == "TouchingSituation":
         a, *b = (unquote(local_name(v)) for v in properties["inContact"])

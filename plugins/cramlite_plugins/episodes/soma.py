@@ -38,6 +38,7 @@ STATES = {
     "soma:SupportState": ("supporter", "supportee"),
     "cram:GraspState": ("gripper", "object"),
     "soma:GraspState": ("gripper", "object"),
+    "soma:ContainmentState": ("container", "content"),
 }
 #: Properties whose objects are IRIs.
 _LINKS = {
@@ -46,6 +47,12 @@ _LINKS = {
         DUL + p
         for p in ("includesObject", "includesEvent", "hasPart", "executesTask", "hasTimeInterval", "hasParticipant")
     ),
+}
+#: Statements that some writers make the other way round.
+_INVERSES = {
+    DUL + "isParticipantIn": DUL + "hasParticipant",
+    DUL + "isExecutedIn": DUL + "executesTask",
+    DUL + "isTimeIntervalOf": DUL + "hasTimeInterval",
 }
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "\n": "\\n", "\r": "\\r", "\t": "\\t"}
 Index = dict[str, dict[str, list[str | float]]]
@@ -124,7 +131,8 @@ def episode_of(triples: Iterable[Triple], name: str) -> Episode | None:
     index = _index(triples)
     top = next((s for s, p in index.items() if SOMA + "Episode" in p.get(RDF_TYPE, ())), None)
     repairs: list[Repair] = []
-    timed = [s for s, p in index.items() if _interval(p, index) is not None and s != top]
+    intervals = {str(o) for p in index.values() for o in p.get(DUL + "hasTimeInterval", ())}
+    timed = [s for s, p in index.items() if s != top and s not in intervals and _interval(p, index) is not None]
     events = [e for s in sorted(timed, key=lambda s: _order(index[s])) if (e := _event(s, index, repairs))]
     fillers = {str(o) for s in timed for o in index[s].get(DUL + "hasParticipant", ())}
     things = [s for s, p in index.items() if s in fillers or (CRAM + "types" in p)]
@@ -142,6 +150,10 @@ def _index(triples: Iterable[Triple]) -> Index:
     index: Index = defaultdict(lambda: defaultdict(list))
     for s, p, o in triples:
         index[s.strip("<>")][p.strip("<>")].append(o.strip("<>") if isinstance(o, str) and o.startswith("<") else o)
+    for s, inverse, direct in ((s, i, d) for s, p in list(index.items()) for i, d in _INVERSES.items() if i in p):
+        for o in index[s][inverse]:
+            if s not in index[str(o)][direct]:
+                index[str(o)][direct].append(s)
     return {s: dict(p) for s, p in index.items()}
 
 

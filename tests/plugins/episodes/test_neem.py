@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from cramlite.episode import Entity, Episode, Event, Track
 from cramlite.errors import UserError
 from cramlite.geometry import Pose
-from cramlite_plugins.episodes import neem
+from cramlite_plugins.episodes import parts
 from cramlite_plugins.episodes.detect import detect
 from cramlite_plugins.episodes.neem import read_neem, write_neem
 from cramlite_plugins.episodes.robcog import to_unreal, unreal_pose
@@ -44,7 +44,7 @@ def same(a: Episode, b: Episode | None) -> None:
         assert np.array_equal(values, b.extras[k])
 
 
-@pytest.mark.parametrize("without", [(), ("*.owl",), ("triples",), ("*_ED.owl", "*_SM.owl")])
+@pytest.mark.parametrize("without", [(), ("*.owl",), ("triples",), ("*_ED.owl", "*_SM.owl"), ("*_ED.owl",)])
 def test_an_episode_reads_back_equal(tmp_path: Path, without: tuple[str, ...]) -> None:
     write_neem(episode(), tmp_path)
     for pattern in without:
@@ -63,6 +63,61 @@ def test_what_is_lost_is_noticed(tmp_path: Path) -> None:
     shutil.rmtree(tmp_path / "tf")
     with pytest.raises(AssertionError):
         same(episode(), read_neem(tmp_path))
+
+
+def collection(folder: Path, name: str, *documents: dict[str, object]) -> Path:
+    place = folder / name / "roslog"
+    place.mkdir(parents=True)
+    (place / f"{name}.bson").write_bytes(b"".join(map(bson.encode, documents)))
+    return folder
+
+
+@pytest.mark.parametrize("name", ["tf", "triples", "annotations", "wrench", "inferred"])
+def test_an_empty_collection_is_an_empty_episode(tmp_path: Path, name: str) -> None:
+    found = read_neem(collection(tmp_path, name))
+    assert found is not None
+    assert (found.events, found.entities, found.tracks) == ((), (), {})
+
+
+def test_annotations_alone_are_said_to_be_no_events(tmp_path: Path) -> None:
+    label = {"s": "http://x#Cup", "p": "http://www.w3.org/2000/01/rdf-schema#label", "v": "a cup"}
+    found = read_neem(collection(tmp_path, "annotations", label))
+    assert found is not None
+    assert [r.what for r in found.repairs] == ["left out 1 statements"]
+
+
+@pytest.mark.parametrize("key", ["force", "wrench"])
+def test_wrenches_of_both_layouts(tmp_path: Path, key: str) -> None:
+    value = {"force": {"x": 1.0, "y": 2.0, "z": 3.0}, "torque": {"x": 4.0, "y": 5.0, "z": 6.0}}
+    documents = ({"header": {"stamp": t, "frame_id": "tool0"}, key: value} for t in (1.0, 2.0))
+    found = read_neem(collection(tmp_path, "wrench", *documents))
+    assert found is not None
+    assert found.sampled("wrench", 1.5) == pytest.approx((1, 2, 3, 4, 5, 6))
+    assert found.sampled("joints", 1.5) is None
+
+
+def test_statements_of_several_collections_belong_together(tmp_path: Path) -> None:
+    dul, soma = "http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#", "http://www.ease-crc.org/ont/SOMA.owl#"
+    type_ = "http://www.w3.org/1999/02/22-rdf-syntax-ns#type"
+    event, interval, cup = "http://x#e1", "http://x#i1", "http://x#cup1"
+    collection(
+        tmp_path,
+        "triples",
+        {"s": event, "p": type_, "o": dul + "Action"},
+        {"s": event, "p": dul + "executesTask", "o": "http://x#t1"},
+        {"s": "http://x#t1", "p": type_, "o": soma + "PickingUp"},
+        {"s": cup, "p": dul + "isParticipantIn", "o": event},
+        *({"s": cup, "p": type_, "o": t} for t in (soma + "Cup", "http://knowrob.org/kb/knowrob.owl#RedCup")),
+    )
+    times = {"hasIntervalBegin": 1.5, "hasIntervalEnd": 2.5}
+    about = ({"s": interval, "p": soma + k, "o": v} for k, v in times.items())
+    collection(tmp_path, "inferred", {"s": interval, "p": dul + "isTimeIntervalOf", "o": event}, *about)
+    found = read_neem(tmp_path)
+    assert found is not None
+    assert [(e.type, e.start, e.end, e.roles) for e in found.events] == [
+        ("soma:PickingUp", 1.5, 2.5, {"object": "cup1"})
+    ]
+    assert set(found.entity("cup1").types) == {"soma:Cup", "knowrob:RedCup"}
 
 
 @pytest.mark.parametrize("name", ["a.ttl", "a.nt"])
@@ -115,6 +170,9 @@ EVENT = """<owl:NamedIndividual rdf:about="&log;{id}"><rdf:type rdf:resource="&k
  {roles}</owl:NamedIndividual>"""
 
 
+Lines = tuple[tuple[str, str, object, object, dict[str, str]], ...]
+
+
 def event_data(*lines: tuple[str, str, object, object, dict[str, str]], old: bool = False) -> str:
     text = [
         EVENT.format(id=i, type=t, start=s, end=e,
@@ -138,6 +196,9 @@ TIMELINE = (
 )
 
 
+KNOWROB = {False: "knowrob:", True: "http://knowrob.org/kb/knowrob_u.owl#"}
+
+
 @pytest.mark.parametrize("old", [False, True])
 def test_both_generations_of_robcog(tmp_path: Path, old: bool) -> None:
     (tmp_path / "X_ED.owl").write_text(event_data(*TIMELINE, old=old))
@@ -148,7 +209,7 @@ def test_both_generations_of_robcog(tmp_path: Path, old: bool) -> None:
         ("soma:Reaching", "action", 1.0, 2.0),
         ("soma:ContactState", "state", 1.25, 2.5),
         ("cram:GraspState", "state", 3.5, 5.0),
-        ("soma:PhysicalAction", "action", 6.0, 7.0),
+        (f"{KNOWROB[old]}ContainerManipulation", "action", 6.0, 7.0),
     ]
     assert found.events[0].roles == {"supporter": "table", "supportee": "cup"}
     assert set(found.events[2].roles.values()) == {"hand", "cup"}
@@ -157,7 +218,7 @@ def test_both_generations_of_robcog(tmp_path: Path, old: bool) -> None:
 
 
 def test_impossible_events_are_left_out_and_reported(tmp_path: Path) -> None:
-    lines = (("a", "TouchingSituation", 2, 1, {"inContact": "x", "inContact_": "y"}),
+    lines: Lines = (("a", "TouchingSituation", 2, 1, {"inContact": "x", "inContact_": "y"}),
              ("b", "TouchingSituation", "soon", 1, {"inContact": "x"}),
              ("c", "TouchingSituation", "nan", 1, {"inContact": "x"}),
              ("d", "TouchingSituation", 1, 2, {"inContact": "x", "inContact_": "y"}),
@@ -284,7 +345,7 @@ def test_broken_arrays_are_refused(tmp_path: Path, damage: bytes) -> None:
 def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     np.savez_compressed(tmp_path / "extras.npz", times=np.zeros(1000))
     assert read_neem(tmp_path) is None
-    monkeypatch.setattr(neem, "MAX_EXTRAS", 4000)
+    monkeypatch.setattr(parts, "MAX_EXTRAS", 4000)
     with pytest.raises(UserError, match="GB are allowed"):
         read_neem(tmp_path)
 
