@@ -1,0 +1,83 @@
+"""What tests of the command line share: running it, in this process or in another, and spoiling shipped scenarios."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from cramlite.cli import main
+
+ROOT = Path(__file__).parent.parent
+TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
+
+
+@dataclass(frozen=True)
+class Ran:
+    """A command that ended: exit code, standard output, standard error."""
+
+    code: int
+    out: str
+    err: str
+
+
+Run = Callable[..., Ran]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str]) -> Run:
+    """One command in this process."""
+
+    def go(*arguments: object) -> Ran:
+        try:
+            code = main([str(a) for a in arguments])
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+        captured = capsys.readouterr()
+        return Ran(code, captured.out, captured.err)
+
+    return go
+
+
+@pytest.fixture
+def process() -> Run:
+    """One command in a process of its own."""
+
+    def go(*arguments: object) -> Ran:
+        command = [sys.executable, "-m", "cramlite.cli", *map(str, arguments)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        return Ran(done.returncode, done.stdout, done.stderr)
+
+    return go
+
+
+@pytest.fixture
+def spoiled(tmp_path: Path) -> Callable[..., Path]:
+    """The shipped task scenario with some text replaced."""
+
+    def write(*changes: tuple[str, str]) -> Path:
+        text = TASKS.read_text()
+        for old, new in changes:
+            assert old in text, f"'{old}' is not in {TASKS}"
+            text = text.replace(old, new, 1)
+        path = tmp_path / "spoiled.yaml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+@pytest.fixture
+def plugin(tmp_path: Path) -> Callable[[str, str], Path]:
+    """A plugin module of that name, written to a file."""
+
+    def write(name: str, body: str) -> Path:
+        path = tmp_path / f"{name}.py"
+        path.write_text(f"from cramlite import *\nfrom cramlite import hookimpl\n\n{body}")
+        return path
+
+    return write
