@@ -17,7 +17,7 @@ import inspect
 import re
 import shlex
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -25,7 +25,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 import pytest
 from pydantic import BaseModel
 
-from cramlite import Engine, cli, hookspecs, read_scenario, scenario
+from cramlite import Budget, Engine, cli, hookspecs, read_scenario, scenario
 from cramlite.explain import tasks_json
 from cramlite.quantities import Angle, Length, Mass
 from cramlite.registry import Registry
@@ -151,7 +151,8 @@ def table_under(page: Path, heading: str) -> list[list[str]]:
     parts = re.split(r"^#+ (.*)$", page.read_text(), flags=re.MULTILINE)
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
     assert heading in sections, f"{page} has no heading '{heading}'; it has {list(sections)}"
-    rows = [line for line in sections[heading].splitlines() if line.startswith("|")][2:]
+    table = re.search(r"(?:^\|.*\n)+", sections[heading], re.MULTILINE)
+    rows = table[0].splitlines()[2:] if table else []
     return [[c.strip().replace("\\|", "|") for c in re.split(r"(?<!\\)\|", row)[1:-1]] for row in rows]
 
 
@@ -223,6 +224,11 @@ def test_every_key_of_scenario_files_is_documented(heading: str) -> None:
 def test_no_model_of_scenario_files_is_left_out() -> None:
     written = {m for m in vars(scenario).values() if isinstance(m, type) and issubclass(m, scenario._Spec)}
     assert written - {scenario._Spec, scenario.TaskSpec} == set(SPECS.values())
+
+
+def test_budgets_are_documented() -> None:
+    rows = [[f"`{f.name}`", "whole number", str(f.default)] for f in fields(Budget)]
+    same(table_under(REFERENCE / "scenarios.md", "budget"), rows, "the table 'budget'")
 
 
 def test_every_object_model_is_documented() -> None:
@@ -307,3 +313,20 @@ def test_an_example_with_a_wrong_argument_is_refused(tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.py"
     wrong.write_text("from cramlite import hookimpl\n\n@hookimpl\ndef on_step(stepp): ...\n")
     assert [f.plugin for f in Registry((wrong,)).faults if f.plugin == "wrong"] == ["wrong"]
+
+
+# What architecture.md says about imports
+
+
+def imported(path: Path) -> set[str]:
+    text = path.read_text()
+    return set(re.findall(r"^\s*(?:from|import) ([\w.]+)", text, re.MULTILINE))
+
+
+def test_who_imports_whom() -> None:
+    engine = {p: imported(p) for p in (ROOT / "cramlite").rglob("*.py")}
+    tasks = {p: imported(p) for p in (ROOT / "plugins/cramlite_plugins/tasks").glob("*.py")}
+    assert len(engine) > 30 and len(tasks) > 15
+    assert not [p for p, names in engine.items() if any(n.startswith("cramlite_plugins") for n in names)]
+    assert {p.name for p, names in engine.items() if "pluggy" in names} == {"hookspecs.py", "registry.py"}
+    assert not [p for p, names in tasks.items() if any(n.startswith((".", "cramlite_plugins.tasks")) for n in names)]
