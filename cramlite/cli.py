@@ -171,7 +171,12 @@ def _explain(arguments: argparse.Namespace) -> int:
     from .run import read_json
     from .trace import Trace
 
-    trace = Trace.from_json(read_json(arguments.directory / "trace.json", "trace")["entries"])
+    path = arguments.directory / "trace.json"
+    data = read_json(path, "trace")
+    try:
+        trace = Trace.from_json(data["entries"])
+    except (KeyError, TypeError) as error:
+        raise UserError(f"'{path}' is no trace of a run; give a directory that 'cramlite resolve --out' wrote.") from error
     entries = list(trace.about(arguments.designator)) if arguments.designator else trace.entries
     if not entries:
         names = ", ".join(dict.fromkeys(e.designator for e in trace.entries))
