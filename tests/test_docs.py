@@ -330,3 +330,40 @@ def test_who_imports_whom() -> None:
     assert not [p for p, names in engine.items() if any(n.startswith("cramlite_plugins") for n in names)]
     assert {p.name for p, names in engine.items() if "pluggy" in names} == {"hookspecs.py", "registry.py"}
     assert not [p for p, names in tasks.items() if any(n.startswith((".", "cramlite_plugins.tasks")) for n in names)]
+
+
+TOGETHER = """
+scenario: together
+tasks:
+  - {task: Grasping, Patient: tin}
+  - {task: Holding, Patient: tin}
+  - {task: PickingUp, Locatum: tin}
+  - Pausing
+objects: {tin: {types: [cram:Tin]}}
+robot: {type: ur5e_slow}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, 0]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: beans, model: block, type: cram:Tin, with: {size: [50 mm, 50 mm, 90 mm]}, at: {position: [0.45, 0.15, 46 mm]}}
+  - {name: soup, model: can, with: {radius: 30 mm}, at: {position: [0.45, -0.25, 51 mm]}}
+"""
+
+
+def test_the_examples_of_all_hooks_work_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("together.yaml").write_text(TOGETHER)
+    arguments = ["resolve", "together.yaml", "--out", "run", "--no-report"]
+    for hook in HOOKS:
+        code = re.search(r"```python\n(.*?)```", example(hook), re.DOTALL)
+        Path(f"example_{hook}.py").write_text(code[1] if code else "")
+        arguments += ["--plugin", f"example_{hook}.py"]
+    assert cli.main(arguments) == 0, capfd.readouterr()
+    said = "".join(capfd.readouterr())
+    assert "Solved: Grasping -> Holding -> PickingUp -> Pausing" in said
+    assert "tin (cram:Tin) = beans: weighs 0.20 kg" in said
+    assert "short_enough: took" in said and "times as fast as real time" in said
+    assert "Wait 2.Holding/hold" in said and "warning" not in said
+    trace = Path("run/trace.json").read_text()
+    assert "half a second is enough" in trace
+    assert "sleep(0.5" in Path("run/program.script").read_text()
