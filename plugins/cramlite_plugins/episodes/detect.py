@@ -12,7 +12,7 @@ who moved or why.
 
 Simulated contacts flicker. So each signal has hysteresis (it starts above one threshold and ends
 below a lower one), gaps shorter than ``GAP`` are closed, and what is then shorter than ``SHORT`` is
-dropped; RobCoG's logs show contacts of 0.02 to 0.3 s for one touch (reference/neem.md).
+dropped; RobCoG's logs show contacts of 0.02 to 0.3 s for one touch.
 
 A state that still holds when the recording ends, ends one sample after it.
 """
@@ -21,22 +21,31 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cramlite.episode import Episode, Event, Track
 from cramlite.geometry import Floats
 from cramlite.rollout import Rollout
 
 from .entities import effector_entities, thing_entities
+from .signals import (
+    GAP,
+    SHORT,
+    Flags,
+    closed,
+    hold,
+    intervals,
+    lasting,
+    rotate_back,
+    smooth,
+    span_of,
+    spans,
+    speed,
+    step,
+)
 from .threaded import held_on, threaded
 
-#: Gaps shorter than this belong to the contact around them [s]; half of RobCoG's longest flicker.
-GAP = 0.15
-#: States shorter than this are impacts, not states [s].
-SHORT = 0.06
 #: Boundaries nearer to each other than this are one [s]: a closing hand's pads touch and grip within it.
 SNAP = 0.05
 #: A contact starts above the first and ends below the second normal force [N]; 0.1 kg weighs 1 N.
@@ -50,8 +59,6 @@ SLIP = (0.03, 0.3)
 #: Friction was seen to hold: pads carry this share of the weight for GAP, or the hand drags the object this far [m].
 CARRY, DRAG = 0.5, 0.02
 GRAVITY = 9.81
-
-Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -140,7 +147,7 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Eve
     return [
         _state("soma:ContactState", span, {"a": a, "b": b})
         for (a, b), force in forces.items()
-        for span in _spans(held_on(_hold(force, *CONTACT), through.get((a, b), never)), rollout.times)
+        for span in spans(held_on(hold(force, *CONTACT), through.get((a, b), never)), rollout.times)
     ]
 
 
@@ -154,11 +161,11 @@ def _supports(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Eve
     for (a, b), parts in wholes.items():
         weight = GRAVITY * (rollout.world.thing(b).mass or 0.0)
         if weight > 0:
-            lift = _smooth(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
-            touching = _closed(_hold(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
-            on = touching & _hold(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
+            lift = smooth(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
+            touching = closed(hold(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
+            on = touching & hold(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
             roles = {"supporter": a, "supportee": b}
-            found += [_state("soma:SupportState", s, roles) for s in _spans(on, rollout.times)]
+            found += [_state("soma:SupportState", s, roles) for s in spans(on, rollout.times)]
     return found
 
 
@@ -169,14 +176,14 @@ def _grasps(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event
         if thing.mass is None or any(p is None for p in pads):
             continue
         lift = pads[0].lift + pads[1].lift  # type: ignore[union-attr]
-        pressed = np.logical_and(*(_hold(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
-        held = _closed(pressed, rollout.times)
-        for start, end in _intervals(
-            held & ~_long(held & _slipping(rollout, thing.name), rollout.times), rollout.times
+        pressed = np.logical_and(*(hold(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
+        held = closed(pressed, rollout.times)
+        for start, end in intervals(
+            held & ~lasting(held & _slipping(rollout, thing.name), rollout.times), rollout.times
         ):
             if _friction_seen(rollout, thing.name, slice(start, end), lift / (GRAVITY * thing.mass)):
                 roles = {"gripper": rollout.effector, "object": thing.name}
-                found.append(_state("cram:GraspState", _times(start, end, rollout.times), roles))
+                found.append(_state("cram:GraspState", span_of(start, end, rollout.times), roles))
     return found
 
 
@@ -189,15 +196,15 @@ def _pressing(pairs: dict[tuple[str, str], _Pair], pad: str, thing: str) -> _Pai
 def _slipping(rollout: Rollout, thing: str) -> Flags:
     """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
     hand, body = rollout.poses["effector"], rollout.poses[thing]
-    inside = _rotate_back(hand[:, 3:], body[:, :3] - hand[:, :3])
-    limit = SLIP[0] + SLIP[1] * _speed(hand[:, :3], rollout.times)
-    return np.asarray(_speed(inside, rollout.times) > limit)
+    inside = rotate_back(hand[:, 3:], body[:, :3] - hand[:, :3])
+    limit = SLIP[0] + SLIP[1] * speed(hand[:, :3], rollout.times)
+    return np.asarray(speed(inside, rollout.times) > limit)
 
 
 def _friction_seen(rollout: Rollout, thing: str, span: slice, carried: Floats) -> bool:
     """Did friction transmit a force: weight carried by the pads, or a drag across the closing axis?"""
-    dt = _step(rollout.times)
-    steady = _smooth(carried[span], rollout.times[span], GAP)
+    dt = step(rollout.times)
+    steady = smooth(carried[span], rollout.times[span], GAP)
     if len(steady) * dt >= SHORT and float(np.max(steady)) > CARRY:
         return True
     closing = rollout.poses["effector/left"][span, :3] - rollout.poses["effector/right"][span, :3]
@@ -205,77 +212,6 @@ def _friction_seen(rollout: Rollout, thing: str, span: slice, carried: Floats) -
     travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]
     across = travel - np.outer(travel @ closing, closing)
     return bool(np.max(np.linalg.norm(across, axis=1)) > DRAG)
-
-
-def _rotate_back(quaternions: Floats, vectors: Floats) -> Floats:
-    """Vectors (N, 3) of the world in frames with quaternions (N, 4), w first: v - 2w (u x v) + 2 u x (u x v)."""
-    w, u = quaternions[:, :1], quaternions[:, 1:]
-    turned = np.cross(u, vectors)
-    return np.asarray(vectors - 2 * w * turned + 2 * np.cross(u, turned))
-
-
-def _speed(points: Floats, times: Floats) -> Floats:
-    """Speed over GAP [m/s]: tremor and contact noise average out."""
-    n = max(round(GAP / _step(times)), 1)
-    if len(points) <= n:
-        return np.zeros(len(points))
-    speed = np.linalg.norm(points[n:] - points[:-n], axis=1) / (n * _step(times))
-    before = n // 2
-    return np.concatenate([np.full(before, speed[0]), speed, np.full(n - before, speed[-1])])
-
-
-def _step(times: Floats) -> float:
-    return float(np.median(np.diff(times))) if len(times) > 1 else GAP
-
-
-def _smooth(signal: Floats, times: Floats, window: float) -> Floats:
-    """Centred moving average over ``window`` seconds."""
-    n = max(min(round(window / _step(times)), len(signal)), 1)
-    return np.convolve(signal, np.ones(n) / n, mode="same")
-
-
-def _hold(signal: Floats, high: float, low: float) -> Flags:
-    """Hysteresis: on when above ``high``, off when not above ``low``, else as before."""
-    decided = np.where(signal > high, 1, np.where(signal <= low, -1, 0))
-    decided[0] = decided[0] or -1
-    last = np.maximum.accumulate(np.where(decided != 0, np.arange(len(signal)), 0))
-    return np.asarray(decided[last] == 1)
-
-
-def _closed(on: Flags, times: Floats) -> Flags:
-    """Gaps shorter than GAP filled."""
-    filled = on.copy()
-    runs = _runs(on)
-    for (_, end), (start, _) in pairwise(runs):
-        if times[start] - times[end - 1] < GAP:
-            filled[end:start] = True
-    return filled
-
-
-def _long(on: Flags, times: Floats) -> Flags:
-    """Only what holds for GAP at least."""
-    kept = np.zeros_like(on)
-    for start, end in _runs(on):
-        kept[start:end] = np.ptp(_times(start, end, times)) >= GAP
-    return kept
-
-
-def _intervals(on: Flags, times: Floats) -> list[tuple[int, int]]:
-    """Index ranges in which a flag holds for SHORT at least."""
-    return [(s, e) for s, e in _runs(on) if float(np.ptp(_times(s, e, times))) >= SHORT]
-
-
-def _spans(on: Flags, times: Floats) -> list[tuple[float, float]]:
-    return [_times(s, e, times) for s, e in _intervals(_closed(on, times), times)]
-
-
-def _runs(on: Flags) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
-    return [(int(s), int(e)) for s, e in edges.reshape(-1, 2)]
-
-
-def _times(start: int, end: int, times: Floats) -> tuple[float, float]:
-    return float(times[start]), float(times[end]) if end < len(times) else float(times[-1]) + _step(times)
 
 
 def _state(type_: str, span: tuple[float, float], roles: dict[str, str]) -> Event:

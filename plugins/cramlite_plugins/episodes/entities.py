@@ -12,7 +12,7 @@ from cramlite.rollout import Rollout
 from cramlite.world import Feature, Geom, Thing
 
 #: Degrees of freedom that a feature takes from what it carries: a peg, or its tip, in a hole leaves sliding
-#: along it and turning about it; a surface stops motion in one direction (rule of PickingUp, reference/tasks.md).
+#: along it and turning about it; a surface stops motion in one direction (the rule of PickingUp).
 CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:SurfaceFeature": 1.0}
 
 
@@ -42,12 +42,13 @@ def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
     """Side lengths of the axis-aligned box around a shape [m], in its own frame; None without a shape."""
     if not geoms:
         return None
-    low, high = zip(*(_bounds(g) for g in geoms), strict=True)
+    low, high = zip(*(bounds(g) for g in geoms), strict=True)
     size = np.max(high, axis=0) - np.min(low, axis=0)
     return (float(size[0]), float(size[1]), float(size[2]))
 
 
-def _bounds(geom: Geom) -> tuple[Floats, Floats]:
+def bounds(geom: Geom) -> tuple[Floats, Floats]:
+    """Lowest and highest corner of a primitive [m], in its thing's frame."""
     r = np.abs(geom.pose.rotation)
     if geom.shape == "box":
         half = r @ np.asarray(geom.size)

@@ -13,6 +13,8 @@ from cramlite.geometry import Floats
 
 #: Quaternions of a length this near to 1 are left as they are; float32 writers are within it.
 UNIT = 1e-5
+#: Numbers beyond this [m] are no positions: the earth's radius. Their squares would overflow.
+FARTHEST = 6.4e6
 
 
 @dataclass(frozen=True)
@@ -53,9 +55,12 @@ def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair,
 
 def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
     """Without rows that are no poses, in order, with quaternions of length 1."""
-    length = np.linalg.norm(rows.poses[:, 3:], axis=1)
-    good = np.isfinite(rows.times) & np.isfinite(rows.poses).all(axis=1) & (np.nan_to_num(length) > 1e-9)
-    repairs: list[Repair | None] = [_repair(name, "dropped", "not finite, or a quaternion without length", rows, ~good)]
+    near = (np.abs(rows.poses) < FARTHEST).all(axis=1)
+    length = np.linalg.norm(np.where(near[:, None], rows.poses[:, 3:], 0.0), axis=1)
+    good = np.isfinite(rows.times) & near & (length > 1e-9)
+    repairs: list[Repair | None] = [
+        _repair(name, "dropped", "not finite, beyond all measure, or a quaternion without length", rows, ~good)
+    ]
     rows, length = rows.where(good), length[good]
     identity = np.all(rows.poses == [0, 0, 0, 1, 0, 0, 0], axis=1)
     if not (rows.trusted or inner) and identity.any():

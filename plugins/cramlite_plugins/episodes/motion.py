@@ -18,7 +18,7 @@ from cramlite.episode import Entity, Episode, Event, Track
 from cramlite.geometry import Floats
 
 from .frames import compose
-from .standing import supports
+from .standing import resting
 
 #: Everything is looked at on a common time grid of this step [s]; recordings have 5 to 60 samples a second.
 STEP = 0.02
@@ -55,8 +55,9 @@ class _Motion:
 def infer(episode: Episode) -> Episode:
     """The episode with events concluded from its tracks; unchanged if it has states, or nothing that acts.
 
-    Adds ContactState and GraspState of the effector with each object that moves along with it, SupportState where
-    shapes are known, and the actions soma:PickingUp, soma:PuttingDown, cram:Shaking and soma:Pouring.
+    Adds ContactState and GraspState of the effector with each object that moves along with it; SupportState, ContactState
+    and ContainmentState of objects at rest where shapes are known; and the actions soma:PickingUp, soma:PuttingDown,
+    cram:Shaking and soma:Pouring.
     """
     if episode.of("state") or episode.effector not in episode.tracks:
         return episode
@@ -68,8 +69,8 @@ def infer(episode: Episode) -> Episode:
             motion = _motion(episode.tracks[effector], track)
             for start, end in _held(motion):
                 found += _events(effector, name, motion, start, end)
-    held = {e.roles["object"]: (e.start, e.end) for e in found if e.type == "cram:GraspState"}
-    found += supports(episode, held)
+    held = [(e.roles["object"], e.start, e.end) for e in found if e.type == "cram:GraspState"]
+    found += resting(episode, held)
     found.sort(key=lambda e: (e.start, e.end, e.type))
     numbered = (replace(e, id=f"inferred_{k}") for k, e in enumerate(found, 1))
     return replace(episode, events=(*episode.events, *numbered))

@@ -8,7 +8,6 @@ a quarter turn about z in the orientation), but poses from other tools agree wit
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -23,6 +22,7 @@ from cramlite.geometry import Pose, Vector3
 
 from .fields import compact, entity_from, event_from, local_name
 from .frames import Rows
+from .jsonframes import json_frames
 from .mongodump import documents
 from .xmlgraph import Individuals
 
@@ -212,7 +212,7 @@ def read_world_state(path: Path) -> tuple[dict[str, Rows], tuple[str, ...]]:
     """
     frames: dict[str, tuple[list[float], list[Any]]] = {}
     hands: dict[str, None] = {}
-    for count, document in enumerate(documents(path) if path.suffix == ".bson" else _json_frames(path)):
+    for count, document in enumerate(documents(path) if path.suffix == ".bson" else json_frames(path)):
         try:
             time = float(document["timestamp"])
             for name, pose in _frame(document, hands):
@@ -254,32 +254,3 @@ def _seven(record: dict[str, Any]) -> list[float]:
     if len(pose) != 7:
         raise ValueError(f"pose of '{record.get('id', record.get('idx'))}' has {len(pose)} numbers instead of 7")
     return [float(v) for v in pose]
-
-
-def _json_frames(path: Path) -> Iterator[dict[str, Any]]:
-    """Frames of a JSON array, a single document, or one document a line; lines are read one at a time."""
-    with path.open(encoding="utf-8", errors="replace") as file:
-        first = file.readline(2**20)
-        file.seek(0)
-        try:
-            by_line = isinstance(json.loads(first), dict)
-            if by_line:
-                yield from (json.loads(line) for line in file if line.strip())
-                return
-            if path.stat().st_size > 2**28:
-                raise UserError(
-                    f"{path}: a JSON array of more than 268 MB; write one frame a line, which is read without limit."
-                )
-            content = json.load(file)
-        except json.JSONDecodeError as error:
-            content = _whole_document(path, error)
-    yield from content if isinstance(content, list) else [content]
-
-
-def _whole_document(path: Path, error: json.JSONDecodeError) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8")) if path.stat().st_size <= 2**28 else None
-    except (json.JSONDecodeError, UnicodeDecodeError):
-        raise UserError(
-            f"{path}:{error.lineno}: no JSON: {error.msg}. A world state is one JSON document per frame."
-        ) from None

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 MAX_BYTES = 32 * 2**20
 #: RobCoG declares six entities, namespaces of at most 60 characters. Longer or nested ones are bombs.
 MAX_ENTITIES, MAX_ENTITY = 64, 300
+#: Longest line of N-Triples [bytes]: rdflib's time grows with the square, 28 s for 2 MB.
+MAX_LINE = 2**19
 _ENTITY = re.compile(r"<!ENTITY\s+(%\s+)?(\S+)\s+(?:\"([^\"]*)\"|'([^']*)'|(\S+))")
 FORMATS = {
     ".owl": "xml",
@@ -53,6 +55,8 @@ def parse(path: Path) -> Graph:
     format_ = FORMATS.get(path.suffix.lower(), "xml")
     if format_ == "xml":
         _check_xml(path, text)
+    if format_ == "nt" and (long := next((k for k, t in enumerate(text.splitlines(), 1) if len(t) > MAX_LINE), None)):
+        raise UserError(f"{path}:{long}: a line of more than {MAX_LINE} characters; write the file as Turtle (.ttl).")
     try:
         with _quiet():
             return Graph().parse(data=text, format=format_)

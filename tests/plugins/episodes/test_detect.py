@@ -10,7 +10,8 @@ from episode_builders import rollout, shop
 
 from cramlite.episode import Episode
 from cramlite.rollout import Rollout, Touch
-from cramlite_plugins.episodes.detect import GAP, SHORT, detect
+from cramlite_plugins.episodes.detect import detect
+from cramlite_plugins.episodes.signals import GAP, SHORT
 
 
 def states(episode: Episode, type_: str) -> list[tuple[float, float, tuple[str, ...]]]:

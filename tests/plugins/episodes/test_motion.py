@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from cramlite.episode import Entity, Episode, Track
-from cramlite.geometry import Floats
+from cramlite.geometry import Floats, Pose
+from cramlite.world import Geom
 from cramlite_plugins.episodes.motion import infer
 from cramlite_plugins.episodes.neem import read_neem
 
@@ -99,6 +101,34 @@ def test_shapes_tell_what_it_stood_on() -> None:
     found = infer(recording(poses(lifted), poses(lifted), table=True)).of("state", ["soma:SupportState"])
     assert [(e.roles["supporter"], e.inferred) for e in found] == [("table", True)] * 2
     assert infer(recording(poses(lifted), poses(lifted))).of("state", ["soma:SupportState"]) == ()
+
+
+def in_a_box(geoms: tuple[Geom, ...], height: float = 0.02) -> list[tuple[str, ...]]:
+    """A cup that is put down where a box stands, from (0.95, -0.1, 0) to (1.15, 0.1, 0.1)."""
+    whole = recording(poses(lifted, lambda t: np.clip(t - 3, 0, 1)), poses(lifted, lambda t: np.clip(t - 3, 0, 1)))
+    box = Entity("box", (), pose=Pose((1.0, 0.0, height)), size=(0.2, 0.2, 0.15), geoms=geoms)
+    cup = Entity("cup", (), size=(0.06, 0.06, 0.1))
+    found = infer(replace(whole, entities=(whole.entities[0], cup, box)))
+    return [tuple(e.roles.values()) for e in found.of("state", ["soma:ContainmentState"]) if e.inferred]
+
+
+WALLS = tuple(Geom("box", (0.005, 0.1, 0.075), Pose((x, 0, 0))) for x in (-0.1, 0.1))
+
+
+def test_what_is_put_into_a_box_is_contained() -> None:
+    assert in_a_box(()) == [("box", "cup")]
+    assert in_a_box(WALLS) == [("box", "cup")]
+
+
+def test_what_is_in_no_cavity_is_not_contained() -> None:
+    assert in_a_box((Geom("box", (0.1, 0.1, 0.075)),)) == []
+    assert in_a_box((), height=0.2) == []
+    assert in_a_box((), height=-0.2) == []
+
+
+def test_what_rests_touches_what_it_stands_on() -> None:
+    found = infer(recording(poses(lifted), poses(lifted), table=True)).of("state", ["soma:ContactState"])
+    assert sum(set(e.roles.values()) == {"cup", "table"} for e in found) == 2
 
 
 def test_recorded_states_are_left_alone() -> None:
