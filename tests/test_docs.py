@@ -277,6 +277,24 @@ def test_no_command_is_documented_that_there_is_not() -> None:
     assert documented == list(_commands())
 
 
+@pytest.mark.parametrize("page", PAGES[1:], ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_commands_that_a_page_names_exist(page: Path) -> None:
+    shell = "\n".join(b.text for b in blocks(page) if b.language == "bash")
+    named = re.findall(r"^cramlite (\w+)", shell, re.MULTILINE) + re.findall(r"`cramlite (\w+)", page.read_text())
+    assert set(named) <= {*_commands(), "COMMAND"}
+
+
+def test_the_urscript_that_is_documented_is_the_one_that_runs() -> None:
+    from cramlite_plugins.simulation.ur_functions import NAMES
+    from cramlite_plugins.simulation.urscript import PURE
+
+    page = (REFERENCE / "robot_code.md").read_text()
+    language, _, missing = page.partition("### What the model does not do")
+    assert {n for n in (*NAMES, *PURE) if f"`{n}`" not in language} == set()
+    absent = {"servoj", "speedj", "speedl", "movep", "movec", "tool_contact"}
+    assert all(f"`{n}`" in missing for n in absent) and not absent & {*NAMES, *PURE}
+
+
 # Hooks
 
 HOOKS = [name for name, value in vars(hookspecs).items() if hasattr(value, "cramlite_spec")]
