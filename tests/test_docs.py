@@ -108,7 +108,7 @@ def read_yaml(block: Block, where: str) -> None:
         from cramlite_plugins.experts.predicates import all_predicates
 
         assert load_rules([path], all_predicates(), Engine().knowledge.taxonomy), where
-    elif "scenario" in load_yaml(path):
+    elif "scenario" in (load_yaml(path) or ()):
         assert read_scenario(path).name, where
 
 
