@@ -4,7 +4,7 @@ Turtle and RDF/XML files are read once with rdflib; what the engine needs of the
 (named superclasses, restrictions, aliases) is cached by content, so that a second
 start imports no rdflib. The class closure follows subClassOf, equivalentClass and
 the members of owl:intersectionOf superclasses; against owlrl's OWL-RL closure of
-SOMA it agrees on 4,725 of 4,726 pairs (reference/ontology.md).
+SOMA it agrees on 4,725 of 4,726 pairs.
 """
 
 from __future__ import annotations
@@ -160,7 +160,7 @@ class Taxonomy:
         """What the restrictions of the class and its ancestors say of a property, nearest ancestors first.
 
         This is how affordances are asked: ``fillers("soma:Cup", "soma:hasDisposition")``. No OWL-RL
-        closure derives them for an individual (reference/ontology.md).
+        closure derives them for an individual.
         """
         order = sorted(self.ancestors(name), key=lambda c: (-len(self.ancestors(c)), c))
         found = [r.filler for c in order for r in self.restrictions.get(c, ()) if r.property == property_]

@@ -62,7 +62,7 @@ class MoveUntilContact(Step):
 
     Args:
         direction: unit vector, base frame.
-        speed: <= 0.02 m/s, where inertial forces stay below the threshold (simulation.md).
+        speed: <= 0.02 m/s, where inertial forces stay below the threshold (docs/explanation/simulation.md).
         force: contact is found when the reaction along ``direction`` exceeds this [N].
         distance: how far to go at most [m].
         expect: "contact": not finding one is an error; "any": both ends are fine.

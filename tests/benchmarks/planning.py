@@ -32,7 +32,7 @@ from cramlite_plugins.motions.scene import Scene
 from cramlite_plugins.robots.ur5e import UR5E
 
 Joints = tuple[float, ...]
-SPEED, ACCELERATION = 1.57, 3.0  # of the comparison in shared/reference/motion.md [rad/s, rad/s2]
+SPEED, ACCELERATION = 1.57, 3.0  # of the planners' comparison [rad/s, rad/s2]
 
 
 @dataclass(frozen=True)

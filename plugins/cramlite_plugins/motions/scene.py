@@ -39,7 +39,7 @@ Position = Sequence[float] | Floats
 Pairs = frozenset[frozenset[str]]
 
 HORIZON = 0.04  # distances above this are not told apart [m]
-CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip (motion.md)
+CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
 TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 SMALLEST = 0.002  # shortest advance along a line, largest joint difference [rad]: only counts near such contacts
