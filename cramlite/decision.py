@@ -7,18 +7,15 @@ their variables are called) share a path, and a condition that fails ends all ru
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from operator import itemgetter
 
 from .conditions import And, Atom, Binding, Compare, Condition, Every, Not, Or, Term, Variable, binds
-from .phases import Phase, PhaseName
+from .phases import Phase, PhaseName, Timeline
 from .rules import Clause, Rule
+from .steps import Step, Values, compile_step
 
-Values = tuple[str | float, ...]
-"""A binding: the values of the variables, in the order in which a path of the tree binds them."""
-
-Step = Callable[[Phase, list[Values]], list[Values]]
+_PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 Key = tuple[PhaseName, object]
 
 
@@ -37,23 +34,31 @@ class DecisionTree:
 
     Args:
         rules: from ``load_rules``.
+        timeline: the episode; rules that nothing in it can fulfil are left out.
     """
 
-    def __init__(self, rules: Iterable[Rule]) -> None:
+    def __init__(self, rules: Iterable[Rule], timeline: Timeline | None = None) -> None:
         self._root = _Node("pre", lambda _phase, bindings: bindings)
         for rule in rules:
-            self._add(rule)
+            if timeline is None or all(_possible(c.condition, timeline) for c in rule.clauses):
+                self._add(rule)
 
     def solve(self, phases: Mapping[PhaseName, Phase]) -> dict[str, list[Binding]]:
         """Task -> the bindings under which all its conditions hold, for each rule that has any."""
-        found: dict[str, list[Binding]] = {}
-        todo: list[tuple[_Node, list[Values]]] = [(self._root, [()])]
+        return self.solve_all([phases])[0]
+
+    def solve_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[dict[str, list[Binding]]]:
+        """The same for many actions: each condition is asked of all those that are left at once."""
+        found: list[dict[str, list[Binding]]] = [{} for _ in phases]
+        columns: dict[PhaseName, list[Phase]] = {name: [p[name] for p in phases] for name in _PHASES}
+        todo: list[tuple[_Node, list[Values]]] = [(self._root, [(k,) for k in range(len(phases))])]
         while todo:
             node, bindings = todo.pop()
             for rule, slots in node.rules:
-                found[rule.task] = [{name: b[k] for name, k in slots.items()} for b in bindings]
+                for b in bindings:
+                    found[b[0]].setdefault(rule.task, []).append({name: b[k] for name, k in slots.items()})
             for child in node.below.values():
-                left = child.step(phases[child.phase], bindings)
+                left = child.step(columns[child.phase], bindings)
                 if left:
                     todo.append((child, left))
         return found
@@ -66,10 +71,26 @@ class DecisionTree:
             new = _new_variables(clause, slots, seen)
             child = node.below.get(key)
             if child is None:
-                child = node.below[key] = _Node(clause.phase, _step(clause.condition, dict(slots), new))
-            slots |= {name: len(slots) + k for k, name in enumerate(new)}
+                child = node.below[key] = _Node(clause.phase, compile_step(clause.condition, dict(slots), new))
+            slots |= {name: len(slots) + 1 + k for k, name in enumerate(new)}
             node = child
         node.rules.append((rule, slots))
+
+
+def _possible(condition: Condition, timeline: Timeline) -> bool:
+    """Whether a condition can hold at some time of the episode; cautious: True unless it surely cannot."""
+    match condition:
+        case Atom(predicate, terms):
+            if predicate.timeless:
+                fixed = tuple(None if isinstance(t, Variable) else t for t in terms)
+                return bool(timeline.instant(timeline.cuts[0]).rows(predicate, fixed))
+            return predicate.possible is None or predicate.possible(timeline)
+        case And(parts):
+            return all(_possible(p, timeline) for p in parts)
+        case Or(options):
+            return any(_possible(o, timeline) for o in options)
+        case _:
+            return True
 
 
 def _new_variables(clause: Clause, slots: Mapping[str, int], seen: Mapping[str, int]) -> list[str]:
@@ -84,7 +105,7 @@ def _canonical(condition: Condition, slots: dict[str, int]) -> object:
     def term(t: Term) -> object:
         if not isinstance(t, Variable):
             return ("constant", t)
-        return "_" if t.name == "_" else slots.setdefault(t.name, len(slots))
+        return "_" if t.name == "_" else slots.setdefault(t.name, len(slots) + 1)
 
     match condition:
         case Atom(predicate, terms):
@@ -100,61 +121,3 @@ def _canonical(condition: Condition, slots: dict[str, int]) -> object:
             return ("and", *(_canonical(p, slots) for p in parts))
         case Or(options):  # its branches bind by name: rules share it only under equal names
             return ("or", tuple(sorted(slots.items())), options)
-
-
-def _step(condition: Condition, slots: dict[str, int], new: list[str]) -> Step:
-    if isinstance(condition, Atom):
-        return _atom_step(condition, slots)
-    if isinstance(condition, Not) and isinstance(condition.inner, Atom) and _plain(condition.inner, slots):
-        arguments, predicate = _arguments(condition.inner, slots), condition.inner.predicate
-        return lambda phase, bindings: [b for b in bindings if not phase.rows(predicate, arguments(b))]
-
-    def general(phase: Phase, bindings: list[Values]) -> list[Values]:
-        return list(_general(condition, phase, bindings, slots, new))
-
-    return general
-
-
-def _general(
-    condition: Condition, phase: Phase, bindings: list[Values], slots: dict[str, int], new: list[str]
-) -> Iterator[Values]:
-    for b in bindings:
-        named: Binding = {name: b[k] for name, k in slots.items()}
-        for found in condition.solve(phase, named):
-            yield b + tuple(found[name] for name in new)
-
-
-def _plain(atom: Atom, slots: dict[str, int]) -> bool:
-    """No unbound variable is written twice: then any row will do."""
-    local = [t.name for t in atom.terms if isinstance(t, Variable) and t.name != "_" and t.name not in slots]
-    return len(local) == len(set(local))
-
-
-def _arguments(atom: Atom, slots: dict[str, int]) -> Callable[[Values], tuple[str | float | None, ...]]:
-    """What the predicate is asked with: constants, bound values, and None for the rest."""
-    places = [slots.get(t.name) if isinstance(t, Variable) else None for t in atom.terms]
-    fixed = tuple(None if isinstance(t, Variable) else t for t in atom.terms)
-    if all(place is None for place in places):
-        return lambda _values: fixed
-    plan = list(zip(places, fixed, strict=True))
-    return lambda values: tuple([value if place is None else values[place] for place, value in plan])
-
-
-def _atom_step(atom: Atom, slots: dict[str, int]) -> Step:
-    predicate, arguments = atom.predicate, _arguments(atom, slots)
-    names = [t.name if isinstance(t, Variable) and t.name != "_" and t.name not in slots else None for t in atom.terms]
-    first = [k for k, name in enumerate(names) if name is not None and names.index(name) == k]
-    equal = [(names.index(name), k) for k, name in enumerate(names) if name is not None and names.index(name) != k]
-    if not first:
-        return lambda phase, bindings: [b for b in bindings if phase.rows(predicate, arguments(b))]
-    pick = itemgetter(*first) if len(first) > 1 else itemgetter(slice(first[0], first[0] + 1))
-
-    def step(phase: Phase, bindings: list[Values]) -> list[Values]:
-        return [
-            b + pick(row)
-            for b in bindings
-            for row in phase.rows(predicate, arguments(b))
-            if not equal or all(row[i] == row[k] for i, k in equal)
-        ]
-
-    return step

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
+from .conditions import Binding
 from .decision import DecisionTree
 from .episode import Episode
 from .errors import UserError, nearest
@@ -161,8 +163,9 @@ def interpret(
     Returns:
         The interpretation; an episode without events has no actions.
     """
-    judge = _Judge(Timeline(episode, taxonomy), tuple(rules), DecisionTree(rules), padding)
-    actions = [judge.judge(segment) for segment in judge.timeline.segments()]
+    timeline = Timeline(episode, taxonomy)
+    judge = _Judge(timeline, tuple(rules), DecisionTree(rules, timeline), padding)
+    actions = judge.judge_all(judge.timeline.segments())
     return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
 
 
@@ -174,10 +177,15 @@ class _Judge:
     rules: tuple[Rule, ...]
     tree: DecisionTree
     padding: float
+    wholes: dict[tuple[float, float], Mapping[str, list[Binding]]] = field(default_factory=dict)
 
-    def judge(self, segment: Segment, segments: tuple[Segment, ...] = (), evidence: str = "") -> Interpreted:
-        phases = self.timeline.phases(segment, self.padding)
-        solved = self.tree.solve(phases)
+    def judge_all(self, segments: Sequence[Segment]) -> list[Interpreted]:
+        solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in segments])
+        return [self.judged(segment, (segment,), found) for segment, found in zip(segments, solved, strict=True)]
+
+    def judged(
+        self, segment: Segment, segments: tuple[Segment, ...], solved: Mapping[str, list[Binding]]
+    ) -> Interpreted:
         matches = tuple(m for rule in self.rules if rule.task in solved for m in matches_of(rule, solved[rule.task]))
         label = segment.event.type if segment.event is not None else None
         label = self.timeline.taxonomy.resolve(label) if label else None
@@ -185,8 +193,8 @@ class _Judge:
             segment.start,
             segment.end,
             matches,
-            segments or (segment,),
-            evidence,
+            segments,
+            "",
             None if label == "soma:PhysicalAction" else label,
             lambda: self.reject(segment, {m.task for m in matches}),
         )
@@ -204,6 +212,9 @@ class _Judge:
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
         """Neighbours joined where one action is all that they are. A hole is tried with what it leads to
         first (whoever pulls and is still held back is extracting already), then with what went before."""
+        spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
+        solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
+        self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
         found = self._folded(actions, lambda before, after: not before.hole and not after.hole)
         found = self._folded(found[::-1], lambda before, _after: before.hole, backwards=True)[::-1]
         return self._folded(found, lambda _before, _after: True)
@@ -228,14 +239,11 @@ class _Judge:
         between them then told nothing apart. The joined action is judged anew against every rule, and
         two holes stay holes unless together they are something.
         """
+        if not self._refine(before, after):
+            return None
         segments = (*before.segments, *after.segments)
-        a, b = _readings(before), _readings(after)
-        if any(s.event is not None for s in segments) or before.end != after.start or not (a <= b or b <= a):
-            return None
-        if self._telling(after.start):
-            return None
-        joined = self.judge(Segment(before.start, after.end), segments)
-        if joined.hole or not a | b <= _readings(joined):
+        joined = self._whole(Segment(before.start, after.end), segments)
+        if joined.hole or not _readings(before) | _readings(after) <= _readings(joined):
             return None
         boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
         evidence = (
@@ -243,6 +251,23 @@ class _Judge:
             f"{', '.join(sorted({m.task for m in joined.matches}))}, which is all that each of them is"
         )
         return replace(joined, evidence=evidence)
+
+    def _refine(self, before: Interpreted, after: Interpreted) -> bool:
+        """Whether two neighbours are anonymous, what the boundary between them tells is nothing, and one's tasks
+        are among the other's."""
+        if before.end != after.start or self._telling(after.start):
+            return False
+        if any(s.event is not None for s in (*before.segments, *after.segments)):
+            return False
+        a, b = _readings(before), _readings(after)
+        return a <= b or b <= a
+
+    def _whole(self, segment: Segment, segments: tuple[Segment, ...]) -> Interpreted:
+        """The joined action, judged anew once."""
+        key = (segment.start, segment.end)
+        if key not in self.wholes:
+            self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
+        return self.judged(segment, segments, self.wholes[key])
 
 
 def _readings(action: Interpreted) -> set[tuple[str, tuple[tuple[str, str], ...]]]:

@@ -1,7 +1,7 @@
 """An episode as the matcher sees it: actions, and what holds before, during and after each.
 
 Closed world: a state that is not known to hold does not hold. The intervals are those
-of Alt et al., KR 2023 (reference/tasks.md, "Phases of an action").
+of Alt et al., KR 2023.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -34,6 +35,11 @@ class Predicate:
             predicate's rows end with the number.
         phases: where it means something; a rule that asks elsewhere is refused when it is loaded.
         timeless: it asks about classes and parts only, so its rows hold at every time.
+        steady: it asks about states only, so its rows stay while no state begins or ends. Such a
+            predicate keeps what it works out in ``phase.situation``.
+        possible: whether an episode can make it hold at all; rules that need it are left out where it cannot.
+            It may be cautious: True costs time only.
+        complete: asked with every argument open, it gives all its rows; it is then asked once, and indexed.
         value: it yields numbers, and is used in comparisons.
         cost: rough cost, 1 for a look at the states; cheaper conditions are checked first.
         doc: one sentence for people.
@@ -45,6 +51,9 @@ class Predicate:
     phases: frozenset[PhaseName] = frozenset({"pre", "run", "post"})
     value: bool = False
     timeless: bool = False
+    steady: bool = False
+    complete: bool = False
+    possible: Callable[[Timeline], bool] | None = None
     cost: int = 1
     doc: str = ""
 
@@ -58,25 +67,30 @@ class Segment:
     event: Event | None = None
 
 
+Index = dict[tuple[str | float, ...], tuple[Row, ...]]
+"""Values at some places of the rows of a predicate -> the rows that have them there."""
+
+
 class Phase:
     """What holds at an instant (``start == end``), or all through an interval.
 
-    Predicates read it; ``memo`` is theirs to keep results in.
+    Predicates read it; ``memo`` is theirs to keep results in, and ``situation`` is the same for all phases
+    in which no state begins or ends: an action's beginning and what goes on until the next boundary.
     """
 
     def __init__(self, timeline: Timeline, start: float, end: float) -> None:
         self.timeline, self.start, self.end = timeline, start, end
         self.episode, self.taxonomy = timeline.episode, timeline.taxonomy
         self.memo: dict[Hashable, Any] = {}
-        self._rows: dict[Hashable, tuple[Row, ...]] = {}
+        self.situation: dict[Hashable, Any] = timeline.situation(start, end)
 
     def states(self, type_: str) -> tuple[Event, ...]:
         """States of a class that hold at the instant, or span the whole interval."""
-        found = self.memo.get(type_)
+        found: tuple[Event, ...] | None = self.situation.get(type_)
         if found is None:
             active = self.timeline.active(type_, self.start)
             found = tuple(e for e in active if e.end >= self.end) if self.end > self.start else active
-            self.memo[type_] = found
+            self.situation[type_] = found
         return found
 
     def overlapping(self, type_: str) -> tuple[Event, ...]:
@@ -86,14 +100,29 @@ class Phase:
 
     def rows(self, predicate: Predicate, arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
         """The rows of a predicate that agree with the arguments; None is open."""
+        if predicate.complete:
+            places = tuple([k for k, a in enumerate(arguments) if a is not None])
+            return self.index(predicate, places).get(tuple([a for a in arguments if a is not None]), ())
+        known = self.timeline.rows if predicate.timeless else self.situation if predicate.steady else self.memo
         key = (predicate.name, arguments)
-        known = self.timeline.rows if predicate.timeless else self._rows
-        found = known.get(key)
+        found: tuple[Row, ...] | None = known.get(key)
         if found is None:
             asked = [(k, a) for k, a in enumerate(arguments) if a is not None]
             rows = predicate.function(self, *arguments)
-            found = tuple(dict.fromkeys([row for row in rows if all([row[k] == a for k, a in asked])]))  # noqa: C419
-            known[key] = found
+            found = known[key] = tuple(dict.fromkeys([row for row in rows if all([row[k] == a for k, a in asked])]))  # noqa: C419
+        return found
+
+    def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
+        """All rows of a complete predicate, by their values at some places."""
+        known = self.situation if predicate.steady else self.timeline.rows if predicate.timeless else self.memo
+        key = (predicate.name, places, "index")
+        found: Index | None = known.get(key)
+        if found is None:
+            rows = dict.fromkeys(predicate.function(self, *[None] * predicate.arity))
+            groups: dict[tuple[str | float, ...], list[Row]] = {}
+            for row in rows:
+                groups.setdefault(tuple([row[k] for k in places]), []).append(row)
+            found = known[key] = {values: tuple(group) for values, group in groups.items()}
         return found
 
 
@@ -108,10 +137,12 @@ class Timeline:
         self.memo: dict[Hashable, Any] = {}
         self.entities: dict[str, Entity] = {e.name: e for e in episode.entities}
         self.wholes: dict[str, tuple[str, ...]] = {e.name: tuple(_wholes(self.entities, e)) for e in episode.entities}
-        self.rows: dict[Hashable, tuple[Row, ...]] = {}
+        self.rows: dict[Hashable, Any] = {}
         self._span = episode.span
         self._indices: dict[str, _Index] = {}
         self._instants: dict[float, Phase] = {}
+        self._states = _Index([e for e in episode.events if e.kind == "state"], self._span[1])
+        self._situations: dict[int, dict[Hashable, Any]] = {}
 
     def types(self, name: str) -> tuple[str, ...]:
         """The classes of an entity, as this taxonomy names them; unknown ones as they are."""
@@ -128,6 +159,11 @@ class Timeline:
         if key not in self.memo:
             self.memo[key] = tuple(n for n in self.entities if self.taxonomy.any_is_a(self.types(n), type_))
         return self.memo[key]  # type: ignore[no-any-return]
+
+    def situation(self, start: float, end: float) -> dict[Hashable, Any]:
+        """A memo that is shared by all phases between the same two boundaries of states."""
+        number = self._states.interval(start, end)
+        return {} if number is None else self._situations.setdefault(number, {})
 
     def instant(self, time: float) -> Phase:
         """What holds at a time. Neighbouring actions share it."""
@@ -174,20 +210,25 @@ class Timeline:
             self.memo["starts"] = [e.start for e in self.labelled]
         return self.memo["starts"]  # type: ignore[no-any-return]
 
+    @cached_property
+    def cuts(self) -> tuple[float, ...]:
+        """When states and recorded actions begin or end, and the ends of the recording; sorted [s]."""
+        start, end = self._span
+        found = {start, end}
+        for event in self.episode.events:
+            if event.kind != "situation":
+                found.update(t for t in (event.start, event.end) if start < t < end)
+        return tuple(sorted(found))
+
     def segments(self) -> tuple[Segment, ...]:
         """The actions: the recorded ones, and each gap between two boundaries that none of them covers,
         so that some action is always going on. Boundaries are those of states and of recorded actions."""
-        start, end = self._span
-        cuts = {start, end}
-        for event in self.episode.events:
-            if event.kind != "situation":
-                cuts.update(t for t in (event.start, event.end) if start < t < end)
+        start = self._span[0]
         found = [Segment(e.start, e.end, e) for e in self.labelled]
-        bounds = sorted(cuts)
         covered = start
         known = iter([*self.labelled, None])
         action = next(known)
-        for a, b in pairwise(bounds):
+        for a, b in pairwise(self.cuts):
             while action is not None and action.start <= a:
                 covered = max(covered, action.end)
                 action = next(known)
@@ -236,6 +277,11 @@ class _Index:
         for bound in self._bounds:
             current = (*(e for e in current if e.end > bound), *starting.get(bound, ()))
             self._active.append(current)
+
+    def interval(self, start: float, end: float) -> int | None:
+        """The number of the interval between two boundaries that [start, end) lies in; None if in several."""
+        k = bisect_right(self._bounds, start)
+        return k if k == len(self._bounds) or end <= self._bounds[k] else None
 
     def at(self, time: float) -> tuple[Event, ...]:
         k = bisect_right(self._bounds, time) - 1

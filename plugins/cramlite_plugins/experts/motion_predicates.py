@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from cramlite.episode import Track
 from cramlite.geometry import Floats
-from cramlite.phases import Phase, PhaseName, Predicate, Row
+from cramlite.phases import Phase, PhaseName, Predicate, Row, Timeline
 
 ARM_MOVED = 0.001
-"""[m] of the end effector (reference/tasks.md)."""
+"""[m] of the end effector."""
 GRIPPER_MOVED = 0.020
-"""[m] between the finger tips (reference/tasks.md)."""
+"""[m] between the finger tips."""
 THING_MOVED = 0.005
 """[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
 TURNED = 0.1
@@ -32,6 +33,7 @@ _RUN: frozenset[PhaseName] = frozenset({"run"})
 
 
 def all_predicates() -> tuple[Predicate, ...]:
+    of_joints = partial(Predicate, possible=_has_joints)
     return (
         Predicate("arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm."),
         Predicate(
@@ -51,14 +53,25 @@ def all_predicates() -> tuple[Predicate, ...]:
         Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg."),
         Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest."),
         Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest."),
-        Predicate("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
-        Predicate(
+        of_joints("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
+        of_joints(
             "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."
         ),
-        Predicate("joint_closed", 1, joint_closed, cost=3, doc="A thing's joint is within 5 % of closed."),
-        Predicate("joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more."),
-        Predicate("parked", 0, parked, cost=3, doc="All arm joints are at the park state."),
+        of_joints("joint_closed", 1, joint_closed, cost=3, doc="A thing's joint is within 5 % of closed."),
+        of_joints("joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more."),
+        Predicate(
+            "parked",
+            0,
+            parked,
+            cost=3,
+            possible=lambda timeline: "park" in timeline.episode.extras,
+            doc="All arm joints are at the park state.",
+        ),
     )
+
+
+def _has_joints(timeline: Timeline) -> bool:
+    return any(key.startswith("joint:") for key in timeline.episode.extras)
 
 
 def arm_moves(phase: Phase) -> Iterator[Row]:

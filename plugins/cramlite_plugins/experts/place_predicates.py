@@ -11,8 +11,7 @@ from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.phases import Phase, Predicate, Row
 
 REACH = 0.15
-"""[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up
-(reference/neem.md)."""
+"""[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
 NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
 VIEW = np.deg2rad(30.0)
@@ -31,10 +30,23 @@ def all_predicates() -> tuple[Predicate, ...]:
             "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
-        Predicate("in_view", 1, in_view, cost=5, doc="A thing is within 30 deg of a camera's axis."),
-        Predicate("pose_known", 1, pose_known, cost=4, doc="Where a thing is has been recorded by now."),
         Predicate(
-            "thing", 1, thing, cost=3, doc="An object of the world: no part, and not the effector.", timeless=True
+            "in_view",
+            1,
+            in_view,
+            cost=5,
+            possible=lambda timeline: bool(timeline.entities_of("cram:Camera")),
+            doc="A thing is within 30 deg of a camera's axis.",
+        ),
+        Predicate("pose_known", 1, pose_known, cost=4, complete=True, doc="Where a thing is has been recorded by now."),
+        Predicate(
+            "thing",
+            1,
+            thing,
+            cost=3,
+            doc="An object of the world: no part, and not the effector.",
+            timeless=True,
+            complete=True,
         ),
     )
 
@@ -96,11 +108,17 @@ def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
 
 def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:
     """pose_known(Thing): it has an initial pose, or was tracked at or before the phase's end."""
-    for other in [name] if name is not None else _things(phase):
-        track = phase.episode.tracks.get(other)
-        tracked = track is not None and len(track.times) > 0 and float(track.times[0]) <= phase.end
-        if tracked or (other in phase.timeline.entities and phase.timeline.entities[other].pose is not None):
-            yield (other,)
+    yield from ((other,) for other, since in _known_since(phase).items() if since <= phase.end)
+
+
+def _known_since(phase: Phase) -> dict[str, float]:
+    """When the pose of each entity was first known [s]; entities that are known nowhere are left out."""
+    memo = phase.timeline.memo
+    if "known since" not in memo:
+        tracked = {n: float(t.times[0]) for n, t in phase.episode.tracks.items() if len(t.times)}
+        placed = {n: -math.inf for n, e in phase.timeline.entities.items() if e.pose is not None}
+        memo["known since"] = {**tracked, **placed}
+    return memo["known since"]  # type: ignore[no-any-return]
 
 
 def _things(phase: Phase) -> tuple[str, ...]:
@@ -115,11 +133,45 @@ def _things(phase: Phase) -> tuple[str, ...]:
 
 def _gap(phase: Phase, name: str, time: float) -> float | None:
     """Distance of the effector's frame from a thing's box [m]."""
-    key = ("gap", name, time)
     memo = phase.timeline.memo
-    if key not in memo:
-        memo[key] = _distance(phase, name, phase.episode.effector or "", time)
-    return memo[key]  # type: ignore[no-any-return]
+    known = memo.get(("gaps", name))
+    if known is None:
+        known = memo["gaps", name] = _gaps_at_boundaries(phase, name)
+    if time not in known:
+        known[time] = _distance(phase, name, phase.episode.effector or "", time)
+    return known[time]  # type: ignore[no-any-return]
+
+
+def _gaps_at_boundaries(phase: Phase, name: str) -> dict[float, float | None]:
+    """The distances at all boundaries of the timeline at once; the same that ``_distance`` gives one by one."""
+    hand = phase.episode.tracks.get(phase.episode.effector or "")
+    if hand is None or not len(hand.times) or name not in phase.timeline.entities:
+        return {}
+    times = np.array(phase.timeline.cuts)
+    track = phase.episode.tracks.get(name)
+    if track is not None and len(track.times):
+        rows = track.poses[np.maximum(np.searchsorted(track.times, times, side="right") - 1, 0)]
+    else:
+        pose = _pose(phase, name, phase.start) if phase.timeline.entities[name].part_of is None else None
+        if pose is None:
+            return {}
+        rows = np.array([(*pose.position, *pose.quaternion)])
+    points = hand.poses[np.maximum(np.searchsorted(hand.times, times, side="right") - 1, 0), :3]
+    seen = np.einsum("ni,nij->nj", points - rows[:, :3], np.broadcast_to(rotations(rows[:, 3:]), (len(times), 3, 3)))
+    low, high = _box(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    outside = np.maximum(np.maximum(low - seen, seen - high), 0.0)
+    return dict(zip(phase.timeline.cuts, np.linalg.norm(outside, axis=1).tolist(), strict=True))
+
+
+def rotations(quaternions: Floats) -> Floats:
+    """Rotation matrices (N, 3, 3) of quaternions (N, 4) as (w, x, y, z), of any length but 0."""
+    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
 
 
 def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:

@@ -1,13 +1,14 @@
 """The predicates that the shipped rules ask for. Each is one relation over an episode's phase.
 
 Conditions of contact, support and grasp come from the states alone; they are three separate
-relations: being grasped is not being supported (reference/tasks.md). Motion comes from the tracks
+relations: being grasped is not being supported. Motion comes from the tracks
 (see motion_predicates.py), places from poses and shapes (see place_predicates.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 
 from cramlite.hookspecs import hookimpl
 from cramlite.phases import Phase, Predicate, Row
@@ -21,38 +22,60 @@ DEFAULT_DOF = 1.0
 def all_predicates() -> tuple[Predicate, ...]:
     """Every predicate of this package, for the hook ``predicates``."""
     return (
-        Predicate("effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True),
-        Predicate("grasps", 2, grasps, doc="Gripper holds thing."),
-        Predicate("supports", 2, supports, doc="Supporter carries supportee."),
-        Predicate("touches", 2, touches, doc="Two things, or their parts, are in contact; symmetric.", cost=2),
-        Predicate("collides", 2, collides, doc="A member of the kinematic chain touches what is not.", cost=2),
-        Predicate("chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that."),
-        Predicate("contains", 2, contains, doc="Container holds content."),
+        *_of_states(),
+        Predicate("effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True, complete=True),
         Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True),
         Predicate(
-            "has", 2, has, doc="Thing is of a class, has a part of it, or its own class says it has one.", cost=3
-        ),
-        Predicate("part", 2, part, doc="Thing has part.", cost=3, timeless=True),
-        Predicate(
-            "constrained_dof",
+            "has",
             2,
-            constrained_dof,
-            value=True,
+            has,
+            doc="Thing is of a class, has a part of it, or its own class says it has one.",
             cost=3,
-            doc="Degrees of freedom that a thing's contact takes from another.",
+            timeless=True,
         ),
-        Predicate(
-            "on_container", 1, on_container, cost=3, doc="A thing touches or rests on a container that is not its own."
-        ),
+        Predicate("part", 2, part, doc="Thing has part.", cost=3, timeless=True, complete=True),
         Predicate(
             "labelled",
             2,
             labelled,
             doc="The log names a task for this action, done to a thing.",
             phases=frozenset({"run"}),
+            complete=True,
+            possible=lambda timeline: bool(timeline.labelled),
         ),
         *motion_predicates.all_predicates(),
         *place_predicates.all_predicates(),
+    )
+
+
+def _of_states() -> tuple[Predicate, ...]:
+    """Relations that change only where a state begins or ends."""
+    known = partial(Predicate, steady=True, complete=True)
+    return (
+        known("grasps", 2, grasps, doc="Gripper holds thing."),
+        known("supports", 2, supports, doc="Supporter carries supportee."),
+        known("touches", 2, touches, doc="Two things, or their parts, are in contact; symmetric.", cost=2),
+        known("collides", 2, collides, doc="A member of the kinematic chain touches what is not.", cost=2),
+        known("chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that."),
+        known(
+            "contains",
+            2,
+            contains,
+            doc="Container holds content.",
+            possible=lambda timeline: bool(timeline.boundaries("soma:ContainmentState")),
+        ),
+        known(
+            "on_container", 1, on_container, cost=3, doc="A thing touches or rests on a container that is not its own."
+        ),
+        Predicate(
+            "constrained_dof",
+            2,
+            constrained_dof,
+            value=True,
+            steady=True,
+            cost=3,
+            doc="Degrees of freedom that a thing's contact takes from another.",
+        ),
     )
 
 
@@ -95,9 +118,9 @@ def contains(phase: Phase, _container: str | None, _content: str | None) -> Iter
 
 def touches(phase: Phase, _a: str | None, _b: str | None) -> Iterable[Row]:
     """touches(A, B): from soma:ContactState, both ways round; a contact of a part is one of the whole."""
-    if "touches" not in phase.memo:
-        phase.memo["touches"] = tuple(_contact_rows(phase, phase.states("soma:ContactState")))
-    return phase.memo["touches"]  # type: ignore[no-any-return]
+    if "touches" not in phase.situation:
+        phase.situation["touches"] = tuple(_contact_rows(phase, phase.states("soma:ContactState")))
+    return phase.situation["touches"]  # type: ignore[no-any-return]
 
 
 def collides(phase: Phase, _a: str | None, _b: str | None) -> Iterator[Row]:
@@ -116,12 +139,12 @@ def collides(phase: Phase, _a: str | None, _b: str | None) -> Iterator[Row]:
 
 def chain(phase: Phase, _name: str | None) -> Iterable[Row]:
     """chain(X): the kinematic chain: effector, what it grasps, and the parts of both."""
-    if "chain" not in phase.memo:
+    if "chain" not in phase.situation:
         heads = {row[0] for row in effector(phase, None)}
         heads |= {thing for gripper, thing in grasps(phase, None, None) if gripper in heads}
         wholes = phase.timeline.wholes
-        phase.memo["chain"] = tuple((n,) for n in wholes if any(w in heads for w in wholes[n]))
-    return phase.memo["chain"]  # type: ignore[no-any-return]
+        phase.situation["chain"] = tuple((n,) for n in wholes if any(w in heads for w in wholes[n]))
+    return phase.situation["chain"]  # type: ignore[no-any-return]
 
 
 def isa(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
@@ -194,11 +217,12 @@ def _contact_rows(phase: Phase, states: Iterable[object]) -> Iterator[Row]:
                 yield b, a
 
 
-def _lifted(phase: Phase, a: str, b: str) -> Iterator[tuple[str, str]]:
+def _lifted(phase: Phase, a: str, b: str) -> Iterable[tuple[str, str]]:
     """The pair, and each pair of wholes that they are parts of; nothing is related to its own parts."""
-    wholes = phase.timeline.wholes
-    above_a, above_b = wholes.get(a, (a,)), wholes.get(b, (b,))
-    for x in above_a:
-        for y in above_b:
-            if x not in above_b and y not in above_a:
-                yield x, y
+    known = phase.timeline.memo
+    key = ("lifted", a, b)
+    if key not in known:
+        wholes = phase.timeline.wholes
+        above_a, above_b = wholes.get(a, (a,)), wholes.get(b, (b,))
+        known[key] = [(x, y) for x in above_a for y in above_b if x not in above_b and y not in above_a]
+    return known[key]  # type: ignore[no-any-return]
