@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from operator import itemgetter
 from typing import Any
 
-from .conditions import And, Atom, Binding, Compare, Condition, Every, Not, Or, Variable, binds
+from .conditions import And, Atom, Binding, Condition, Every, Not, Or, Variable, binds
 from .phases import Phase, Row
 
 Values = tuple[Any, ...]
@@ -140,7 +140,7 @@ def _picker(places: list[int]) -> Callable[[Values], Values]:
     return itemgetter(*places) if len(places) > 1 else itemgetter(slice(places[0], places[0] + 1))
 
 
-def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Values], tuple[str | float | None, ...]]:
+def _arguments(atom: Atom, slots: Slots, places: Sequence[int]) -> Callable[[Values], tuple[Any, ...]]:
     """What is asked at some places of an atom: constants, bound values, and None for the rest."""
     terms = [atom.terms[k] for k in places]
     sources = [slots.get(t.name) if isinstance(t, Variable) else None for t in terms]

@@ -139,7 +139,7 @@ def _gap(phase: Phase, name: str, time: float) -> float | None:
         known = memo["gaps", name] = _gaps_at_boundaries(phase, name)
     if time not in known:
         known[time] = _distance(phase, name, phase.episode.effector or "", time)
-    return known[time]  # type: ignore[no-any-return]
+    return known[time]
 
 
 def _gaps_at_boundaries(phase: Phase, name: str) -> dict[float, float | None]:
