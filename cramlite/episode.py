@@ -168,13 +168,19 @@ class Episode:
 
     def pose_at(self, name: str, time: float) -> Pose | None:
         """Pose of an entity in the world frame, or None if nothing is known of it. Parts follow their whole."""
-        if name in self.tracks and len(self.tracks[name].times):
-            return self.tracks[name].at(time)
-        entity = self.entity(name)
-        if entity.part_of is None or entity.pose is None:
-            return entity.pose
-        whole = self.pose_at(entity.part_of, time)
-        return None if whole is None else whole * entity.pose
+        inside: Pose | None = None
+        for _ in range(len(self.entities) + 1):  # a cycle of parts ends with it
+            if name in self.tracks and len(self.tracks[name].times):
+                here: Pose | None = self.tracks[name].at(time)
+                return here if inside is None or here is None else here * inside
+            entity = self.entity(name)
+            if entity.pose is None:
+                return None
+            inside = entity.pose if inside is None else entity.pose * inside
+            if entity.part_of is None:
+                return inside
+            name = entity.part_of
+        return None
 
     def sampled(self, name: str, time: float) -> Floats | None:
         """The row of an array in ``extras`` ("joints", "wrench") that was last recorded at or before a time;

@@ -55,7 +55,7 @@ def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair,
 
 def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
     """Without rows that are no poses, in order, with quaternions of length 1."""
-    near = (np.abs(rows.poses) < FARTHEST).all(axis=1)
+    near: NDArray[np.bool_] = np.asarray(np.all(np.abs(rows.poses) < FARTHEST, axis=1))
     length = np.linalg.norm(np.where(near[:, None], rows.poses[:, 3:], 0.0), axis=1)
     good = np.isfinite(rows.times) & near & (length > 1e-9)
     repairs: list[Repair | None] = [

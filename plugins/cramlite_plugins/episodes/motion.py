@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from cramlite.episode import Entity, Episode, Event, Track
+from cramlite.episode import Entity, Episode, Event, Repair, Track
 from cramlite.geometry import Floats
 
 from .frames import compose
@@ -34,6 +34,10 @@ LIFTED = 0.02
 SWINGS, AMPLITUDE, SWING = 5, 0.008, 0.75
 #: Pouring: tilted this far [rad] from how it stood, for this long [s]; a full cup spills from about 60 degrees.
 TILT, POURED = np.radians(60), 0.5
+
+#: Longest recording looked at [s]: a grid of STEP over six hours takes 0.2 GB. One wrong stamp can make a recording
+#: of 50 years out of one of a minute.
+LONGEST = 6 * 3600.0
 
 Flags = NDArray[np.bool_]
 
@@ -61,6 +65,10 @@ def infer(episode: Episode) -> Episode:
     """
     if episode.of("state") or episode.effector not in episode.tracks:
         return episode
+    first, last = episode.span
+    if last - first > LONGEST:
+        why = f"it lasts {last - first:.0f} s, and up to {LONGEST:.0f} s are looked at; is a stamp wrong?"
+        return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), why)))
     effector = str(episode.effector)
     found: list[Event] = []
     for name, track in episode.tracks.items():

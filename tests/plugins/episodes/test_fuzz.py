@@ -14,8 +14,9 @@ from episode_builders import episode
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cramlite.episode import Episode
+from cramlite.episode import Entity, Episode
 from cramlite.errors import UserError
+from cramlite.geometry import Pose
 from cramlite_plugins.episodes.neem import read_neem, write_neem
 from cramlite_plugins.episodes.repair import repaired
 
@@ -175,6 +176,7 @@ def test_a_gigabyte_is_refused_in_bounded_memory(tmp_path: Path, name: str) -> N
 import sys, numpy, bson, rdflib
 from pathlib import Path
 from cramlite.errors import UserError
+from cramlite.geometry import Pose
 from cramlite_plugins.episodes.neem import read_neem
 try:
     read_neem(Path({str(tmp_path / name)!r}))
@@ -190,3 +192,26 @@ except UserError as error:
     )
     assert ran.returncode == 2, ran.stderr[-600:]
     assert name in ran.stdout
+
+
+def test_one_wrong_stamp_makes_no_recording_of_fifty_years(tmp_path: Path) -> None:
+    """The grid on which motion is looked at would not fit any memory."""
+    pose = {"translation": {"x": 1.0, "y": 0.0, "z": 0.0}, "rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}}
+    rows = [
+        {"header": {"stamp": t, "frame_id": "map"}, "child_frame_id": name, "transform": pose}
+        for name in ("hand", "cup")
+        for t in (0.0, 1.0, 1.6e9)
+    ]
+    (tmp_path / "tf.bson").write_bytes(b"".join(map(bson.encode, rows)))
+    found = read_neem(tmp_path)
+    assert found is not None
+    assert found.repairs[-1].what == "no events were inferred"
+
+
+def test_long_chains_of_parts_and_circles_end() -> None:
+    parts = tuple(Entity(str(k), (), str(k - 1) if k else None, Pose((0.001, 0, 0))) for k in range(5000))
+    end = Episode("x", parts, ()).pose_at("4999", 0.0)
+    assert end is not None
+    assert end.position == pytest.approx((5.0, 0, 0))
+    circle = (Entity("a", (), "b", Pose()), Entity("b", (), "a", Pose()))
+    assert Episode("x", circle, ()).pose_at("a", 0.0) is None

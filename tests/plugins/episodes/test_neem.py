@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from cramlite.episode import Entity, Episode, Event, Track
 from cramlite.errors import UserError
 from cramlite.geometry import Pose
+from cramlite.world import Geom
 from cramlite_plugins.episodes import parts
 from cramlite_plugins.episodes.detect import detect
 from cramlite_plugins.episodes.neem import read_neem, write_neem
@@ -149,6 +150,35 @@ def test_any_episode_reads_back_equal(
         name, (Entity("thing", (f"cram:{'A'}",)),), tuple(sorted(timeline, key=lambda e: e.start)), {"thing": track}
     )
     same(whole, read_neem(write_neem(whole, tmp_path_factory.mktemp("neem"))))
+
+
+small = st.floats(-100, 100)
+quaternions = st.tuples(small, small, small, small).filter(lambda q: np.linalg.norm(q) > 0.1)
+poses = st.builds(Pose, st.tuples(small, small, small), quaternions)
+curies = st.sampled_from(["cram:Product", "soma:Cup", "knowrob:RedCup", "http://example.org/a#B", "dul:Object"])
+sizes = st.tuples(*[st.floats(1e-3, 10)] * 3)
+geoms = st.builds(Geom, st.sampled_from(["box", "cylinder", "capsule", "sphere"]), sizes, poses, names | st.just(""))
+things = st.builds(
+    Entity, names, st.lists(curies, max_size=3, unique=True).map(tuple), st.none(), st.none() | poses,
+    st.none() | sizes, st.lists(geoms, max_size=2).map(tuple), st.dictionaries(names, numbers, max_size=2),
+)  # fmt: skip
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(things, min_size=1, max_size=4, unique_by=lambda e: e.name), st.data())
+def test_any_map_and_poses_read_back_equal(
+    tmp_path_factory: pytest.TempPathFactory, entities: list[Entity], data: st.DataObject
+) -> None:
+    tracks = {}
+    for entity in entities:
+        rows = data.draw(st.lists(poses, min_size=1, max_size=5))
+        times = np.cumsum(data.draw(st.lists(st.floats(0, 10), min_size=len(rows), max_size=len(rows))))
+        tracks[entity.name] = Track(times, np.array([[*p.position, *p.quaternion] for p in rows]))
+    known = tuple(replace(e, part_of=entities[0].name) if k and k % 2 else e for k, e in enumerate(entities))
+    whole = Episode("any", known, (), tracks, data.draw(st.none() | st.just(entities[0].name)))
+    found = read_neem(write_neem(whole, tmp_path_factory.mktemp("neem")))
+    assert found is not None
+    same(replace(whole, effector=found.effector if whole.effector is None else whole.effector), found)
 
 
 @given(st.lists(st.floats(-1, 1), min_size=7, max_size=7).filter(lambda v: np.linalg.norm(v[3:]) > 0.1))
