@@ -12,7 +12,7 @@ from .trace import Entry, Trace
 if TYPE_CHECKING:
     from .engine import Solution
     from .episode import Repair
-    from .interpretation import Interpretation
+    from .interpretation import Interpretation, Interpreted
     from .registry import PluginInfo
     from .tasks import TaskType
 
@@ -114,6 +114,16 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
     return [{"start": r.when[0], "end": r.when[1], "what": r.what, "why": r.why} for r in repairs]
 
 
+def _label(action: Interpreted) -> str:
+    """What the recording itself calls the action, or what was concluded from motion."""
+    event = action.segments[0].event if action.segments else None
+    if event is None or event.type == "soma:PhysicalAction":
+        return ""
+    whom = event.roles.get("object", "")
+    source = "inferred from motion" if event.inferred else "so named in the recording"
+    return f"  {action.label or event.type}{f' of {whom}' if whom else ''}, {source}"
+
+
 def _repair_lines(repairs: Sequence[Repair], most: int = 20) -> list[str]:
     """A line for each; a flickering log has hundreds, so only the first are shown."""
     lines = [f"  repaired  {r.when[0]:7.2f} to {r.when[1]:7.2f} s  {r.what}: {r.why}" for r in repairs[:most]]
@@ -126,7 +136,7 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
     lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} candidate task sequences"]
     lines += _repair_lines(list(repairs))
     for k, action in enumerate(found.actions):
-        lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s")
+        lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s{_label(action)}")
         lines += [
             f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}"
             for m in action.matches
