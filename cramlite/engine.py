@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +28,9 @@ from .verdict import Verdict
 from .world import World
 
 Progress = Callable[[str], None]
+Source = tuple[Interpretation | None, Episode | None]
+LISTED = 1000
+"""Task sequences of a demonstration that are looked at, most of them only to see that a task type is missing."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +210,7 @@ class Engine:
         if world is None:
             raise UserError("A goal that is not a scenario needs a world: pass world=engine.setting(scenario).")
         trace, budget = trace if trace is not None else Trace(), budget or Budget()
-        for number, (plan, source) in enumerate(self._plans(goal, world, progress), 1):
+        for number, (plan, source) in enumerate(self._plans(goal, world, trace, progress), 1):
             if number > budget.sequences:
                 trace.add(
                     0,
@@ -228,38 +233,47 @@ class Engine:
             if not proven:
                 refused(number)
 
-    def _plans(
-        self, goal: Any, world: Setting, progress: Progress
-    ) -> Iterator[tuple[Plan, tuple[Interpretation | None, Episode | None]]]:
+    def _plans(self, goal: Any, world: Setting, trace: Trace, progress: Progress) -> Iterator[tuple[Plan, Source]]:
         if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
             goal = self.read_episode(goal.beside(goal.spec.demonstration))
         if isinstance(goal, Episode):
-            found = self.interpret(goal)
-            progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
-            for sequence in found.sequences():
-                calls = [TaskCall(task_type(self.knowledge.tasks, m.task), m.roles) for m in sequence.matches]
-                yield plan_from_episode(world.name, calls, goal), (found, goal)
+            yield from self._plans_from_episode(goal, world, trace, progress)
             return
         objects: dict[str, ObjectSpec] = {}
-        where = ""
+        tasks, where = goal, partial(str.format, "")
         if isinstance(goal, Scenario):
-            objects, where = goal.spec.objects, goal.where("tasks" if goal.spec.tasks is not None else "designator")
-            goal = goal.spec.tasks if goal.spec.tasks is not None else goal.spec.designator
-        tasks = goal if isinstance(goal, list | tuple) else [goal]
-        yield self._plan_from_tasks(tasks, objects, world, where), (None, None)
+            spec = goal.spec
+            objects, tasks = spec.objects, spec.designator if spec.tasks is None else spec.tasks
+            where = partial(_place_of_task, goal)
+        tasks = tasks if isinstance(tasks, list | tuple) else [tasks]
+        calls = [self._call(task, objects, world.world, where(k)) for k, task in enumerate(tasks)]
+        fillers = dict.fromkeys(f for c in calls for f in c.roles.values())
+        yield build_plan(world.name, calls, {f: _object(f, objects, world.world) for f in fillers}), (None, None)
 
-    def _plan_from_tasks(
-        self, tasks: Sequence[TaskSpec], objects: dict[str, ObjectSpec], world: Setting, where: str
-    ) -> Plan:
+    def _plans_from_episode(
+        self, episode: Episode, world: Setting, trace: Trace, progress: Progress
+    ) -> Iterator[tuple[Plan, Source]]:
+        found = self.interpret(episode)
+        progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
+        for sequence in islice(found.sequences(), LISTED):
+            unknown = [m.task for m in sequence.matches if m.task not in self.knowledge.tasks]
+            if unknown:
+                names = " -> ".join(m.task.split(":")[-1] for m in sequence.matches)
+                trace.add(0, "sequence", names, "refused", "engine", f"no plugin offers the task type {unknown[0]}")
+                continue
+            calls = [TaskCall(self.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
+            yield plan_from_episode(world.name, calls, episode), (found, episode)
+
+    def _call(self, task: TaskSpec, objects: dict[str, ObjectSpec], world: World, where: str) -> TaskCall:
+        """A task of a scenario, with its names checked."""
         try:
-            calls = [TaskCall(task_type(self.knowledge.tasks, t.task), t.roles, t.parameters) for t in tasks]
-            for call in calls:
-                _check_call(call)
-            fillers = dict.fromkeys(f for c in calls for f in c.roles.values())
-            designators = {f: _object(f, objects, world.world) for f in fillers}
+            call = TaskCall(task_type(self.knowledge.tasks, task.task), task.roles, task.parameters)
+            _check_call(call)
+            for filler in call.roles.values():
+                _object(filler, objects, world)
         except UserError as error:
-            raise UserError(f"{where}: {error}" if where else str(error)) from error
-        return build_plan(world.name, calls, designators)
+            raise UserError(f"{where}{error}") from error
+        return call
 
     def _prove_plan(
         self, plan: Plan, setting: Setting, budget: Budget, trace: Trace, progress: Progress
@@ -291,6 +305,11 @@ class Engine:
             else:
                 progress(f"refused: {verdict.reason}")
                 conflict = conflict_of(verdict, state)
+
+
+def _place_of_task(scenario: Scenario, number: int) -> str:
+    """"file:line: " of a task of a scenario."""
+    return scenario.where("designator") + ": " if scenario.spec.tasks is None else scenario.where("tasks", number) + ": "
 
 
 def _check_call(call: TaskCall) -> None:

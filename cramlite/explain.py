@@ -63,7 +63,7 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
     for number in dict.fromkeys(e.candidate for e in trace.entries):
         miss = nearest_miss([e for e in trace.entries if e.candidate == number])
         if miss is not None and miss is not nearest:
-            lines.append(f"  Candidate {number}: {_miss(miss)}")
+            lines.append(f"  Also {_miss(miss)}")
     lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
     return "\n".join(lines)
 

@@ -85,7 +85,9 @@ class Knowledge:
         from .rules import load_rules
 
         predicates = [p for _, p in self.registry.collect("predicates")]
-        return load_rules(sorted(data_folder("task_rules").glob("*.yaml")), predicates, self.taxonomy)
+        shipped = sorted(data_folder("task_rules").glob("*.yaml"))
+        own = [task.rule_file for task in self.tasks.values() if task.rule_file is not None]
+        return load_rules([*shipped, *own], predicates, self.taxonomy)
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:

@@ -45,6 +45,7 @@ def resolve_scenario(
     """
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
     engine = make_engine(scenario, plugins, block)
+    setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, seed, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
         print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
@@ -52,7 +53,6 @@ def resolve_scenario(
         return 0
     trace, say = _earlier_trace(run), Progress(quiet=json_output)
     budget = Budget(**_budget(scenario))
-    setting = engine.setting(scenario, seed=seed, backend=backend)
 
     def refused(number: int) -> None:
         _write_trace(run, trace, engine)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 from .belief import Belief
@@ -77,6 +78,8 @@ class TaskType(ABC):
     roles: ClassVar[tuple[Role, ...]] = ()
     summary: ClassVar[str] = ""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
+    rule_file: ClassVar[Path | None] = None
+    """The task's rule, beside the plugin's module; the shipped ones are in ``task_rules/``."""
     leads_on: ClassVar[bool] = False
     """True for free motions: their goal, unless given, is where the next task begins."""
 

@@ -49,14 +49,23 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     scene = make_scene(belief, context)
     goals, attempt = _goals(motion, place, belief, context, scene), 0
     while goals:
-        found = plan(scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples)
+        speed, acceleration = _pace(context)
+        found = plan(
+            scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples,
+            speed=speed, acceleration=acceleration,
+        )  # fmt: skip
         if isinstance(found, Refusal):
             raise Unresolvable(f"no path to {motion.to}: {found.reason}", () if attempt else because(motion, context))
         end = found.points[-1]
-        step = MoveJoints(found.points[1:], SPEED, ACCELERATION, origin=motion.name, comment=motion.reason)
+        step = MoveJoints(found.points[1:], *_pace(context), origin=motion.name, comment=motion.reason)
         reason = f"{len(found.points) - 1} segments, {found.duration:.1f} s, {found.samples} samples, clearance kept"
         yield Grounding((step,), reason, attempt + found.duration / 100, belief.moved(end), key=f"{attempt}:{end}")
         goals, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
+
+
+def _pace(context: Context) -> tuple[float, float]:
+    """Speed and acceleration of the leading axis that no joint's limit forbids, whichever joint leads."""
+    return min(SPEED, *context.robot.velocity), min(ACCELERATION, *context.robot.acceleration)
 
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:

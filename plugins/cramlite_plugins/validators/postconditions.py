@@ -108,7 +108,9 @@ def _judged(rule: Rule, action: Action, phases: Mapping[PhaseName, Phase], name:
     """The first condition that no filling of the open variables satisfies; roles are the objects that were meant."""
     after = [c for c in rule.written_order if c.phase == "post"]
     clauses = after or list(rule.written_order)
-    bindings: list[dict[str, Any]] = [{k: o.entity for k, o in action.roles.items() if k in rule.roles}]
+    bindings: list[dict[str, Any]] = [
+        {k: _felt(o.entity or "", phases) for k, o in action.roles.items() if k in rule.roles}
+    ]
     for clause in clauses:
         bindings = [found for b in bindings for found in clause.condition.solve(phases[clause.phase], b)]
         if not bindings:
@@ -117,6 +119,14 @@ def _judged(rule: Rule, action: Action, phases: Mapping[PhaseName, Phase], name:
                 name, False, f"after {action.name} '{clause.text}' does not hold ({roles})", origin=action.name
             )
     return Finding(name, True, f"after {action.name}: {' and '.join(c.text for c in clauses)}", origin=action.name)
+
+
+def _felt(entity: str, phases: Mapping[PhaseName, Phase]) -> str:
+    """The entity that contacts name: a feature without a shape of its own, a table's top say, is felt as its thing."""
+    known = phases["post"].timeline.entities
+    thing, _, part = entity.partition("/")
+    own = not part or thing not in known or any(g.part == part for g in known[thing].geoms)
+    return entity if own else thing
 
 
 def _span(candidate: Candidate, task: str) -> tuple[float, float] | None:
