@@ -47,7 +47,7 @@ SPOILED = {
     "model": (("model: basket", "model: baskett"), ":18", "did you mean 'basket'"),
     "model parameter": (("mass: 300 g", "masss: 300 g"), ":14", "did you mean 'mass'"),
     "length of a model parameter": (("[60 mm, 50 mm, 100 mm]", "[60 mm, 50 mm]"), ":14", "'size'"),
-    "robot": (("ur5e", "ur5f"), ":10", "did you mean 'ur5e'"),
+    "robot": (("ur5e", "ur7e"), ":10", "did you mean 'ur5e'"),
     "backend": ((ROBOT, f"backend: urscrip\n{ROBOT}"), ":10", "did you mean 'urscript'"),
     "class of a thing": (("model: basket", "model: basket, type: cram:Baskett"), ":18", "did you mean 'cram:Basket'"),
     "ontology file": ((ROBOT, f"ontologies: [none.ttl]\n{ROBOT}"), "none.ttl", "no such ontology"),
