@@ -123,7 +123,13 @@ class Search:
             return everything if conflict is None else conflict & everything
         item, rest = state.agenda[0], state.agenda[1:]
         if isinstance(item, Effect):
-            return (yield from self._descend(self._close(state, item, rest), parent))
+            try:
+                closed = self._close(state, item, rest)
+            except Exception as error:
+                fault = self.registry.fault(self.owners[item.action.task], "effects", item.action.name, error)
+                self.trace.add(parent, item.action.name, str(item.action), "fault", fault.plugin, str(fault))
+                return frozenset(name for name, _ in state.choices)
+            return (yield from self._descend(closed, parent))
         if not isinstance(item, Action | Motion) and item.name in state.bindings:
             return (yield from self._descend(replace(state, agenda=rest), parent))
         if isinstance(item, Motion) and item.to and item.to.name not in state.bindings:
@@ -133,12 +139,13 @@ class Search:
     def _choose(self, item: Designator, state: State, parent: int) -> Generator[State, Conflict | None, Conflict]:
         """Try the alternatives of one designator; return the choices that its failure depends on."""
         node = self.trace.add(parent, item.name, str(item), "asked", "engine", "")
-        conflict = set(_domain(item, state))
+        conflict: set[str] = set()
         tried = 0
         for plugin, answer in self._alternatives(item, state, node, conflict):
             key = answer.key or _key(answer.value)
             choices = (*state.choices, (item.name, key))
-            if self._is_nogood(choices):
+            if (nogood := self._nogood(choices)) is not None:
+                conflict |= nogood - {item.name}
                 self.trace.add(
                     node, item.name, key, "nogood", "engine", "the same combination failed before", answer.cost
                 )
@@ -181,6 +188,7 @@ class Search:
             ways = self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
             streams.append(self._accepted(owner, ways, item, state, node, conflict))
         if not streams:
+            conflict |= _domain(item, state)
             self.trace.add(node, item.name, str(item), "impossible", "engine", f"no plugin resolves {item}")
         yield from heapq.merge(*streams, key=lambda pair: pair[1].cost)
         for fault in self.registry.faults[faults:]:
@@ -195,14 +203,21 @@ class Search:
         node: int,
         conflict: set[str],
     ) -> Iterator[tuple[str, Grounding]]:
+        """One plugin's answers. What they are depends on the item's domain, unless the plugin itself says on what."""
         try:
             if isinstance(answers, Unresolvable):
                 raise answers
             for answer in answers:
+                conflict |= _domain(item, state)
                 if isinstance(answer, Refused):
                     self.trace.add(node, item.name, answer.value, "refused", plugin, answer.reason, None, answer.passed)
-                else:
+                elif isinstance(answer, Grounding):
                     yield plugin, answer
+                else:
+                    wrong = TypeError(f"an answer is a Grounding or a Refused, not {type(answer).__name__}")
+                    self.registry.fault(plugin, HOOKS[type(item)], item.name, wrong)
+                    return
+            conflict |= _domain(item, state)
         except Unresolvable as impossible:
             self.trace.add(node, item.name, str(item), "impossible", plugin, impossible.reason)
             names = frozenset(name for name, _ in state.choices)
@@ -240,9 +255,11 @@ class Search:
             actions=(*state.actions, action) if top else state.actions,
         )
 
-    def _is_nogood(self, choices: tuple[tuple[str, str], ...]) -> bool:
+    def _nogood(self, choices: tuple[tuple[str, str], ...]) -> Conflict | None:
+        """The names of the choices in a combination that failed before and is made again with the last choice."""
         made = set(choices)
-        return any(nogood <= made for nogood in self._nogoods.get(choices[-1], ()))
+        found = next((nogood for nogood in self._nogoods.get(choices[-1], ()) if nogood <= made), None)
+        return frozenset(name for name, _ in found) if found is not None else None
 
     def _remember(self, conflict: Conflict, choices: tuple[tuple[str, str], ...]) -> None:
         nogood = frozenset(c for c in choices if c[0] in conflict)
