@@ -145,6 +145,18 @@ def test_a_grasp_from_the_side_of_the_wall_is_refused(tmp_path: Path) -> None:
     assert any("inside 'hook'" in r or "from 'hook'" in r for r in said), said
 
 
+@pytest.mark.parametrize("arm", ["ur5", "ur6"])
+def test_another_arm_is_one_line(arm: str, tmp_path: Path) -> None:
+    run = cramlite("resolve", variant(tmp_path, (ROBOT, f"robot: {{type: {arm}}}")), "--out", tmp_path / "run", "--no-report")
+    if arm == "ur6":
+        assert run.returncode == 2, run.stderr
+        return
+    assert run.returncode == 0, run.stderr
+    text = (tmp_path / "run" / "program.script").read_text()
+    assert "axia80" in text
+    assert "zero_ftsensor()" not in text
+
+
 def test_the_program_sees_only_text_and_world(tmp_path: Path) -> None:
     """Another process that is given the program and the world file, nothing else, gets the same end."""
     assert cramlite("resolve", "fetch_from_hanger", "--out", tmp_path / "run", "--no-report").returncode == 0

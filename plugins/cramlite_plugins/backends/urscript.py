@@ -1,4 +1,4 @@
-"""URScript for Universal Robots e-Series arms with a Robotiq gripper.
+"""URScript for Universal Robots arms (e-Series, and CB3 by ``urscript_cb3``) with a Robotiq gripper.
 
 Facts about the language and the gripper's server: docs/reference and the URScript manual (e-Series 5.x). Only the
 documented combination of threads, movel and force_mode is used: servoj inside force_mode and tool_contact with
@@ -31,6 +31,7 @@ from cramlite.program import (
 )
 from cramlite.robots import Gripper, Robot
 
+from .urscript_cb3 import PRELUDE, adapted
 from .urscript_parts import FUNCTIONS, header
 from .urscript_text import label, number, plain, pose, vector
 
@@ -71,6 +72,9 @@ def emit(program: Program, robot: Robot) -> Code:
     out = _Writer(robot)
     out.lines.append(f"def {program.name}():")
     out.add(*header(program, robot), "")
+    cb3 = robot.sensor != "flange"
+    out.add(*(PRELUDE.strip("\n").split("\n") if cb3 else ()))
+    rest = len(out.lines)
     out.add(*FUNCTIONS.strip("\n").split("\n"), "")
     out.add(*_start(program, robot), "")
     sections = {s.first: s for s in program.sections}
@@ -80,7 +84,8 @@ def emit(program: Program, robot: Robot) -> Code:
         _step(out, step, program)
     out.add("", "kill watchdog_thread", 'textmsg("cramlite: finished")')
     out.lines.append("end")
-    return Code("urscript", "\n".join(out.lines) + "\n", out.origins, ".script")
+    lines = out.lines[:rest] + (adapted(out.lines[rest:]) if cb3 else out.lines[rest:])
+    return Code("urscript", "\n".join(lines) + "\n", out.origins, ".script")
 
 
 def _check(program: Program, robot: Robot) -> None:

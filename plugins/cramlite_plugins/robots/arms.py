@@ -9,6 +9,7 @@ from cramlite import Robot, hookimpl
 
 @hookimpl
 def robots() -> Iterable[Robot]:
+    from .ur5 import UR5
     from .ur5e import UR5E
 
-    return [UR5E]
+    return [UR5, UR5E]

@@ -29,7 +29,7 @@ GRIPPER = Gripper(
 )
 
 
-def gripper_mjcf(wrist: str) -> tuple[str, str]:
+def gripper_mjcf(wrist: str, sensor: float = 0.0, sensor_mass: float = 0.0) -> tuple[str, str]:
     """The gripper as (body element to put on the flange, elements beside worldbody).
 
     Actuator "gripper": 0 open .. 255 closed, on a tendon that is the mean of both slides. Its force range is
@@ -37,14 +37,20 @@ def gripper_mjcf(wrist: str) -> tuple[str, str]:
 
     Args:
         wrist: name of the body that carries the flange.
+        sensor, sensor_mass: height [m] and mass [kg] of a force-torque sensor, 82 mm thick, in between.
     """
-    return _body(), _beside(wrist)
+    return _body(sensor, sensor_mass), _beside(wrist)
 
 
-def _body() -> str:
+def _body(sensor: float, sensor_mass: float) -> str:
+    """Readings are at the flange, also with a sensor behind the gripper: drivers transform them to it."""
+    mass = 0.725 + sensor_mass
+    centre = (0.725 * 0.055 - sensor_mass * sensor / 2) / mass
+    disc = f'<geom name="gripper/2" type="cylinder" fromto="0 0 {-sensor} 0 0 0" size="0.041" rgba=".7 .7 .72 1"/>'
     return (
-        f'<body name="gripper" gravcomp="1"><site name="ft"/><site name="tcp" pos="0 0 {TCP}"/>'
-        '<inertial pos="0 0 0.055" mass="0.725" diaginertia="0.0009 0.0009 0.0005"/>'
+        f'<body name="gripper" pos="0 0 {sensor}" gravcomp="1"><site name="ft" pos="0 0 {-sensor}"/>'
+        f'<site name="tcp" pos="0 0 {TCP}"/>'
+        f'<inertial pos="0 0 {centre:.9g}" mass="{mass:.9g}" diaginertia="0.0009 0.0009 0.0005"/>{disc if sensor else ""}'
         '<geom name="gripper/0" type="cylinder" fromto="0 0 0 0 0 0.014" size="0.0375" rgba="0.5 0.5 0.53 1"/>'
         f'<geom name="gripper/1" type="cylinder" fromto="0 0 0.014 0 0 {PALM}" size="0.0375" rgba=".16 .16 .18 1"/>'
         f'{_finger("left", 1)}{_finger("right", -1)}</body>'

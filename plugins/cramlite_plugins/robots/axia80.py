@@ -1,0 +1,18 @@
+"""The ATI Axia80-M20 force-torque sensor between an arm's flange and its gripper.
+
+Height 25.4 mm, diameter 82 mm, 0.274 kg: ATI data sheet 9230-05-1512 (Axia80), without adapter plates.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from cramlite.geometry import Pose
+from cramlite.robots import Gripper
+
+HEIGHT, MASS = 0.0254, 0.274
+
+
+def sensed(gripper: Gripper) -> Gripper:
+    """The same gripper with the sensor behind it: both are what the flange carries."""
+    return replace(gripper, tcp=Pose((0.0, 0.0, HEIGHT)) * gripper.tcp, mass=gripper.mass + MASS)
