@@ -5,6 +5,7 @@ What it reads is repaired for interpretation; ``neem.read_neem`` gives an episod
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from cramlite import Episode, hookimpl
@@ -17,3 +18,10 @@ def read_episode(path: Path) -> Episode | None:
 
     episode = read_neem(path)
     return None if episode is None else repaired(episode)
+
+
+@hookimpl
+def episode_triples(episode: Episode) -> Iterable[str]:
+    from .soma import ntriples, triples_of
+
+    return ntriples(triples_of(episode))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import re
 import warnings
@@ -55,6 +56,8 @@ def parse(path: Path) -> Graph:
     format_ = FORMATS.get(path.suffix.lower(), "xml")
     if format_ == "xml":
         _check_xml(path, text)
+    if format_ == "json-ld":
+        _check_contexts(path, text)
     if format_ == "nt" and (long := next((k for k, t in enumerate(text.splitlines(), 1) if len(t) > MAX_LINE), None)):
         raise UserError(f"{path}:{long}: a line of more than {MAX_LINE} characters; write the file as Turtle (.ttl).")
     try:
@@ -66,6 +69,26 @@ def parse(path: Path) -> Graph:
         raise UserError(
             f"{path}:{line}: cannot be read as RDF ({format_}): {reason}. Check that the file is complete."
         ) from None
+
+
+def _check_contexts(path: Path, text: str) -> None:
+    """rdflib would fetch a context that is named by its address; reading a file must not open other files or the net."""
+    try:
+        open_: list[object] = [json.loads(text)]
+    except (ValueError, RecursionError):
+        raise UserError(f"{path}:1: cannot be read as JSON-LD: no JSON, or nested too deeply.") from None
+    while open_:
+        node = open_.pop()
+        if isinstance(node, dict):
+            for key, value in node.items():
+                values = value if isinstance(value, list) else [value]
+                if key in ("@context", "@import") and any(isinstance(v, str) for v in values):
+                    raise UserError(
+                        f"{path}:1: its {key} is kept elsewhere ({values[0]!s:.80}); write it into the file."
+                    )
+            open_ += node.values()
+        elif isinstance(node, list):
+            open_ += node
 
 
 @contextmanager

@@ -208,6 +208,15 @@ def test_one_wrong_stamp_makes_no_recording_of_fifty_years(tmp_path: Path) -> No
     assert found.repairs[-1].what == "no events were inferred"
 
 
+@pytest.mark.parametrize("context", ['"http://localhost:9/x"', '[{}, "file:///etc/passwd"]', '{"@import": "http://x"}'])
+def test_reading_opens_nothing_else(tmp_path: Path, context: str) -> None:
+    (tmp_path / "x.jsonld").write_text(f'{{"@context": {context}, "@id": "http://x#a"}}')
+    with pytest.raises(UserError, match="kept elsewhere"):
+        read_neem(tmp_path / "x.jsonld")
+    (tmp_path / "x.jsonld").write_text('{"@context": {"a": "http://x#a"}, "@id": "http://x#b", "a": 1}')
+    assert read_neem(tmp_path / "x.jsonld") is None
+
+
 def test_long_chains_of_parts_and_circles_end() -> None:
     parts = tuple(Entity(str(k), (), str(k - 1) if k else None, Pose((0.001, 0, 0))) for k in range(5000))
     end = Episode("x", parts, ()).pose_at("4999", 0.0)
