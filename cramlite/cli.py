@@ -78,6 +78,23 @@ def _parser() -> argparse.ArgumentParser:
     explain.add_argument("directory", type=Path, metavar="RUN", help="a run directory")
     explain.add_argument("designator", nargs="?", help="only this designator, e.g. object_1 or grasp")
     explain.add_argument("--json", action="store_true")
+    query = _add(commands, "query", _query, "run SPARQL over the ontologies and episodes")
+    query.add_argument("sparql", metavar="SPARQL", help="a query, or @FILE that holds one")
+    query.add_argument(
+        "--episode", type=Path, action="append", default=[], metavar="PATH", help="a NEEM to ask about as well"
+    )
+    query.add_argument("--json", action="store_true")
+    ontology = _add(commands, "ontology", _ontology, "check ontologies")
+    ontology.add_argument(
+        "action", choices=["check"], help="consistency, and agreement of the fast closure with OWL-RL"
+    )
+    ontology.add_argument(
+        "files", nargs="*", type=Path, metavar="FILES", help="ontologies; default the shipped ones and those of plugins"
+    )
+    ontology.add_argument(
+        "--against", type=Path, action="append", metavar="PATH", help="originals of SOMA and DUL to compare with"
+    )
+    ontology.add_argument("--json", action="store_true")
     return parser
 
 
@@ -136,6 +153,30 @@ def _interpret(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _query(arguments: argparse.Namespace) -> int:
+    from .engine import Engine
+    from .explain import as_json
+    from .query import ask, query_text, table, to_json
+
+    engine = Engine(files=arguments.plugin, blocked=arguments.block)
+    episodes = [engine.read_episode(path) for path in arguments.episode]
+    found = ask(query_text(arguments.sparql), engine.knowledge.ontology_paths, episodes, engine.registry)
+    print(as_json(to_json(found)) if arguments.json else table(found))
+    return 0
+
+
+def _ontology(arguments: argparse.Namespace) -> int:
+    from .explain import as_json
+    from .knowledge import Knowledge
+    from .ontology_check import check_ontology, report_lines
+    from .registry import Registry
+
+    registry = Registry(tuple(arguments.plugin), tuple(arguments.block))
+    report = check_ontology(arguments.files or Knowledge(registry).ontology_paths, arguments.against)
+    print(as_json(report) if arguments.json else "\n".join(report_lines(report)))
+    return 0 if report.sound else 2
+
+
 def _record(arguments: argparse.Namespace) -> int:
     from .pipeline import record_demonstration
 
@@ -176,7 +217,9 @@ def _explain(arguments: argparse.Namespace) -> int:
     try:
         trace = Trace.from_json(data["entries"])
     except (KeyError, TypeError) as error:
-        raise UserError(f"'{path}' is no trace of a run; give a directory that 'cramlite resolve --out' wrote.") from error
+        raise UserError(
+            f"'{path}' is no trace of a run; give a directory that 'cramlite resolve --out' wrote."
+        ) from error
     entries = list(trace.about(arguments.designator)) if arguments.designator else trace.entries
     if not entries:
         names = ", ".join(dict.fromkeys(e.designator for e in trace.entries))

@@ -93,6 +93,11 @@ def read_episode(path: Path) -> Episode | None:
     """
 
 
+@hookspec(firstresult=True)
+def episode_triples(episode: Episode) -> Iterable[str] | None:
+    """The episode as lines of N-Triples, for queries; None if this plugin cannot say it. First answer wins."""
+
+
 @hookspec
 def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
     """Ways to do an action: Groundings whose value is a Decomposition, best first. Alternatives.

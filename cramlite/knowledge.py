@@ -73,12 +73,17 @@ class Knowledge:
         raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
 
     @cached_property
+    def ontology_paths(self) -> list[Path]:
+        """The shipped ontologies, those of plugins, and further ones."""
+        shipped = sorted(data_folder("ontologies").glob("*.ttl"))
+        offered = [path for _, path in self.registry.collect("ontologies")]
+        return [*shipped, *offered, *self._ontologies]
+
+    @cached_property
     def taxonomy(self) -> Taxonomy:
         from .ontology import load_taxonomy
 
-        shipped = sorted(data_folder("ontologies").glob("*.ttl"))
-        offered = [path for _, path in self.registry.collect("ontologies")]
-        return load_taxonomy([*shipped, *offered, *self._ontologies])
+        return load_taxonomy(self.ontology_paths)
 
     @cached_property
     def rules(self) -> tuple[Rule, ...]:
