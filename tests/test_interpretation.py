@@ -499,3 +499,12 @@ def test_an_episode_without_events_has_no_actions() -> None:
     assert found.actions == ()
     assert found.count() == 0
     assert list(found.sequences()) == []
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_shaking_is_what_the_log_says_of_a_held_thing(held: bool) -> None:
+    events = [action("cram:Shaking", 1.0, 2.0, object="product")]
+    events += [state("grasp", "hand", "product", 0.5, 3.0)] if held else [state("contact", "hand", "product", 0.5, 3.0)]
+    found = interpret(episode(SHOP, events), RULES, TAXONOMY)
+    (shaken,) = [a for a in found.actions if a.label == "cram:Shaking"]
+    assert bool(shaken.named("cram:Shaking")) == held
