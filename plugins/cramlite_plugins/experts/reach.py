@@ -107,5 +107,6 @@ def traverse(
 
 
 def causes(location: Location, context: Context) -> tuple[str, ...]:
-    """What a place for a held thing depends on: how the thing is held, and the reference object."""
-    return (*(k for k in context.bindings if k.startswith("grasp(")), location.of or "")
+    """What a path from where the hand is depends on: every place it was led to, the grasp among them, and the
+    reference object."""
+    return (*(name for name, value in context.bindings.items() if isinstance(value, Place)), location.of or "")

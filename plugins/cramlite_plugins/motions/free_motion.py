@@ -55,7 +55,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
             speed=speed, acceleration=acceleration,
         )  # fmt: skip
         if isinstance(found, Refusal):
-            raise Unresolvable(f"no path to {motion.to}: {found.reason}", () if attempt else because(motion, context))
+            raise Unresolvable(f"no path to {motion.to}: {found.reason}")  # where the arm starts matters too
         end = found.points[-1]
         step = MoveJoints(found.points[1:], *_pace(context), origin=motion.name, comment=motion.reason)
         reason = f"{len(found.points) - 1} segments, {found.duration:.1f} s, {found.samples} samples, clearance kept"
