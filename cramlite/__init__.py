@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .plugin_types import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
     from .program import (
         Code,
+        ForceInsert,
         ForceMove,
         MoveJoints,
         MoveLinear,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         Program,
         SetGripper,
         SetPayload,
+        SpiralSearch,
         Step,
         Wait,
         ZeroSensor,
@@ -57,7 +59,8 @@ _HOMES = {
     "interpretation": "Interpretation",
     "plan": "Plan",
     "plugin_types": "Backend Candidate ModelMaker ReportSection Simulator Validator",
-    "program": "Code ForceMove MoveJoints MoveLinear MoveUntilContact Program SetGripper SetPayload Step Wait ZeroSensor",
+    "program": "Code ForceInsert ForceMove MoveJoints MoveLinear MoveUntilContact Program SetGripper SetPayload"
+    " SpiralSearch Step Wait ZeroSensor",
     "robots": "Gripper Robot",
     "rollout": "Message Rollout Touch",
     "scenario": "Scenario read_scenario",
@@ -87,6 +90,7 @@ __all__ = [
     "Event",
     "Feature",
     "Finding",
+    "ForceInsert",
     "ForceMove",
     "Geom",
     "Gripper",
@@ -122,6 +126,7 @@ __all__ = [
     "SetPayload",
     "Simulator",
     "Solution",
+    "SpiralSearch",
     "Step",
     "TaskType",
     "Thing",

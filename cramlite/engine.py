@@ -21,7 +21,7 @@ from .plugin_types import Backend, Candidate
 from .proof import assemble, conflict_of, prove
 from .registry import Registry
 from .robots import Robot
-from .scenario import ObjectSpec, Scenario, TaskSpec, build_world
+from .scenario import ObjectSpec, Scenario, TaskSpec, build_world, real_world
 from .search import Budget, Search, State, task_type
 from .trace import Trace
 from .verdict import Verdict
@@ -44,6 +44,7 @@ class Setting:
         robot: the robot's model; the first mount of the world acts.
         backend: who writes the code.
         seed: of everything that is drawn.
+        real: the world that programs run in, where it differs from what is believed; never shown to plugins.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Setting:
     robot: Robot
     backend: Backend
     seed: int
+    real: World | None = None
 
     def belief(self) -> Belief:
         mount = self.world.robots[0]
@@ -165,7 +167,8 @@ class Engine:
         writer = pick("backend", self.knowledge.backends, name, place)
         world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, self.knowledge.models, seed)
         self._check_world(scenario, world)
-        return Setting(scenario.name, world, relations, robot, writer, seed)
+        real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
+        return Setting(scenario.name, world, relations, robot, writer, seed, real)
 
     def _check_world(self, scenario: Scenario, world: World) -> None:
         """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
@@ -296,7 +299,7 @@ class Engine:
             for step in candidate.program.steps:
                 self.registry.notify("on_step", step=step, candidate=candidate)
             progress(f"candidate program {proofs} of {len(candidate.program.steps)} steps: running its text")
-            candidate, verdict = prove(candidate, self.knowledge, setting.backend, setting.seed)
+            candidate, verdict = prove(candidate, self.knowledge, setting.backend, setting.seed, setting.real)
             outcome = "proven" if verdict.passed else "failed"
             trace.add(0, "proof", str(plan), outcome, setting.backend.name, verdict.reason)  # type: ignore[arg-type]
             conflict = None
@@ -308,8 +311,10 @@ class Engine:
 
 
 def _place_of_task(scenario: Scenario, number: int) -> str:
-    """"file:line: " of a task of a scenario."""
-    return scenario.where("designator") + ": " if scenario.spec.tasks is None else scenario.where("tasks", number) + ": "
+    """ "file:line: " of a task of a scenario."""
+    return (
+        scenario.where("designator") + ": " if scenario.spec.tasks is None else scenario.where("tasks", number) + ": "
+    )
 
 
 def _check_call(call: TaskCall) -> None:

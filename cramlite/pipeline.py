@@ -173,7 +173,7 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     assert candidate.code is not None
     run.write(f"program{candidate.code.suffix}", candidate.code.text)
     run.write("program.json", TypeAdapter(Program).dump_json(candidate.program, indent=1))
-    run.write("world.json", TypeAdapter(World).dump_json(candidate.world, indent=1))
+    run.write("world.json", TypeAdapter(World).dump_json(solution.setting.real or candidate.world, indent=1))
     run.write("plan.json", as_json(candidate.plan))
     run.write("verdict.json", as_json(solution.verdict))
     run.write("summary.json", as_json({**_summary(solution, run), "seed": seed}))

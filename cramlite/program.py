@@ -107,6 +107,62 @@ class ForceMove(Step):
 
 
 @dataclass(frozen=True)
+class SpiralSearch(Step):
+    """Look for an opening by touch: press along an axis and move across it on an Archimedean spiral until it gives way,
+    or until a rim holds it: a force across of more than twice ``force``, which the friction of no face explains.
+
+    Aborts when the spiral ends, the force limit is exceeded or the time is over without that.
+
+    Args:
+        frame: orientation of the search in base (its position is ignored); z is the direction of pressing.
+        force: pressed with [N].
+        pitch: between neighbouring turns [m]; at most the play of what is searched for.
+        radius: of the last turn [m].
+        speed: along the spiral [m/s].
+        advance: along z, from the start of the search, that means that the opening was found [m].
+        force_limit: abort when the force magnitude exceeds this [N].
+        timeout: [s].
+        joints: inverse solution at the middle, for checks.
+    """
+
+    frame: Pose
+    force: float
+    pitch: float
+    radius: float
+    speed: float
+    advance: float
+    force_limit: float
+    timeout: float
+    joints: Joints = ()
+
+
+@dataclass(frozen=True)
+class ForceInsert(Step):
+    """Push along an axis with a force, giving way sideways, until a depth is reached.
+
+    Nothing is commanded but forces: what guides the tool is what it is pushed along. Aborts when the force limit is
+    exceeded or the depth is not reached in time (something jams).
+
+    Args:
+        frame: orientation in base (its position is ignored); z is the direction of pushing.
+        force: pushed with [N].
+        depth: along z, from where it starts [m].
+        speed: highest TCP speed on each axis [m/s].
+        force_limit: abort when the force magnitude exceeds this [N].
+        timeout: [s].
+        joints: inverse solution at the end, for checks.
+    """
+
+    frame: Pose
+    force: float
+    depth: float
+    speed: float
+    force_limit: float
+    timeout: float
+    joints: Joints = ()
+
+
+@dataclass(frozen=True)
 class SetGripper(Step):
     """Move the gripper and wait.
 
@@ -145,7 +201,18 @@ class Wait(Step):
     duration: float
 
 
-AnyStep = MoveJoints | MoveLinear | MoveUntilContact | ForceMove | SetGripper | SetPayload | ZeroSensor | Wait
+AnyStep = (
+    MoveJoints
+    | MoveLinear
+    | MoveUntilContact
+    | ForceMove
+    | SpiralSearch
+    | ForceInsert
+    | SetGripper
+    | SetPayload
+    | ZeroSensor
+    | Wait
+)
 
 
 @dataclass(frozen=True)

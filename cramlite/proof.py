@@ -45,8 +45,13 @@ def assemble(
     )
 
 
-def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int) -> tuple[Candidate, Verdict]:
+def prove(
+    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int, real: World | None = None
+) -> tuple[Candidate, Verdict]:
     """Judge a candidate, cheap checks first; its text runs only if those pass.
+
+    Args:
+        real: the world that the text runs in; the candidate's own, which is what was believed, by default.
 
     Returns:
         The candidate with code and rollout as far as they came to be, and the verdict.
@@ -58,7 +63,9 @@ def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: in
         candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
     except Exception as error:
         fault = knowledge.registry.fault(backend.name, "backends", candidate.program.name, error)
-        return candidate, Verdict((*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}")))
+        return candidate, Verdict(
+            (*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}"))
+        )
     assert candidate.code is not None
     if not backend.executable:
         note = Finding(
@@ -68,7 +75,7 @@ def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: in
         )
         return candidate, Verdict((*findings, note))
     rollout = knowledge.simulator.execute(
-        candidate.code.text, candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
+        candidate.code.text, real or candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
     )
     episode = knowledge.simulator.episode(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)

@@ -81,6 +81,17 @@ class VarySpec(_Spec):
     parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict, alias="with")
 
 
+class UnknownErrorSpec(_Spec):
+    """How far a thing of the world that programs run in may be from where it is believed to be.
+
+    The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
+    ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.
+    """
+
+    thing: str
+    position: Length = Field(ge=0.0)
+
+
 class RecordSpec(_Spec):
     """How to record a demonstration for this scenario: the person's script, and the world they act in."""
 
@@ -144,6 +155,7 @@ class ScenarioSpec(_Spec):
     robot: RobotSpec
     things: tuple[ThingSpec, ...]
     vary: tuple[VarySpec, ...] = ()
+    unknown_error: UnknownErrorSpec | None = None
     record: RecordSpec | None = None
     physics: PhysicsSpec = PhysicsSpec()
     ontologies: tuple[str, ...] = ()
@@ -186,7 +198,7 @@ class Scenario:
         return f"{self.path}:{line_of(self.data, location)}"
 
     def where_thing(self, name: str) -> str:
-        """"file:line" of a thing of the robot's or the person's world."""
+        """ "file:line" of a thing of the robot's or the person's world."""
         names = [t.get("name") for t in self.data["things"]]
         return self.where("things", names.index(name)) if name in names else self.where("record", "things")
 
@@ -221,6 +233,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "things": ThingSpec,
         "robot": RobotSpec,
         "vary": VarySpec,
+        "unknown_error": UnknownErrorSpec,
         "record": RecordSpec,
         "objects": ObjectSpec,
         "physics": PhysicsSpec,
@@ -267,6 +280,34 @@ def build_world(
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
     physics = Physics(**scenario.spec.physics.model_dump())
     return World(tuple(built.values()), (mount,), physics), tuple(relations)
+
+
+def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:
+    """The world that programs run in: the believed one, with ``unknown_error`` added.
+
+    Args:
+        world, relations: as believed.
+        seed: of the run.
+
+    Raises:
+        UserError: the scenario displaces a thing that the world does not have.
+    """
+    import numpy as np
+
+    error = scenario.spec.unknown_error
+    if error is None:
+        return world
+    names = [t.name for t in world.things]
+    if error.thing not in names:
+        raise UserError(
+            f"{scenario.where('unknown_error', 'thing')}: no thing '{error.thing}'; {nearest(error.thing, names)}."
+        )
+    rng = np.random.default_rng([seed, 78])
+    way = rng.normal(size=3)
+    way *= error.position * rng.uniform() ** (1 / 3) / np.linalg.norm(way)
+    moving = {error.thing, *(s for p, s, o in relations if p == "hangs_on" and o == error.thing)}
+    off = Pose((float(way[0]), float(way[1]), float(way[2])))
+    return world.moved({name: off * world.thing(name).pose for name in moving})
 
 
 def _build(

@@ -18,6 +18,7 @@ from cramlite.geometry import Pose
 from cramlite.program import (
     AnyStep,
     Code,
+    ForceInsert,
     ForceMove,
     MoveJoints,
     MoveLinear,
@@ -26,11 +27,13 @@ from cramlite.program import (
     Section,
     SetGripper,
     SetPayload,
+    SpiralSearch,
     Wait,
     ZeroSensor,
 )
 from cramlite.robots import Gripper, Robot
 
+from . import urscript_search
 from .urscript_cb3 import PRELUDE, adapted
 from .urscript_parts import FUNCTIONS, header
 from .urscript_text import label, number, plain, pose, vector
@@ -75,7 +78,7 @@ def emit(program: Program, robot: Robot) -> Code:
     cb3 = robot.sensor != "flange"
     out.add(*(PRELUDE.strip("\n").split("\n") if cb3 else ()))
     rest = len(out.lines)
-    out.add(*FUNCTIONS.strip("\n").split("\n"), "")
+    out.add(*FUNCTIONS.strip("\n").split("\n"), *urscript_search.functions(program), "")
     out.add(*_start(program, robot), "")
     sections = {s.first: s for s in program.sections}
     for i, step in enumerate(program.steps):
@@ -135,6 +138,8 @@ def _lines(out: _Writer, step: AnyStep) -> list[str]:
         case ForceMove():
             out.threads += 1
             return _forced(step, out.threads)
+        case SpiralSearch() | ForceInsert():
+            return [urscript_search.line(step)]
         case SetGripper():
             return [_grip(step, out.robot.gripper)]
         case SetPayload():

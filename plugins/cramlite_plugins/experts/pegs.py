@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cramlite import Answers, Belief, Context, Grounding, Location, Unresolvable, hookimpl
+from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Unresolvable, hookimpl
 from cramlite.geometry import Floats
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
@@ -67,16 +67,58 @@ def _extract(location: Location, belief: Belief, context: Context) -> Iterator[G
     )
 
 
-def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding]:
-    from .reach import traverse
+def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """The hole before the tip, its y axis up, from either side; then at the tip, past its bend, deep, let down.
+
+    The path's corners are the last four; ``values`` has the radial play and the way to push from tip to deep.
+    """
+    from .reach import causes
 
     peg = find_peg(location, belief, context)
     depth = min(peg.length / 2, DEEPEST)
-    start = peg.root + peg.axis * (peg.length + CLEAR) + peg.over_tip - peg.hole
-    steps = (start, -peg.axis * CLEAR, -peg.over_tip, -peg.axis * depth)
-    yield traverse(
-        location, belief, context, np.cumsum(steps, axis=0), f"over the tip, {1000 * depth:.0f} mm along the peg"
-    )
+    tip = peg.root + peg.axis * peg.length + peg.over_tip
+    steps = np.array([peg.axis * CLEAR, -peg.axis * CLEAR, -peg.over_tip, -peg.axis * depth, np.array([0.0, 0.0, -peg.play])])
+    centres = tip + np.cumsum(steps, axis=0)
+    values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
+    reason = ""
+    for side, sign in (("front", 1.0), ("back", -1.0)):
+        corners = [_hand(belief, centre, sign * peg.axis) for centre in centres]
+        name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
+        reason = _unreachable(location, belief, context, corners)
+        if reason:
+            yield Refused(name, reason)
+            continue
+        axis = -peg.axis
+        place = Place(
+            corners[-1], corners[0], approach=(float(axis[0]), float(axis[1]), float(axis[2])), path=tuple(corners[1:]),
+            thing=belief.held.thing if belief.held else "", values=values,
+        )  # fmt: skip
+        yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side)
+    if reason:
+        raise Unresolvable(f"the hole cannot be led onto the peg: {reason}", causes(location, context))
+
+
+def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:
+    """The TCP for which the held thing's hole is at a point, its axis along ``facing`` and its y axis up."""
+    assert belief.held is not None
+    feature = belief.world.thing(belief.held.thing).feature("vrps:Hole")
+    assert feature is not None
+    wanted = Pose.from_axes(tuple(hole), facing, np.cross((0.0, 0.0, 1.0), facing))
+    return wanted * (belief.held.tcp_to_thing * feature.pose).inverse()
+
+
+def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> str:
+    """Why the arm cannot stand at all corners, one after the other; empty when it can."""
+    from .reach import bound, make_scene, stance
+
+    free, near = make_scene(belief, context), make_scene(belief, context, [bound(context, location.of)], clearance=0.0)
+    seed = belief.joints
+    for k, pose in enumerate(corners):
+        there = stance(near if k else free, context, pose, seed)
+        if isinstance(there, str):
+            return f"{('before the tip', 'at the tip', 'past its bend', 'on the peg', 'let down')[k]}: {there}"
+        seed = there
+    return ""
 
 
 def find_peg(location: Location, belief: Belief, context: Context) -> Peg:

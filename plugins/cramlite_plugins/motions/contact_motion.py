@@ -34,8 +34,11 @@ GRAVITY = 9.81
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    from .peg_motion import force_insert, spiral_search
+
     kinds: Mapping[str, Callable[[Motion, Belief, Context], Found]] = {
         "force_path": _force_path, "until_contact": _until_contact, "zero_sensor": _zero, "hold": _hold,
+        "spiral_search": spiral_search, "force_insert": force_insert,
     }  # fmt: skip
     kind = kinds.get(motion.kind)
     return kind(motion, belief, context) if kind else None
@@ -58,7 +61,7 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     step = ForceMove(
         place.path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
-        _timeout(float(lengths.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
+        timeout(float(lengths.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"{1000 * lengths.sum():.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {limit:.0f} N"
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="force path")
@@ -76,25 +79,27 @@ def _carried(motion: Motion, belief: Belief) -> float:
     return weight - float(motion.parameters.get("press_n", 0.0))
 
 
-def _timeout(length: float, speed: float) -> float:
+def timeout(length: float, speed: float) -> float:
     return float(math.ceil(PATIENCE[0] * length / speed + PATIENCE[1]))
 
 
 def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
-    """From here towards the place, and up to a little beyond it, until something is felt."""
+    """From here towards the place, or a corner of its path, and up to a little beyond it, until something is felt."""
     from cramlite_plugins.experts.reach import tcp
 
     from .free_motion import line, place_of
 
     place, here = place_of(motion, context), tcp(belief, context)
-    way: Any = np.array(place.pose.position) - np.array(here.position)
-    distance = float(np.linalg.norm(way)) + BEYOND
+    corner = motion.parameters.get("corner")
+    target = place.pose if corner is None else place.path[corner]
+    way: Any = np.array(target.position) - np.array(here.position)
+    distance = float(np.linalg.norm(way)) + float(motion.parameters.get("beyond_m", BEYOND))
     x, y, z = way / np.linalg.norm(way)
-    points = line(motion, belief, context, [place.pose])
+    points = line(motion, belief, context, [target])
     speed, force = float(motion.parameters["speed_m_s"]), float(motion.parameters["force_n"])
     step = MoveUntilContact(
-        (float(x), float(y), float(z)), speed, force, distance, _timeout(distance, speed), joints=points[-1],
-        origin=motion.name, comment=motion.reason,
+        (float(x), float(y), float(z)), speed, force, distance, timeout(distance, speed),
+        motion.parameters.get("expect", "contact"), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"at most {1000 * distance:.0f} mm at {1000 * speed:.0f} mm/s until {force:.0f} N"
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="until contact")

@@ -26,13 +26,20 @@ from .person import Person
 MARGIN = 0.012
 #: The palm and wrist stay this far below the peg, and above a container's rim, measured from the tool's axis [m].
 PALM = 0.05
+#: The palm's edge stays above what an object stands on: half its 56 mm (hand.py), and 7 mm for tilt and drift [m].
+FLOOR = 0.035
 #: Pad force for one metre of closing beyond contact [N/m]: half the finger actuator's gain (hand.py).
 SQUEEZE = 10000.0
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What the person sees: an object that hangs with its hole on a peg, and a container."""
+    """What the person sees: an object with a hole, a peg, and where the object goes to, or stands at the start.
+
+    Args:
+        container, cavity: the container that the object goes into and its opening; for an object that stands at the
+            start, the thing below it and that thing's top.
+    """
 
     world: World
     product: Thing
@@ -46,6 +53,16 @@ class Scene:
     def along(self) -> Floats:
         """Unit vector along the peg, out of the wall, world axes."""
         return self.hanger.pose.turn(self.peg.pose.turn((0, 0, 1)))
+
+    @property
+    def facing(self) -> Floats:
+        """Where the hand comes from: out of the object's front if it stands, else along the peg it hangs on."""
+        return self.product.pose.turn(self.hole.pose.turn((0, 0, 1))) if self.stands else self.along
+
+    @property
+    def stands(self) -> bool:
+        """Whether the object stands on something at the start."""
+        return self.cavity.type != "cram:Cavity"
 
 
 def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rate: float = 50.0) -> Rollout:
@@ -65,28 +82,23 @@ def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rat
     """
     if script not in SCRIPTS:
         raise UserError(f"there is no script '{script}' for a demonstration; {nearest(script, SCRIPTS)}")
-    scene = _scene(world)
+    see, act = SCRIPTS[script]
+    scene = see(world)
     rng = np.random.default_rng(seed)
     grasp = _grasp(scene, rng)
     compiled = compile_world(replace(world, robots=()), {}, hand=Pose((0, 0, 0), grasp.quaternion))
     person = _beginning(compiled, scene, grasp, rng, rate)
-    SCRIPTS[script](person, scene, grasp)
+    act(person, scene, grasp)
     return person.rollout()
 
 
 def _scene(world: World) -> Scene:
     """Find the object, the peg that it hangs on, and the container, by their features."""
-    holed = [(t, f) for t in world.things for f in t.features if f.type == "vrps:Hole" and t.movable]
-    pegs = [(t, f) for t in world.things for f in t.features if f.type == "vrps:Peg"]
-    cavities = [(t, f) for t in world.things for f in t.features if f.type == "cram:Cavity"]
-    for what, found in (
-        ("movable thing with a vrps:Hole", holed),
-        ("thing with a vrps:Peg", pegs),
-        ("thing with a cram:Cavity", cavities),
-    ):
-        if not found:
-            names = ", ".join(f"{t.name} ({t.type})" for t in world.things) or "none"
-            raise UserError(f"the demonstration needs a {what}, and the world has none; its things are: {names}")
+    holed, pegs, cavities = (
+        featured(world, "vrps:Hole", movable=True),
+        featured(world, "vrps:Peg"),
+        featured(world, "cram:Cavity"),
+    )
     pairs = [(_off_axis(p, h), p, h) for p in holed for h in pegs]
     distance, product, peg = min(pairs, key=lambda c: c[0])
     if distance > 0.02:
@@ -95,6 +107,20 @@ def _scene(world: World) -> Scene:
             f"'{peg[0].name}'; place the product with its hole around the peg"
         )
     return Scene(world, *product, *peg, *cavities[0])
+
+
+def featured(world: World, type_: str, *, movable: bool = False) -> list[tuple[Thing, Feature]]:
+    """Everything with a feature of a class, with that feature.
+
+    Raises:
+        UserError: there is nothing of the kind.
+    """
+    found = [(t, f) for t in world.things for f in t.features if f.type == type_ and (t.movable or not movable)]
+    if not found:
+        names = ", ".join(f"{t.name} ({t.type})" for t in world.things) or "none"
+        what = f"{'movable ' if movable else ''}thing with a {type_}"
+        raise UserError(f"the demonstration needs a {what}, and the world has none; its things are: {names}")
+    return found
 
 
 def _off_axis(product: tuple[Thing, Feature], hanger: tuple[Thing, Feature]) -> float:
@@ -108,18 +134,20 @@ def _off_axis(product: tuple[Thing, Feature], hanger: tuple[Thing, Feature]) -> 
 def _grasp(scene: Scene, rng: np.random.Generator) -> Pose:
     """Where the hand will close, in the product's frame at the start, given in the world: from the front, across the
     product's width, turned and tilted as it happens, low enough for palm and wrist to pass under the peg."""
-    half = _half_extents(scene.product)
+    half = half_extents(scene.product)
     top = scene.hole.pose.position[2] - PALM - 0.02
     height = min(rng.uniform(-0.25, 0.25) * half[2], top)
     tilt, yaw, roll = rng.normal(0, [0.10, 0.06, 0.05])
-    front = scene.product.pose.inverse().turn(-scene.along)
+    if scene.stands:  # palm and wrist stay above what it stands on
+        height, tilt = max(height, FLOOR - half[2]), abs(tilt)
+    front = scene.product.pose.inverse().turn(-scene.facing)
     level = Pose.from_axes((0, 0, height), front, (0, 0, -1))
     offset = np.array(level.position) + rng.uniform(-0.15, 0.15) * half[1] * np.array(front)
     turned = Pose((0, 0, 0), level.quaternion) * Pose.from_rotvec((0, 0, 0), (yaw, tilt, roll))
     return scene.product.pose * Pose(tuple(offset), turned.quaternion)
 
 
-def _half_extents(thing: Thing) -> Floats:
+def half_extents(thing: Thing) -> Floats:
     """Half side lengths of a thing's body, without its features."""
     boxes = [g for g in thing.geoms if not g.part] or list(thing.geoms)
     reach = [np.abs(g.pose.position) + np.abs(g.pose.rotation) @ _half(g.shape, g.size) for g in boxes]
@@ -148,24 +176,25 @@ def _beginning(compiled: Compiled, scene: Scene, grasp: Pose, rng: np.random.Gen
 
 def _start(scene: Scene, grasp: Pose, rng: np.random.Generator) -> Pose:
     """Somewhere in front of the shelf, at ease, turned a little."""
-    side = np.cross(scene.along, (0, 0, 1))
-    place = np.array(grasp.position) + scene.along * rng.uniform(0.22, 0.35)
-    place += side * rng.uniform(-0.2, 0.2) + np.array([0, 0, rng.uniform(-0.12, 0.08)])
+    side = np.cross(scene.facing, (0, 0, 1))
+    place = np.array(grasp.position) + scene.facing * rng.uniform(0.22, 0.35)
+    sideways, up = rng.uniform(-0.2, 0.2), rng.uniform(-0.12, 0.08)
+    place += side * sideways + np.array([0, 0, abs(up) if scene.stands else up])
     return Pose(tuple(place), (grasp * Pose.from_rotvec((0, 0, 0), rng.normal(0, 0.2, 3).tolist())).quaternion)
 
 
 def take_off_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
     """Take the object off the peg and put it into the container."""
-    _reach(person, scene, grasp)
-    _close(person, _width(scene, grasp))
+    reach(person, scene, grasp)
+    close(person, extent(scene, grasp))
     _pull_off(person, scene)
     _carry(person, scene)
     _let_go(person, scene)
 
 
-def _reach(person: Person, scene: Scene, grasp: Pose) -> None:
+def reach(person: Person, scene: Scene, grasp: Pose) -> None:
     """Come from where the hand is, by a detour, to in front of the object; hesitate; approach."""
-    person.grip(max(_width(scene, grasp) + 2 * MARGIN, person.between(0.08, OPENING)), 0.2)
+    person.grip(max(extent(scene, grasp) + 2 * MARGIN, person.between(0.08, OPENING)), 0.2)
     away = grasp.position + grasp.turn((0, 0, -person.between(0.07, 0.12)))
     before = Pose(tuple(away), grasp.quaternion)
     middle = np.add(person.aim.position, away) / 2 + person.rng.normal(0, 0.03, 3)
@@ -175,14 +204,14 @@ def _reach(person: Person, scene: Scene, grasp: Pose) -> None:
     person.move([grasp], person.between(0.08, 0.18))
 
 
-def _width(scene: Scene, grasp: Pose) -> float:
+def extent(scene: Scene, grasp: Pose) -> float:
     """What the fingers must enclose: the object's extent along the closing axis."""
     axis = np.abs(scene.product.pose.inverse().turn(grasp.turn((0, 1, 0))))
-    half = _half_extents(scene.product)
+    half = half_extents(scene.product)
     return float(min(2 * half[int(np.argmax(axis))], OPENING))
 
 
-def _close(person: Person, width: float) -> None:
+def close(person: Person, width: float) -> None:
     """Pinch with a force between half and nearly all of what the fingers have."""
     force = person.between(0.5, 0.9) * PINCH
     person.grip(max(width - 2 * force / SQUEEZE, 0.0), person.between(0.4, 0.8))
@@ -196,12 +225,12 @@ def _pull_off(person: Person, scene: Scene) -> None:
     x, y, depth = peg.inverse().apply(hole.position)
     centred = np.array(hole.position) - peg.turn((x, y, 0))
     end = peg.apply((0, 0, max(scene.peg.size["length"], depth)))
-    route = [centred, end, *_tip(scene), _tip(scene)[-1] + scene.along * person.between(0.05, 0.09)]
-    _lead(person, scene, route[:1], 0.03)
-    _lead(person, scene, route[1:], person.between(0.07, 0.16))
+    route = [centred, end, *tip_points(scene), tip_points(scene)[-1] + scene.along * person.between(0.05, 0.09)]
+    lead(person, scene, route[:1], 0.03)
+    lead(person, scene, route[1:], person.between(0.07, 0.16))
 
 
-def _tip(scene: Scene) -> list[Floats]:
+def tip_points(scene: Scene) -> list[Floats]:
     """Where a bent tip leads: its end; the peg's own end where it has none."""
     tip = scene.hanger.feature("vrps:Tip")
     if tip is not None:
@@ -209,7 +238,7 @@ def _tip(scene: Scene) -> list[Floats]:
     return [scene.hanger.pose.apply(scene.peg.pose.apply((0, 0, scene.peg.size["length"])))]
 
 
-def _lead(person: Person, scene: Scene, route: list[Floats], speed: float) -> None:
+def lead(person: Person, scene: Scene, route: list[Floats], speed: float) -> None:
     """Move the hole along points; the hand keeps its orientation. The person sees where the hole is in the hand."""
     hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
     offset = np.array(person.tool().position) - hole
@@ -223,7 +252,7 @@ def _carry(person: Person, scene: Scene) -> None:
     spot = opening.apply((*(person.rng.uniform(-0.12, 0.12, 2) * inner), 0.0))
     held = np.array(person.tool().position)
     body = np.array(person.pose(scene.product.name).position)
-    low = body[2] - _half_extents(scene.product)[2]
+    low = body[2] - half_extents(scene.product)[2]
     above = np.array(
         [*(spot[:2] + held[:2] - body[:2]), max(opening.position[2] + held[2] - low, opening.position[2] + PALM)]
     )
@@ -256,5 +285,21 @@ def _let_go(person: Person, scene: Scene) -> None:
     person.wait(1.0)
 
 
-#: Scripts by name; a script moves the person, given what was seen and where the hand will close.
-SCRIPTS: Mapping[str, Callable[[Person, Scene, Pose], None]] = {"take_off_hanger": take_off_hanger}
+def _see_standing(world: World) -> Scene:
+    from .hanging import see
+
+    return see(world)
+
+
+def _hang(person: Person, scene: Scene, grasp: Pose) -> None:
+    from .hanging import hang_onto_hanger
+
+    hang_onto_hanger(person, scene, grasp)
+
+
+#: Scripts by name: what the person sees, and how they then move, given where the hand will close.
+Script = tuple[Callable[[World], Scene], Callable[[Person, Scene, Pose], None]]
+SCRIPTS: Mapping[str, Script] = {
+    "take_off_hanger": (_scene, take_off_hanger),
+    "hang_onto_hanger": (_see_standing, _hang),
+}

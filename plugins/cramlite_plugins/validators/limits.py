@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cramlite import Candidate, Finding, ForceMove, MoveJoints, MoveLinear, MoveUntilContact, Validator, hookimpl
+from cramlite import Candidate, Finding, MoveJoints, Validator, hookimpl
 from cramlite.program import AnyStep, Joints
 from cramlite.verdict import Cost
 
@@ -40,9 +40,8 @@ def _targets(step: AnyStep) -> tuple[Joints, ...]:
     """Joint positions that a step leads to."""
     if isinstance(step, MoveJoints):
         return step.path
-    if isinstance(step, MoveLinear | MoveUntilContact | ForceMove) and step.joints:
-        return (step.joints,)
-    return ()
+    joints: Joints = getattr(step, "joints", ())
+    return (joints,) if joints else ()
 
 
 @dataclass(frozen=True)

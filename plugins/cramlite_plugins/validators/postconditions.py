@@ -29,7 +29,9 @@ class EndState:
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         rollout = candidate.rollout
         assert rollout is not None
-        tests: Mapping[str, Callable[[Rollout, str, Thing], str]] = {"in": _not_in, "on": _not_on, "hangs_on": _not_on}
+        tests: Mapping[str, Callable[[Rollout, str, Thing], str]] = {
+            "in": _not_in, "on": _not_on, "hangs_on": _not_hanging,
+        }  # fmt: skip
         held = candidate.belief.held  # what is still in the hand is nowhere at rest
         roles = {o.entity for a in candidate.actions for o in a.roles.values()} - {held.thing if held else None}
         for relation in sorted(candidate.belief.relations):
@@ -68,6 +70,20 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
     """Empty when the thing touches what should carry it."""
     pairs = [{t.a.split("/")[0], t.b.split("/")[0]} for t in rollout.touches[-1]]
     return "" if {thing, support.name} in pairs else f"'{thing}' does not touch '{support.name}' at the end"
+
+
+def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
+    """Empty when a peg of the hanger passes through a hole of the thing and touches it."""
+    from cramlite_plugins.episodes.threaded import threaded
+
+    pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
+    if not any(flags[-1] for _, _, flags in pairs):
+        return f"no peg of '{hanger.name}' passes through a hole of '{thing}' at the end"
+    return _not_on(rollout, thing, hanger)
+
+
+def _of(hole: str, peg: str) -> tuple[str, str]:
+    return hole.split("/")[0], peg.split("/")[0]
 
 
 def _unsettled(rollout: Rollout, thing: str) -> str:

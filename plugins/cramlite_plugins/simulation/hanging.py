@@ -1,0 +1,119 @@
+"""A person takes an object that stands somewhere and threads its hole onto a peg.
+
+The person looks before each part of the way and corrects; what the hole then meets, contacts and friction decide.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.errors import UserError
+from cramlite.geometry import Floats, Pose
+from cramlite.world import Feature, Thing, World
+
+from .demonstration import Scene, close, extent, featured, half_extents, lead, reach, tip_points
+from .hand import OPENING, TCP
+from .person import Person
+
+#: Where the hole is brought before it is threaded: this far past the end of the tip [m].
+BEFORE, NEAR = (0.05, 0.09), 0.015
+#: How far from the peg's root the object ends up, as a share of the peg's length: the middle, where nothing falls off.
+DEPTH = (0.45, 0.65)
+#: How much wider than the object the fingers open to let go [m]: it swings a little, and fingers are not opened for nothing.
+FREE = (0.012, 0.018)
+#: What stands has its underside within this of the top below it [m].
+STANDS = 0.02
+
+
+def see(world: World) -> Scene:
+    """The object with a hole, the peg, and the surface that the object stands on.
+
+    Raises:
+        UserError: one of them is missing, or the object stands on nothing.
+    """
+    product = featured(world, "vrps:Hole", movable=True)[0]
+    peg = featured(world, "vrps:Peg")[0]
+    tops = [c for c in featured(world, "vrps:SurfaceFeature") if c[0] is not product[0]]
+    bottom = product[0].pose.position[2] - float(half_extents(product[0])[2])
+    below = [c for c in tops if _under(product[0], bottom, *c)]
+    if not below:
+        raise UserError(
+            f"'{product[0].name}' stands on nothing: its underside is at z = {bottom:.3f} m, and no surface is within "
+            f"{1000 * STANDS:.0f} mm below it; put it on a thing with a vrps:SurfaceFeature"
+        )
+    return Scene(world, *product, *peg, *below[0])
+
+
+def _under(product: Thing, bottom: float, owner: Thing, surface: Feature) -> bool:
+    """Whether a surface is right under an object."""
+    x, y, z = (owner.pose * surface.pose).inverse().apply((*product.pose.position[:2], bottom))
+    within = abs(x) <= surface.size.get("width", 0.0) / 2 and abs(y) <= surface.size.get("depth", 0.0) / 2
+    return bool(within and abs(z) < STANDS)
+
+
+def hang_onto_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
+    """Take the object, bring its hole in front of the peg, thread it, let it down, let go, withdraw."""
+    reach(person, scene, grasp)
+    close(person, extent(scene, grasp))
+    _lift(person)
+    _face(person, scene)
+    _thread(person, scene)
+    _leave(person, scene, grasp)
+
+
+def _lift(person: Person) -> None:
+    up = np.add(person.aim.position, (0.0, 0.0, person.between(0.06, 0.12)))
+    person.move([Pose(tuple(up), person.aim.quaternion)], person.between(0.12, 0.25))
+    if person.rng.random() < 0.4:
+        person.wait(person.between(0.1, 0.4))
+
+
+def _hole(person: Person, scene: Scene) -> Floats:
+    return np.array((person.pose(scene.product.name) * scene.hole.pose).position)
+
+
+def _face(person: Person, scene: Scene) -> None:
+    """Upright, the front turned along the peg, the hole before its tip; by an arc."""
+    end = tip_points(scene)[-1] + scene.along * person.between(*BEFORE)
+    goal = _hand_for(person, scene, end)
+    middle = (np.array(person.aim.position) + goal.position) / 2
+    middle += scene.along * person.between(0.03, 0.08) + person.rng.normal(0, 0.02, 3)
+    person.move([Pose(tuple(middle)), goal], person.between(0.2, 0.35), curved=True)
+    person.wait(person.between(0.2, 0.5))
+    person.move([_hand_for(person, scene, tip_points(scene)[-1] + scene.along * NEAR)], 0.05)
+
+
+def _hand_for(person: Person, scene: Scene, hole: Floats) -> Pose:
+    """Where the hand must aim for the hole to be at a point, facing along the peg with its top upwards.
+
+    What the hand lags behind its aim (a load pulls it down) is corrected.
+    """
+    front = scene.along
+    side = np.cross((0.0, 0.0, 1.0), front)
+    wanted = Pose.from_axes(tuple(hole), front, side) * scene.hole.pose.inverse()
+    goal = wanted * person.pose(scene.product.name).inverse() * person.tool()
+    lag = np.subtract(person.aim.position, person.tool().position)
+    return Pose(tuple(np.add(goal.position, lag)), goal.quaternion)
+
+
+def _thread(person: Person, scene: Scene) -> None:
+    """Over the tip and down its bend, along the peg, and let down until the peg carries."""
+    peg = scene.hanger.pose * scene.peg.pose
+    length = scene.peg.size["length"]
+    lead(person, scene, [tip_points(scene)[-1]], 0.04)
+    lead(person, scene, [peg.apply((0, 0, length))], 0.04)
+    lead(person, scene, [peg.apply((0, 0, length * person.between(*DEPTH)))], person.between(0.06, 0.12))
+    play = scene.hole.size["diameter"] / 2 - scene.peg.size["radius"]
+    hole = _hole(person, scene)
+    depth = float(peg.inverse().apply(hole)[2])
+    lead(person, scene, [peg.apply((0, 0, depth)) - (0, 0, play + 0.001)], 0.02)
+
+
+def _leave(person: Person, scene: Scene, grasp: Pose) -> None:
+    """Open as far as is needed, and withdraw the way the hand points; wait until all is quiet."""
+    person.wait(person.between(0.1, 0.3))
+    person.grip(min(extent(scene, grasp) + person.between(*FREE), OPENING), person.between(0.3, 0.6))
+    person.wait(0.2)
+    back = person.aim.position + person.aim.turn((0, 0, -(TCP + person.between(0.0, 0.08))))
+    person.move([Pose(tuple(back), person.aim.quaternion)], person.between(0.15, 0.3))
+    person.wait(1.5)
