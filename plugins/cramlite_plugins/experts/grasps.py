@@ -1,10 +1,15 @@
-"""Where to grasp a thing: opposite faces of its box-shaped geoms that fit between the fingers."""
+"""Where to grasp a thing: contact pairs on its primitives that fit between the fingers, ranked and explained.
+
+Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter; ``antipodal`` checks
+each against the whole shape. Meshes are not supported: a Geom has none.
+"""
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +27,10 @@ from cramlite import (
     Unresolvable,
     hookimpl,
 )
+from cramlite.geometry import Floats
+from cramlite.robots import Gripper
+
+from . import antipodal
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
@@ -37,14 +46,23 @@ class Grip:
     Args:
         pose: of the TCP.
         width: between the faces [m].
-        lever: from the thing's centre to the pinch point, along the face [m].
+        lever: from the centre of mass to the plane of approach and closing, and what sticks out sideways [m].
         name: for people.
+        slant: angle of the contact normals to the closing direction [rad].
+        coverage: share of the pad that the shape fills.
     """
 
     pose: Pose
     width: float
     lever: float
     name: str
+    slant: float = 0.0
+    coverage: float = 1.0
+
+    @property
+    def cost(self) -> float:
+        """Lever [m]; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
+        return self.lever + 0.03 * max(0.0, 0.3 - self.coverage) + 0.02 * self.slant
 
 
 @hookimpl
@@ -59,13 +77,9 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
-    grips = sorted(candidates(thing, context), key=lambda g: (round(g.lever, 4), g.name))
+    grips = ranked(thing, context.robot.gripper, belief.world.physics.pad_friction)
     if not grips:
-        widths = ", ".join(f"{2000 * min(g.size):.0f} mm" for g in thing.geoms if g.shape == "box" and not g.part)
-        limit = 1000 * (context.robot.gripper.opening[1] - LEAST_SLACK)
-        raise Unresolvable(
-            f"no face pair of '{thing.name}' ({widths}) fits the gripper's {limit:.0f} mm", (location.of or "",)
-        )
+        raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
     pose = belief.pose(thing.name)
     scenes: dict[float, tuple[object, object]] = {}
     for grip in grips:
@@ -89,21 +103,91 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         place = Place(at, before, opening, tuple(at.turn((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
         yield Grounding(
             place,
-            f"{grip.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre",
-            grip.lever,
+            f"{grip.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre,"
+            f" normals {math.degrees(grip.slant):.0f} deg off, {100 * grip.coverage:.0f} % of the pad",
+            grip.cost,
             key=grip.name,
         )
 
 
-def candidates(thing: Thing, context: Context) -> Iterator[Grip]:
-    """Antipodal grasps of all boxes of the thing's body; parts such as tabs are not gripped."""
-    for geom in thing.geoms:
-        if geom.shape == "box" and not geom.part:
-            yield from _of_box(geom, context)
+def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
+    """Grasps that the whole shape allows, best first.
+
+    Args:
+        friction: of the pads; contacts must lie within its cone.
+    """
+    cone = math.atan(friction)
+    found = (_checked(thing, grip, gripper, cone) for grip in candidates(thing, gripper))
+    return sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
 
 
-def _of_box(geom: Geom, context: Context) -> Iterator[Grip]:
-    gripper = context.robot.gripper
+def candidates(thing: Thing, gripper: Gripper) -> Iterator[Grip]:
+    """Grasps of all geoms of the thing's body, each by itself; parts such as tabs are not gripped."""
+    body = [g for g in thing.geoms if not g.part]
+    for i, geom in enumerate(body):
+        for grip in _of_geom(geom, gripper):
+            name = grip.name + (f" of geom {i}" if len(body) > 1 else "")
+            yield replace(grip, name=name)
+            drawn = antipodal.shallow(geom, grip.pose, gripper)
+            if drawn is not None:
+                yield replace(grip, pose=drawn, name=f"{name}, shallow")
+
+
+def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
+    if geom.shape == "box":
+        yield from _of_box(geom, gripper)
+    elif 2 * geom.size[0] + LEAST_SLACK <= gripper.opening[1]:
+        for pose, name in antipodal.round_frames(geom, gripper.depth - MARGIN):
+            yield Grip(pose, 2 * geom.size[0], 0.0, name)
+
+
+def why_none(thing: Thing, gripper: Gripper) -> str:
+    """Why nothing can be grasped, with the nearest miss."""
+    limit = gripper.opening[1] - LEAST_SLACK
+    thin = sorted({round(_thinnest(g), 4) for g in thing.geoms if not g.part})
+    widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin)
+    if not thin or thin[0] > limit:
+        return f"no face pair of '{thing.name}' ({widths}) fits the gripper's {1000 * limit:.0f} mm"
+    return (
+        f"parts of '{thing.name}' ({widths}) would fit the gripper's {1000 * limit:.0f} mm, but the rest of its shape"
+        " is in the way of the fingers, makes it too wide, or leaves slanted contacts"
+    )
+
+
+def _thinnest(geom: Geom) -> float:
+    return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
+
+
+def _checked(thing: Thing, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
+    """The candidate on the whole shape; None where it does not fit, slips or is obstructed."""
+    found = antipodal.pinch(thing.geoms, grip.pose)
+    if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:
+        return None
+    if not antipodal.clear(thing.geoms, found.pose, min(found.width + SLACK, gripper.opening[1]), gripper):
+        return None
+    off = found.pose.inverse().apply(_centre(thing))
+    lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
+    covered = antipodal.coverage(thing.geoms, found.pose, found.width, gripper)
+    return Grip(found.pose, found.width, lever, grip.name, found.slant, covered)
+
+
+def _centre(thing: Thing) -> Floats:
+    """The centre of mass of the body's geoms, of even density, in the thing's frame."""
+    body = [g for g in thing.geoms if not g.part]
+    volume = np.array([_volume(g) for g in body])
+    centre: Floats = volume @ np.array([g.pose.position for g in body]) / volume.sum()
+    return centre
+
+
+def _volume(geom: Geom) -> float:
+    r = geom.size[0]
+    ball = 4 / 3 * math.pi * r**3
+    if geom.shape == "box":
+        return 8 * math.prod(geom.size)
+    return ball if geom.shape == "sphere" else 2 * math.pi * r * r * geom.size[1] + ball * (geom.shape == "capsule")
+
+
+def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
     for closing, approach in itertools.permutations(range(3), 2):
         width = 2 * geom.size[closing]
         if width + LEAST_SLACK > gripper.opening[1]:

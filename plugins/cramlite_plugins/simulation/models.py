@@ -16,6 +16,8 @@ from cramlite.geometry import Pose
 from cramlite.quantities import Length, Mass
 from cramlite.world import Feature, Geom, Thing
 
+from .vessels import bottle, bowl, can, mug
+
 Size = tuple[Length, Length, Length]
 TAB_RIM, TAB_THICKNESS, TAB_SIDES = 0.008, 0.002, 12
 Colour = tuple[float, float, float, float]
@@ -206,6 +208,10 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "hanger": hanger,
     "basket": basket,
     "table": table,
+    "can": can,
+    "bottle": bottle,
+    "bowl": bowl,
+    "mug": mug,
 }
 
 

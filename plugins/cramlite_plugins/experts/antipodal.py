@@ -1,0 +1,219 @@
+"""Where two parallel pads can hold a shape of primitives: contact pairs by exact ray casting, and room for the hand.
+
+A line along the closing direction meets each convex primitive in one interval; the union of the intervals around
+the pinch point ends in the contact pair. Pads can hold it when both normals lie in the friction cone about the line
+(Nguyen, Constructing Force-Closure Grasps, IJRR 7(3), 1988). Tool frame: z approach, y closing, as ``cramlite.Gripper``.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from cramlite import Geom, Pose
+from cramlite.geometry import Floats
+from cramlite.robots import Gripper
+
+FINGER = 0.020  # thickness of pad and finger, from the data sheet's drawing [m]
+PALM = 0.0375  # radius of the palm [m]
+SAMPLES = 0.10  # how far behind the pinch point the swept fingers are looked at [m]
+SKIN = 1e-4  # what touches by less is beside it [m]
+BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
+ANGLES = 8  # side grasps around a cylinder
+
+
+@dataclass(frozen=True)
+class Pinch:
+    """A contact pair between two pads.
+
+    Args:
+        pose: of the TCP, half way between the contacts, in the thing's frame.
+        width: between the contacts [m].
+        slant: the larger angle of a contact normal to the closing direction [rad].
+    """
+
+    pose: Pose
+    width: float
+    slant: float
+
+
+def spans(geoms: Sequence[Geom], point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
+    """Where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
+    for geom in geoms:
+        back = _inverse(geom.pose)
+        found = _span(geom, back.apply(point), back.turn(way))
+        if found is not None and found[1] - found[0] > SKIN:
+            yield (*found, geom)
+
+
+def pinch(geoms: Sequence[Geom], pose: Pose) -> Pinch | None:
+    """The contact pair on the closing line through a TCP pose; None where the line misses the shape."""
+    way = pose.turn((0.0, 1.0, 0.0))
+    low, high, ends = _around(geoms, np.asarray(pose.position), way)
+    if not ends:
+        return None
+    contacts = [np.asarray(pose.position) + t * way for t in (low, high)]
+    slant = max(_slant(g, c, way) for g, c in zip(ends, contacts, strict=True))
+    middle = pose * Pose((0.0, (low + high) / 2, 0.0))
+    return Pinch(middle, high - low, slant)
+
+
+def clear(geoms: Sequence[Geom], pose: Pose, opening: float, gripper: Gripper) -> bool:
+    """Whether fingers at this opening, and the palm, meet nothing at the pose and on the straight way to it."""
+    half, reach = gripper.pad[0] / 2, gripper.pad[1] / 2
+    inner = opening / 2
+    across, along = np.linspace(-half, half, 3), np.linspace(-SAMPLES, reach, 17)
+    sides = [s * (inner + t) for s in (1, -1) for t in (0.0, FINGER / 2, FINGER)]
+    fingers = list(itertools.product(across, sides, along))
+    turns = [(math.cos(a), math.sin(a)) for a in np.linspace(0, math.tau, 8, endpoint=False)]
+    behind = (-gripper.depth, -gripper.depth - 0.03, -SAMPLES)
+    palm = [(r * PALM * c, r * PALM * s, z) for r in (0.0, 0.5, 1.0) for c, s in turns for z in behind]
+    points = pose.apply(np.array([*fingers, *palm]))
+    return not any(_inside(g, _inverse(g.pose).apply(points)).any() for g in geoms)
+
+
+def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
+    """The pose drawn back until the pads end before the geom's far side; None where they do already.
+
+    A thin thing that lies on a table is gripped so.
+    """
+    met = next(spans([geom], np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))), None)
+    if met is None:
+        return None
+    back = gripper.pad[1] / 2 + BEFORE - met[1]
+    least = -met[0] - INTO  # so that the pinch point stays inside
+    return pose * Pose((0.0, 0.0, -min(back, least))) if back > 0 and least > 0 else None
+
+
+def round_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
+    """TCP frames around a cylinder, capsule or sphere in the thing's frame, with a name for people."""
+    if geom.shape == "sphere":
+        yield from _ball_frames(geom, depth)
+        return
+    radius, half = geom.size
+    end = half + (radius if geom.shape == "capsule" else 0.0)
+    turns = [(math.cos(k * math.tau / ANGLES), math.sin(k * math.tau / ANGLES)) for k in range(ANGLES)]
+    for share, (x, y) in itertools.product((0.0, 0.5, -0.5), turns):
+        name = f"from the side at {math.degrees(math.atan2(y, x)):.0f} deg, {1000 * share * half:+.0f} mm along the axis"
+        yield geom.pose * Pose.from_axes((0, 0, share * half), (-x, -y, 0), (0, 0, 1)), name
+    for sign, (x, y) in itertools.product((1.0, -1.0), turns[: ANGLES // 2]):
+        height = sign * (end - min(half, depth))
+        where = "top" if sign > 0 else "bottom"
+        name = f"from the {where} across the diameter at {math.degrees(math.atan2(y, x)):.0f} deg"
+        yield geom.pose * Pose.from_axes((0, 0, height), (0, 0, -sign), (x, y, 0)), name
+
+
+def _ball_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
+    for z in itertools.product((-1, 0, 1), repeat=3):
+        if not any(z):
+            continue
+        for k, x in enumerate(((0.31, 0.17, 0.94), (0.94, -0.31, 0.17))):
+            frame = Pose.from_axes((0, 0, 0), z, x)
+            short = max(0.0, geom.size[0] - depth)
+            yield geom.pose * frame * Pose((0, 0, -short)), f"along {z} of the ball, turn {k}"
+
+
+@lru_cache(maxsize=256)
+def _inverse(pose: Pose) -> Pose:
+    return pose.inverse()
+
+
+def _around(geoms: Sequence[Geom], point: Floats, way: Floats) -> tuple[float, float, tuple[Geom, ...]]:
+    """The united interval that holds the point, and the geoms at its two ends."""
+    all_ = sorted(spans(geoms, point, way), key=lambda s: s[0])
+    within = [s for s in all_ if s[0] <= SKIN and s[1] >= -SKIN]
+    if not within:
+        return 0.0, 0.0, ()
+    first, last = min(within, key=lambda s: s[0]), max(within, key=lambda s: s[1])
+    for _ in all_:
+        for s in all_:
+            if s[0] <= last[1] + SKIN and s[1] > last[1]:
+                last = s
+            if s[1] >= first[0] - SKIN and s[0] < first[0]:
+                first = s
+    return first[0], last[1], (first[2], last[2])
+
+
+def coverage(geoms: Sequence[Geom], pose: Pose, width: float, gripper: Gripper) -> float:
+    """Rays over the pad, along the closing direction: the share that meets the shape between the pads."""
+    half, reach = 0.45 * gripper.pad[0], 0.45 * gripper.pad[1]
+    way, hits = pose.turn((0.0, 1.0, 0.0)), 0
+    grid = list(itertools.product(np.linspace(-half, half, 3), np.linspace(-reach, reach, 3)))
+    for x, z in grid:
+        met = [s for s in spans(geoms, pose.apply((x, 0.0, z)), way) if s[1] > -width / 2 and s[0] < width / 2]
+        hits += bool(met) and max(s[1] for s in met) - min(s[0] for s in met) > width - 0.004
+    return hits / len(grid)
+
+
+def _span(geom: Geom, p: Floats, d: Floats) -> tuple[float, float] | None:
+    if geom.shape == "box":
+        return _slabs(p, d, np.asarray(geom.size))
+    if geom.shape == "sphere":
+        return _ball(p, d, geom.size[0])
+    radius, half = geom.size
+    tube = _meet(_ball(p * (1, 1, 0), d * (1, 1, 0), radius), _slabs(p[2:], d[2:], np.array([half])))
+    caps = [_ball(p - (0, 0, z), d, radius) for z in (half, -half)] if geom.shape == "capsule" else []
+    met = [s for s in (tube, *caps) if s is not None]
+    return (min(s[0] for s in met), max(s[1] for s in met)) if met else None
+
+
+def _slabs(p: Floats, d: Floats, half: Floats) -> tuple[float, float] | None:
+    low, high = -np.inf, np.inf
+    for x, v, h in zip(p, d, half, strict=True):
+        if abs(v) < 1e-9:
+            if abs(x) > h:
+                return None
+            continue
+        one, two = sorted(((-h - x) / v, (h - x) / v))
+        low, high = max(low, one), min(high, two)
+    return (float(low), float(high)) if low < high else None
+
+
+def _ball(p: Floats, d: Floats, radius: float) -> tuple[float, float] | None:
+    """Roots of |p + t d| = r."""
+    a, b, c = float(d @ d), float(p @ d), float(p @ p) - radius * radius
+    if a < 1e-9:
+        return (-np.inf, np.inf) if c < 0 else None
+    root = b * b - a * c
+    return ((-b - math.sqrt(root)) / a, (-b + math.sqrt(root)) / a) if root > 0 else None
+
+
+def _meet(a: tuple[float, float] | None, b: tuple[float, float] | None) -> tuple[float, float] | None:
+    if a is None or b is None or min(a[1], b[1]) <= max(a[0], b[0]):
+        return None
+    return max(a[0], b[0]), min(a[1], b[1])
+
+
+def _slant(geom: Geom, contact: Floats, way: Floats) -> float:
+    """Angle between the surface normal at a contact and the closing line [rad]."""
+    p = _inverse(geom.pose).apply(contact)
+    if geom.shape == "box":
+        normal = np.eye(3)[int(np.argmax(np.abs(p) / geom.size))]
+    elif geom.shape == "sphere":
+        normal = p
+    elif abs(p[2]) >= geom.size[1] - SKIN and geom.shape == "cylinder":
+        normal = np.array([0.0, 0.0, 1.0])
+    else:
+        normal = p - (0, 0, float(np.clip(p[2], -geom.size[1], geom.size[1])))
+    cosine = abs(float(geom.pose.turn(normal) @ way)) / max(float(np.linalg.norm(normal)), 1e-9)
+    return math.acos(min(1.0, cosine))
+
+
+def _inside(geom: Geom, p: Floats) -> Any:
+    size = geom.size
+    if geom.shape == "box":
+        inside = (np.abs(p) < np.asarray(size) - SKIN).all(axis=1)
+    elif geom.shape == "sphere":
+        inside = np.linalg.norm(p, axis=1) < size[0] - SKIN
+    elif geom.shape == "cylinder":
+        inside = (np.hypot(p[:, 0], p[:, 1]) < size[0] - SKIN) & (np.abs(p[:, 2]) < size[1] - SKIN)
+    else:
+        axis = np.clip(p[:, 2], -size[1], size[1])
+        inside = np.linalg.norm(p - np.outer(axis, (0, 0, 1)), axis=1) < size[0] - SKIN
+    return inside

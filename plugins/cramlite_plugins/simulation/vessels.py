@@ -1,0 +1,76 @@
+"""Round things that scenarios name: cans, bottles, bowls with a rim, mugs with a handle. All sizes in metres.
+
+Frame of each: on its axis, half way up the body, z up. Feature "bottom": what it stands on, z down.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cramlite.geometry import Pose
+from cramlite.quantities import Length, Mass
+from cramlite.world import Feature, Geom, Thing
+
+SIDES = 12
+Colour = tuple[float, float, float, float]
+
+
+def can(
+    name: str, pose: Pose, radius: Length = 0.033, height: Length = 0.115, mass: Mass = 0.35, friction: float = 0.6,
+    rgba: Colour = (0.70, 0.30, 0.30, 1.0),
+) -> Thing:  # fmt: skip
+    """A full cylinder."""
+    body = Geom("cylinder", (radius, height / 2), rgba=rgba)
+    return Thing(name, "cram:Product", pose, (body,), (_bottom(radius, height),), mass, friction)
+
+
+def bottle(
+    name: str, pose: Pose, radius: Length = 0.034, height: Length = 0.15, neck: Length = 0.014,
+    neck_height: Length = 0.06, mass: Mass = 0.5, friction: float = 0.6, rgba: Colour = (0.30, 0.55, 0.35, 1.0),
+) -> Thing:  # fmt: skip
+    """A cylinder with a thinner one on top. ``height`` is the body's, ``neck`` the neck's radius."""
+    body = Geom("cylinder", (radius, height / 2), rgba=rgba)
+    top = Geom("cylinder", (neck, neck_height / 2), Pose((0, 0, (height + neck_height) / 2)), rgba=rgba)
+    return Thing(name, "cram:Product", pose, (body, top), (_bottom(radius, height),), mass, friction)
+
+
+def bowl(
+    name: str, pose: Pose, radius: Length = 0.07, height: Length = 0.05, wall: Length = 0.006, mass: Mass = 0.3,
+    friction: float = 0.6, rgba: Colour = (0.85, 0.82, 0.72, 1.0),
+) -> Thing:  # fmt: skip
+    """A plate with an upright rim of boxes. ``radius`` is the outer one."""
+    geoms = _shell(radius, height, wall, rgba)
+    return Thing(name, "soma:Bowl", pose, geoms, (_bottom(radius, height),), mass, friction)
+
+
+def mug(
+    name: str, pose: Pose, radius: Length = 0.042, height: Length = 0.095, wall: Length = 0.005,
+    handle: Length = 0.032, mass: Mass = 0.3, friction: float = 0.6, rgba: Colour = (0.35, 0.45, 0.70, 1.0),
+) -> Thing:  # fmt: skip
+    """A hollow cylinder of boxes with a handle on +x. ``handle`` is how far it sticks out."""
+    grip = (0.006, 0.007, height * 0.35)
+    arms = [
+        Geom("box", (handle / 2, 0.007, 0.005), Pose((radius + handle / 2 - 0.004, 0, s * height * 0.3)), rgba=rgba)
+        for s in (1, -1)
+    ]
+    bar = Geom("box", grip, Pose((radius + handle - 0.006, 0, 0)), rgba=rgba)
+    geoms = (*_shell(radius, height, wall, rgba), *arms, bar)
+    return Thing(name, "soma:Cup", pose, geoms, (_bottom(radius, height),), mass, friction)
+
+
+def _shell(radius: float, height: float, wall: float, rgba: Colour) -> tuple[Geom, ...]:
+    """A floor, and boxes around it that overlap at their edges so that there is no gap."""
+    floor = Geom("cylinder", (radius - wall / 2, wall / 2), Pose((0, 0, (wall - height) / 2)), rgba=rgba)
+    middle = radius - wall / 2
+    half = (wall / 2, (middle + wall / 2) * math.tan(math.pi / SIDES), height / 2)
+    sides = []
+    for k in range(SIDES):
+        angle = math.tau * k / SIDES
+        turn = Pose((0, 0, 0), (math.cos(angle / 2), 0, 0, math.sin(angle / 2)))
+        sides.append(Geom("box", half, turn * Pose((middle, 0, 0)), rgba=rgba))
+    return (floor, *sides)
+
+
+def _bottom(radius: float, height: float) -> Feature:
+    face = Pose.from_axes((0, 0, -height / 2), (0, 0, -1), (1, 0, 0))
+    return Feature("bottom", "vrps:SurfaceFeature", face, {"width": 2 * radius, "depth": 2 * radius})
