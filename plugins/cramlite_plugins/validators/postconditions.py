@@ -37,14 +37,15 @@ class EndState:
         for relation in sorted(candidate.belief.relations):
             predicate, subject, place = relation
             if predicate in tests and subject in roles:
-                whole = candidate.world.thing(place.split("/")[0])
+                whole = rollout.world.thing(place.split("/")[0])  # where it really is, not where it was believed
                 wrong = tests[predicate](rollout, subject, whole) or _unsettled(rollout, subject)
                 yield Finding(self.name, not wrong, wrong or _holds(relation), origin=_last_about(candidate, subject))
 
 
 def _holds(relation: Relation) -> str:
     predicate, subject, place = relation
-    return f"'{subject}' rests {predicate.replace('_', ' ')} '{place}'"
+    verb = predicate.replace("_", " ") if "_" in predicate else f"rests {predicate}"
+    return f"'{subject}' {verb} '{place}'"
 
 
 def _last_about(candidate: Candidate, thing: str) -> str:
