@@ -51,7 +51,7 @@ def test_the_product_hangs_although_the_hanger_is_elsewhere(seed: str, tmp_path:
     summary = json.loads(done.stdout)
     assert summary["objects"]["object_1"] == "coffee"
     reasons = [f["reason"] for f in summary["findings"]]
-    assert "'coffee' rests hangs on 'hook'" in reasons
+    assert "'coffee' hangs on 'hook'" in reasons
     text = (tmp_path / "run" / "program.script").read_text()
     assert "spiral_search(" in text and "force_insert(" in text and "force_mode(" in text
     # neither the text nor the belief knows where the hanger really is
