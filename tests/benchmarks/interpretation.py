@@ -61,7 +61,7 @@ def measured(size: int, rules: RuleBook, taxonomy: Taxonomy) -> tuple[int, float
         runs = []
         for _ in range(3):
             begin = time.process_time()
-            found = interpret(sample, rules, taxonomy, merge=merge)
+            interpret(sample, rules, taxonomy, merge=merge)
             runs.append(time.process_time() - begin)
         seconds.append(min(runs))
     return len(Timeline(sample, taxonomy).segments()), seconds[0], seconds[1]
