@@ -363,7 +363,7 @@ robot: {type: ur5e_slow}
 things:
   - {name: floor, model: table, at: {position: [0.2, 0, 0]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
   - {name: beans, model: block, type: cram:Tin, with: {size: [50 mm, 50 mm, 90 mm]}, at: {position: [0.45, 0.15, 46 mm]}}
-  - {name: soup, model: can, with: {radius: 30 mm}, at: {position: [0.45, -0.25, 51 mm]}}
+  - {name: soup, model: drum, with: {radius: 30 mm}, at: {position: [0.45, -0.25, 51 mm]}}
 """
 
 
