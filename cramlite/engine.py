@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from .answers import Context
 from .belief import Belief, Relation, initial_belief
-from .designators import Object
 from .episode import Episode
-from .errors import UserError, nearest
+from .errors import UserError
+from .goals import plan_from_tasks
 from .interpretation import Interpretation
 from .knowledge import Knowledge, pick
-from .plan import Plan, TaskCall, build_plan, plan_from_episode
+from .plan import Plan, TaskCall, plan_from_episode
 from .plugin_types import Backend, Candidate
 from .proof import assemble, conflict_of, prove
 from .registry import Registry
 from .robots import Robot
-from .scenario import ObjectSpec, Scenario, TaskSpec, build_world, real_world
-from .search import Budget, Search, State, task_type
+from .scenario import Scenario, TaskSpec
+from .scenario_world import build_world, real_world
+from .search import Budget, Search, State
 from .trace import Trace
 from .verdict import Verdict
 from .world import World
@@ -241,17 +241,8 @@ class Engine:
             goal = self.read_episode(goal.beside(goal.spec.demonstration))
         if isinstance(goal, Episode):
             yield from self._plans_from_episode(goal, world, trace, progress)
-            return
-        objects: dict[str, ObjectSpec] = {}
-        tasks, where = goal, partial(str.format, "")
-        if isinstance(goal, Scenario):
-            spec = goal.spec
-            objects, tasks = spec.objects, spec.designator if spec.tasks is None else spec.tasks
-            where = partial(_place_of_task, goal)
-        tasks = tasks if isinstance(tasks, list | tuple) else [tasks]
-        calls = [self._call(task, objects, world.world, where(k)) for k, task in enumerate(tasks)]
-        fillers = dict.fromkeys(f for c in calls for f in c.roles.values())
-        yield build_plan(world.name, calls, {f: _object(f, objects, world.world) for f in fillers}), (None, None)
+        else:
+            yield plan_from_tasks(world.name, goal, self.knowledge.tasks, world.world), (None, None)
 
     def _plans_from_episode(
         self, episode: Episode, world: Setting, trace: Trace, progress: Progress
@@ -266,17 +257,6 @@ class Engine:
                 continue
             calls = [TaskCall(self.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
             yield plan_from_episode(world.name, calls, episode), (found, episode)
-
-    def _call(self, task: TaskSpec, objects: dict[str, ObjectSpec], world: World, where: str) -> TaskCall:
-        """A task of a scenario, with its names checked."""
-        try:
-            call = TaskCall(task_type(self.knowledge.tasks, task.task), task.roles, task.parameters)
-            _check_call(call)
-            for filler in call.roles.values():
-                _object(filler, objects, world)
-        except UserError as error:
-            raise UserError(f"{where}{error}") from error
-        return call
 
     def _prove_plan(
         self, plan: Plan, setting: Setting, budget: Budget, trace: Trace, progress: Progress
@@ -308,38 +288,3 @@ class Engine:
             else:
                 progress(f"refused: {verdict.reason}")
                 conflict = conflict_of(verdict, state)
-
-
-def _place_of_task(scenario: Scenario, number: int) -> str:
-    """ "file:line: " of a task of a scenario."""
-    return (
-        scenario.where("designator") + ": " if scenario.spec.tasks is None else scenario.where("tasks", number) + ": "
-    )
-
-
-def _check_call(call: TaskCall) -> None:
-    """Roles are known and complete."""
-    names = {r.name for r in call.task.roles}
-    for role in call.roles:
-        if role not in names:
-            raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
-    parameters = [p.name for p in call.task.parameters]
-    for name in call.parameters or {}:
-        if name not in parameters:
-            raise UserError(f"Task '{call.task.task}' has no parameter '{name}'; {nearest(name, parameters)}.")
-    for needed in call.task.roles:
-        if needed.required and not needed.effector and needed.name not in call.roles:
-            raise UserError(f"Task '{call.task.task}' needs a filler for its role '{needed.name}'.")
-
-
-def _object(name: str, objects: dict[str, ObjectSpec], world: World) -> Object:
-    """A declared object, or a thing (or "thing/feature") of the world by name."""
-    if name in objects:
-        return Object(name, **objects[name].model_dump())
-    features = {f"{t.name}/{f.name}" for t in world.things for f in t.features}
-    valid = {t.name for t in world.things} | features
-    if name not in valid | set(objects):
-        raise UserError(
-            f"No object '{name}' is declared under 'objects' or stands in the world; {nearest(name, valid | set(objects))}."
-        )
-    return replace(Object(name), entity=name)

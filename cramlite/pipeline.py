@@ -16,7 +16,8 @@ from .errors import NoSolution, PluginError, UserError
 from .explain import as_json, failure_text, solution_text
 from .resources import find_scenario
 from .run import RunDirectory, content_key, read_json
-from .scenario import Scenario, build_world, read_scenario
+from .scenario import Scenario, read_scenario
+from .scenario_world import build_world
 from .search import Budget
 from .trace import Trace
 
@@ -69,6 +70,13 @@ def resolve_scenario(
         text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
         raise PluginError(text) if engine.registry.faults else NoSolution(text)
     write_solution(run, solution, engine, seed)
+    _finish(run, solution, engine, say, report=report)
+    print(as_json(_summary(solution, run)) if json_output else solution_text(solution, str(run.path)))
+    return 0
+
+
+def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:
+    """The report, and a warning for every plugin that broke on the way without harm."""
     if report:
         from .report import write_report
 
@@ -78,8 +86,6 @@ def resolve_scenario(
     say.done()
     for fault in engine.registry.faults:
         print(f"cramlite: warning: {fault}", file=sys.stderr)
-    print(as_json(_summary(solution, run)) if json_output else solution_text(solution, str(run.path)))
-    return 0
 
 
 def record_demonstration(

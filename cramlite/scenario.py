@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from .belief import Relation
-from .errors import UserError, nearest
+from .errors import UserError
 from .geometry import Pose
-from .plugin_types import ModelMaker
 from .quantities import Angle, Length
-from .world import Physics, RobotMount, Thing, World
 from .yaml_file import explain_validation, line_of, load_yaml
 
 
@@ -241,117 +238,3 @@ def _valid_keys(error: ValidationError) -> list[str]:
     loc = next((p["loc"] for p in error.errors() if p["type"] == "extra_forbidden"), ())
     holder = next((models[str(s)] for s in reversed(loc[:-1]) if str(s) in models), ScenarioSpec)
     return [field.alias or name for name, field in holder.model_fields.items()]
-
-
-def build_world(
-    scenario: Scenario,
-    things: Iterable[ThingSpec],
-    vary: Iterable[VarySpec],
-    models: Mapping[str, ModelMaker],
-    seed: int,
-) -> tuple[World, tuple[Relation, ...]]:
-    """The world of a scenario, and the relations that it states.
-
-    Args:
-        seed: 0 gives the world as written; any other draws ``vary`` from it.
-
-    Raises:
-        UserError: an unknown model, parameter or thing.
-    """
-    import numpy as np
-
-    if seed < 0:
-        raise UserError(f"The seed is {seed}; it must be 0 (the world as written) or more.")
-    rng = np.random.default_rng([seed, 77])
-    built: dict[str, Thing] = {}
-    relations: list[Relation] = []
-    changes = {v.thing: v for v in vary} if seed else {}
-    specs = list(things)
-    for name in changes:
-        if name not in {s.name for s in specs}:
-            raise UserError(f"{scenario.where('vary')}: no thing '{name}'; {nearest(name, [s.name for s in specs])}.")
-    for spec in specs:
-        place = scenario.where_thing(spec.name)
-        if spec.name in built:
-            raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
-        built[spec.name] = _build(spec, changes.get(spec.name), built, models, rng, place)
-        if spec.hangs_on:
-            relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
-    mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
-    physics = Physics(**scenario.spec.physics.model_dump())
-    return World(tuple(built.values()), (mount,), physics), tuple(relations)
-
-
-def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:
-    """The world that programs run in: the believed one, with ``unknown_error`` added.
-
-    Args:
-        world, relations: as believed.
-        seed: of the run.
-
-    Raises:
-        UserError: the scenario displaces a thing that the world does not have.
-    """
-    import numpy as np
-
-    error = scenario.spec.unknown_error
-    if error is None:
-        return world
-    names = [t.name for t in world.things]
-    if error.thing not in names:
-        raise UserError(
-            f"{scenario.where('unknown_error', 'thing')}: no thing '{error.thing}'; {nearest(error.thing, names)}."
-        )
-    rng = np.random.default_rng([seed, 78])
-    way = rng.normal(size=3)
-    way *= error.position * rng.uniform() ** (1 / 3) / np.linalg.norm(way)
-    moving = {error.thing, *(s for p, s, o in relations if p == "hangs_on" and o == error.thing)}
-    off = Pose((float(way[0]), float(way[1]), float(way[2])))
-    return world.moved({name: off * world.thing(name).pose for name in moving})
-
-
-def _build(
-    spec: ThingSpec,
-    change: VarySpec | None,
-    built: Mapping[str, Thing],
-    models: Mapping[str, ModelMaker],
-    rng: Any,
-    place: str,
-) -> Thing:
-    if spec.model not in models:
-        raise UserError(f"{place}: no object model '{spec.model}'; {nearest(spec.model, models)}.")
-    maker = models[spec.model]
-    try:
-        parameters = {k: _frozen(v) for k, v in spec.parameters.items()}
-        if change:
-            parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
-        thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
-        thing = replace(thing, type=spec.type or thing.type)
-        if spec.hangs_on:
-            thing = replace(thing, pose=_hang(spec, thing, built, maker))
-    except (UserError, TypeError, ValueError) as error:
-        said = str(error).removeprefix(f"thing '{spec.name}': ")
-        raise UserError(f"{place}: thing '{spec.name}': {said}") from error
-    return replace(thing, pose=_shifted(thing.pose, change, rng)) if change else thing
-
-
-def _hang(spec: ThingSpec, thing: Thing, built: Mapping[str, Thing], maker: ModelMaker) -> Pose:
-    hang = spec.hangs_on
-    assert hang is not None
-    if hang.hanger not in built:
-        raise ValueError(f"hangs on '{hang.hanger}', which is not a thing above it; {nearest(hang.hanger, built)}.")
-    if maker.hung is None:
-        raise ValueError(f"model '{spec.model}' cannot hang; only models with a hole can.")
-    return maker.hung(thing, built[hang.hanger], hang.depth, hang.yaw)
-
-
-def _shifted(pose: Pose, change: VarySpec, rng: Any) -> Pose:
-    x, y = rng.uniform(-change.position, change.position, 2)
-    turn = Pose.from_rotvec((0, 0, 0), (0, 0, float(rng.uniform(-change.yaw, change.yaw))))
-    moved = tuple(a + float(d) for a, d in zip(pose.position, (x, y, 0.0), strict=True))
-    return Pose(moved, (turn * Pose((0, 0, 0), pose.quaternion)).quaternion)  # type: ignore[arg-type]
-
-
-def _frozen(value: Any) -> Any:
-    """A model parameter as written, lists as tuples; the model knows which unit each number has."""
-    return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value

@@ -17,7 +17,7 @@ from typing import Any
 from .answers import Context, Grounding, Refused
 from .belief import Belief
 from .designators import Action, Designator, Late, Location, Motion, Object
-from .errors import Unresolvable, UserError
+from .errors import Unresolvable
 from .program import AnyStep, Section
 from .registry import Registry
 from .tasks import Decomposition, TaskType
@@ -277,21 +277,6 @@ def describe(action: Action) -> str:
     """A line for people: the task and its objects."""
     fillers = ", ".join(f"{k} {v.entity or v.name}" for k, v in action.roles.items())
     return f"{action.task.split(':')[-1]}" + (f": {fillers}" if fillers else "")
-
-
-def task_type(tasks: Mapping[str, TaskType], name: str) -> TaskType:
-    """A task type by class, local name or alias.
-
-    Raises:
-        UserError: there is none; the nearest valid names are listed.
-    """
-    from .errors import nearest
-
-    table = {alias: t for t in tasks.values() for alias in (t.task, t.task.split(":")[-1], *t.aliases)}
-    if name not in table:
-        shown = [alias for alias in table if (":" in alias) == (":" in name)]
-        raise UserError(f"There is no task type '{name}'; {nearest(name, shown)}.")
-    return table[name]
 
 
 def _domain(item: Designator, state: State) -> set[str]:

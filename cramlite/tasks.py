@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
 from .belief import Belief
 from .designators import Action, Designator, Location, Object
+from .errors import UserError, nearest
 
 
 @dataclass(frozen=True)
@@ -106,3 +107,16 @@ class TaskType(ABC):
         """The value of a parameter: the action's own, else the declared default."""
         declared = next(p for p in self.parameters if p.name == name)
         return float(action.parameters.get(name, declared.default))
+
+
+def task_type(tasks: Mapping[str, TaskType], name: str) -> TaskType:
+    """A task type by class, local name or alias.
+
+    Raises:
+        UserError: there is none; the nearest valid names are listed.
+    """
+    table = {alias: t for t in tasks.values() for alias in (t.task, t.task.split(":")[-1], *t.aliases)}
+    if name not in table:
+        shown = [alias for alias in table if (":" in alias) == (":" in name)]
+        raise UserError(f"There is no task type '{name}'; {nearest(name, shown)}.")
+    return table[name]

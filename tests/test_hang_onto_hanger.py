@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from cramlite import read_scenario
-from cramlite.scenario import real_world
+from cramlite.scenario_world import real_world
 from cramlite.world import Thing, World
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "hang_onto_hanger.yaml"

@@ -13,7 +13,7 @@ from conftest import ROOT, TASKS, Run
 from cramlite import Engine, Episode, Object, Plan, read_scenario
 from cramlite.explain import as_json
 from cramlite.plan import TaskCall, plan_from_episode
-from cramlite.search import task_type
+from cramlite.tasks import task_type
 
 DEMONSTRATION = ROOT / "scenarios" / "fetch_from_hanger" / "demonstration"
 

@@ -11,7 +11,8 @@ import pytest
 
 from cramlite import Action, Belief, Budget, Context, Location, Object, RobotMount, Trace, UserError, World
 from cramlite.registry import GROUP, Registry
-from cramlite.search import CAPS, Search, State, derive_seed, task_type
+from cramlite.search import CAPS, Search, State, derive_seed
+from cramlite.tasks import task_type
 
 Plugin = Callable[[str, str], Path]
 OWN = tuple(p.name for p in importlib.metadata.entry_points(group=GROUP))
