@@ -95,7 +95,8 @@ class Motion:
 
     Args:
         name: unique in the plan, e.g. "3.Grasping/approach".
-        kind: "transfer", "linear", "gripper", "until_contact", "force_path", "payload", "zero_sensor", "hold".
+        kind: "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert",
+            "payload", "zero_sensor", "hold".
         to: name of a location, or None.
         parameters: by name, with units in the name, e.g. {"speed_m_s": 0.05}.
         may_touch: variables or "held" that may be touched on the way.

@@ -24,7 +24,10 @@ from .search import HOOKS
 from .tasks import Decomposition, TaskType
 from .world import Geom, RobotMount, Thing, World
 
-KINDS = ("transfer", "linear", "gripper", "until_contact", "force_path", "payload", "zero_sensor", "hold")
+KINDS = (
+    "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert", "payload",
+    "zero_sensor", "hold",
+)  # fmt: skip
 """Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``)."""
 
 _CURIE = re.compile(r"[a-z][\w-]*:\w+")
