@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from .tasks import Decomposition, Parameter, Role, TaskType
     from .trace import Trace
     from .verdict import Finding, Verdict
+    from .view import Intrinsics, View
     from .world import Feature, Geom, Physics, RobotMount, Thing, World
 
 __version__ = "0.1.0"
@@ -68,6 +69,7 @@ _HOMES = {
     "tasks": "Decomposition Parameter Role TaskType",
     "trace": "Trace",
     "verdict": "Finding Verdict",
+    "view": "Intrinsics View",
     "world": "Feature Geom Physics RobotMount Thing World",
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names.split()}
@@ -97,6 +99,7 @@ __all__ = [
     "Grounding",
     "Held",
     "Interpretation",
+    "Intrinsics",
     "Late",
     "Location",
     "Message",
@@ -137,6 +140,7 @@ __all__ = [
     "UserError",
     "Validator",
     "Verdict",
+    "View",
     "Wait",
     "World",
     "ZeroSensor",

@@ -1,0 +1,1 @@
+"""Perception: a camera, and experts that answer queries from what it saw."""
