@@ -70,6 +70,12 @@ def _parser() -> argparse.ArgumentParser:
     record.add_argument("scenario")
     record.add_argument("--seed", type=int, default=0)
     record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")
+    execute = _add(commands, "execute", _execute, "run a program's text in a world")
+    execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
+    execute.add_argument("--world", required=True, help="world.json of a run directory, or a scenario")
+    execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
+    execute.add_argument("--out", type=Path, help="folder for the recorded run")
+    execute.add_argument("--json", action="store_true")
     tasks = _add(commands, "tasks", _tasks, "list the task types")
     tasks.add_argument("--json", action="store_true")
     plugins = _add(commands, "plugins", _plugins, "list the plugins, with their faults")
@@ -182,6 +188,20 @@ def _record(arguments: argparse.Namespace) -> int:
 
     return record_demonstration(
         arguments.scenario, seed=arguments.seed, out=arguments.out, plugins=arguments.plugin, block=arguments.block
+    )
+
+
+def _execute(arguments: argparse.Namespace) -> int:
+    from .execution import execute_program
+
+    return execute_program(
+        arguments.program,
+        world=arguments.world,
+        seed=arguments.seed,
+        out=arguments.out,
+        plugins=arguments.plugin,
+        block=arguments.block,
+        json_output=arguments.json,
     )
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .episode import Repair
     from .interpretation import Interpretation, Interpreted
     from .registry import PluginInfo
+    from .rollout import Rollout
     from .tasks import TaskType
 
 MARKS = {
@@ -145,6 +146,30 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
             lines.append(
                 f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
             )
+    return "\n".join(lines)
+
+
+def rollout_json(rollout: Rollout) -> dict[str, Any]:
+    """How the run of a program ended: seconds, newtons, and the last pose of every thing (position, quaternion w first)."""
+    names = [t.name for t in rollout.world.things]
+    forces = (rollout.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
+    return {
+        "outcome": rollout.outcome,
+        "reason": rollout.reason,
+        "seconds": float(rollout.times[-1]),
+        "peak_force": float(forces.max()) if len(forces) else 0.0,
+        "messages": [asdict(m) for m in rollout.messages],
+        "poses": {n: [float(v) for v in rollout.poses[n][-1]] for n in names if n in rollout.poses},
+    }
+
+
+def rollout_text(rollout: Rollout) -> str:
+    """The program's own log, and how it ended."""
+    lines = [f"{m.time:8.2f} s  {m.text}" for m in rollout.messages]
+    data = rollout_json(rollout)
+    lines.append(f"{data['seconds']:8.2f} s  {rollout.outcome}; peak force {data['peak_force']:.1f} N")
+    for name, pose in data["poses"].items():
+        lines.append(f"            {name} at {', '.join(f'{v:.3f}' for v in pose[:3])} m")
     return "\n".join(lines)
 
 

@@ -1,0 +1,106 @@
+"""Running a program's text in a world: ``cramlite execute``. The controller sees the text and the world, nothing else."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .errors import NoSolution, UserError
+from .explain import as_json, rollout_json, rollout_text
+from .resources import find_scenario
+from .scenario import read_scenario
+from .scenario_world import build_world, real_world
+
+if TYPE_CHECKING:
+    from .knowledge import Knowledge
+    from .rollout import Rollout
+    from .world import World
+
+
+def execute_program(
+    program: Path,
+    *,
+    world: str,
+    seed: int = 0,
+    out: Path | None = None,
+    plugins: Sequence[Path] = (),
+    block: Sequence[str] = (),
+    json_output: bool = False,
+) -> int:
+    """Run a program's text on the controller model and say how it ended.
+
+    Args:
+        program: the text, e.g. ``program.script`` of a run directory.
+        world: the ``world.json`` of a run directory, or a scenario, whose world with this seed is taken.
+        out: folder for the recorded run: ``execution.json`` and ``episode/``.
+
+    Returns:
+        0 when the program came to its end.
+
+    Raises:
+        NoSolution: it did not; the reason is its own last message, or what stopped it.
+        UserError: a file that cannot be used.
+    """
+    from .knowledge import Knowledge
+    from .registry import Registry
+
+    knowledge = Knowledge(Registry(tuple(plugins), tuple(block)))
+    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
+    text, place = _text(program), read_world(world, knowledge, seed)
+    if not place.robots:
+        raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
+    rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
+    if out is not None:
+        _write(out, rollout, program.stem, knowledge)
+    print(as_json(rollout_json(rollout)) if json_output else rollout_text(rollout))
+    if rollout.outcome != "finished":
+        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    return 0
+
+
+def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
+    """A world from a JSON file, or the world that the programs of a scenario really run in.
+
+    Raises:
+        UserError: neither can be read.
+    """
+    path = Path(name)
+    if path.suffix != ".json":
+        scenario = read_scenario(find_scenario(name))
+        spec = scenario.spec
+        world, relations = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
+        return real_world(scenario, world, relations, seed)
+    from pydantic import TypeAdapter, ValidationError
+
+    from .world import World
+
+    try:
+        return TypeAdapter(World).validate_json(path.read_bytes())
+    except OSError as error:
+        raise UserError(f"The world '{path}' cannot be read: {error.strerror}.") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(str(p) for p in first["loc"]) or "the file"
+        raise UserError(
+            f"'{path}' holds no world: {where}: {first['msg']}. Give the world.json of a run directory, or a scenario."
+        ) from error
+
+
+def _text(program: Path) -> str:
+    try:
+        return program.read_text(encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
+
+
+def _write(out: Path, rollout: Rollout, name: str, knowledge: Any) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "execution.json").write_text(as_json(rollout_json(rollout)))
+    except OSError as error:
+        raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
+    knowledge.simulator.save_episode(knowledge.simulator.episode(rollout, name), out / "episode")
