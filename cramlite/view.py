@@ -135,5 +135,7 @@ class View:
         if mask is None:
             return self.valid
         if mask.shape != self.depth.shape:
-            raise UserError(f"The mask has the shape {mask.shape}, the image {self.depth.shape}; they must be the same.")
+            raise UserError(
+                f"The mask has the shape {mask.shape}, the image {self.depth.shape}; they must be the same."
+            )
         return np.asarray(self.valid & mask)

@@ -53,16 +53,30 @@ def render(
     directions = camera.pose.turn(_rays(width, height, camera.fov))
     eye = np.asarray(camera.eye, dtype=float)
     geom, distance, normal = cast(model, data, eye, directions)
+    lit = np.ones(len(directions))
+    if shadows:
+        hit = geom >= 0
+        points = eye + directions[hit] * distance[hit, None] + normal[hit] * 1e-4
+        lit[hit] = np.where(_shaded(model, data, points), 0.25, 1.0)
+    return (shade(model, geom, normal, directions, lit) * 255).astype(np.uint8).reshape(height, width, 3)
+
+
+def shade(
+    model: Model, geom: NDArray[np.int32], normal: Floats, directions: Floats, lit: Floats | float = 1.0
+) -> Floats:
+    """The colour (N, 3), 0 to 1, of what rays see: each geom's own under one light, the sky where there is none.
+
+    Args:
+        geom, normal: as ``cast`` gives them for the ``directions``.
+        lit: share of the light that reaches each point.
+    """
     colour = _sky(directions)
     hit = geom >= 0
-    diffuse = np.clip(normal[hit] @ LIGHT, 0.0, 1.0)
-    if shadows:
-        points = eye + directions[hit] * distance[hit, None] + normal[hit] * 1e-4
-        diffuse = diffuse * np.where(_shaded(model, data, points), 0.25, 1.0)
+    diffuse = (np.clip(normal @ LIGHT, 0.0, 1.0) * lit)[hit]
     facing = np.abs(np.einsum("ij,ij->i", normal[hit], directions[hit]))
-    shade = AMBIENT + FILL * facing + (1 - AMBIENT - FILL) * diffuse
-    colour[hit] = model.geom_rgba[geom[hit], :3] * shade[:, None]
-    return (np.clip(colour, 0, 1) ** (1 / 1.15) * 255).astype(np.uint8).reshape(height, width, 3)
+    light = AMBIENT + FILL * facing + (1 - AMBIENT - FILL) * diffuse
+    colour[hit] = model.geom_rgba[geom[hit], :3] * light[:, None]
+    return np.asarray(np.clip(colour, 0, 1) ** (1 / 1.15))
 
 
 def cast(model: Model, data: Data, eye: Floats, directions: Floats) -> tuple[NDArray[np.int32], Floats, Floats]:
