@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
@@ -50,6 +50,11 @@ class Interpreted:
     def rejections(self) -> tuple[Rejection, ...]:
         """For every task that it is not: the condition that failed. Worked out when first asked for."""
         return self._reject()
+
+    @cached_property
+    def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
+        """Its tasks with the fillers of their roles."""
+        return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
 
     def named(self, task: str) -> tuple[Match, ...]:
         """The matches of one task."""
@@ -164,7 +169,7 @@ def interpret(
         The interpretation; an episode without events has no actions.
     """
     timeline = Timeline(episode, taxonomy)
-    judge = _Judge(timeline, tuple(rules), DecisionTree(rules, timeline), padding)
+    judge = _Judge(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
     actions = judge.judge_all(judge.timeline.segments())
     return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
 
@@ -174,9 +179,10 @@ class _Judge:
     """The matcher with its rules and facts."""
 
     timeline: Timeline
-    rules: tuple[Rule, ...]
+    rules: Mapping[str, Rule]
     tree: DecisionTree
     padding: float
+    known: dict[Hashable, tuple[Match, ...]] = field(default_factory=dict)
     wholes: dict[tuple[float, float], Mapping[str, list[Binding]]] = field(default_factory=dict)
 
     def judge_all(self, segments: Sequence[Segment]) -> list[Interpreted]:
@@ -186,7 +192,7 @@ class _Judge:
     def judged(
         self, segment: Segment, segments: tuple[Segment, ...], solved: Mapping[str, list[Binding]]
     ) -> Interpreted:
-        matches = tuple(m for rule in self.rules if rule.task in solved for m in matches_of(rule, solved[rule.task]))
+        matches = tuple([m for task in sorted(solved) for m in self.matches(task, solved[task])])
         label = segment.event.type if segment.event is not None else None
         label = self.timeline.taxonomy.resolve(label) if label else None
         return Interpreted(
@@ -199,9 +205,16 @@ class _Judge:
             lambda: self.reject(segment, {m.task for m in matches}),
         )
 
+    def matches(self, task: str, bindings: list[Binding]) -> tuple[Match, ...]:
+        """What the bindings of a task mean; the same for all actions with the same bindings."""
+        key = (task, *[tuple(b.values()) for b in bindings])
+        if key not in self.known:
+            self.known[key] = matches_of(self.rules[task], bindings)
+        return self.known[key]
+
     def reject(self, segment: Segment, matched: set[str]) -> tuple[Rejection, ...]:
         phases = self.timeline.phases(segment, self.padding)
-        refused = (reject(rule, phases) for rule in self.rules if rule.task not in matched)
+        refused = (reject(rule, phases) for task, rule in self.rules.items() if task not in matched)
         return tuple(r for r in refused if r is not None)
 
     def _telling(self, time: float) -> bool:
@@ -243,7 +256,7 @@ class _Judge:
             return None
         segments = (*before.segments, *after.segments)
         joined = self._whole(Segment(before.start, after.end), segments)
-        if joined.hole or not _readings(before) | _readings(after) <= _readings(joined):
+        if joined.hole or not before.readings | after.readings <= joined.readings:
             return None
         boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
         evidence = (
@@ -259,7 +272,7 @@ class _Judge:
             return False
         if any(s.event is not None for s in (*before.segments, *after.segments)):
             return False
-        a, b = _readings(before), _readings(after)
+        a, b = before.readings, after.readings
         return a <= b or b <= a
 
     def _whole(self, segment: Segment, segments: tuple[Segment, ...]) -> Interpreted:
@@ -268,7 +281,3 @@ class _Judge:
         if key not in self.wholes:
             self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
         return self.judged(segment, segments, self.wholes[key])
-
-
-def _readings(action: Interpreted) -> set[tuple[str, tuple[tuple[str, str], ...]]]:
-    return {(m.task, tuple(sorted(m.roles.items()))) for m in action.matches}

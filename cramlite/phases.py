@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal
 
 from .episode import Entity, Episode, Event
 from .ontology import Taxonomy
+from .state_index import StateIndex
 
 PhaseName = Literal["pre", "run", "post"]
 Row = tuple[str | float, ...]
@@ -35,7 +36,8 @@ class Predicate:
             predicate's rows end with the number.
         phases: where it means something; a rule that asks elsewhere is refused when it is loaded.
         timeless: it asks about classes and parts only, so its rows hold at every time.
-        steady: it asks about states only, so its rows stay while no state begins or ends. Such a
+        steady: it asks only which states hold, by their classes and roles, and which things' poses are known
+            (``Timeline.located``), not since when; so its rows are the same wherever the same states hold. Such a
             predicate keeps what it works out in ``phase.situation``.
         possible: whether an episode can make it hold at all; rules that need it are left out where it cannot.
             It may be cautious: True costs time only.
@@ -74,24 +76,22 @@ Index = dict[tuple[str | float, ...], tuple[Row, ...]]
 class Phase:
     """What holds at an instant (``start == end``), or all through an interval.
 
-    Predicates read it; ``memo`` is theirs to keep results in, and ``situation`` is the same for all phases
-    in which no state begins or ends: an action's beginning and what goes on until the next boundary.
+    Predicates read it; ``memo`` is theirs to keep results in. ``situation`` is another memo, the same one for all
+    phases in which the same states hold, all through and at some time, and the same things' poses are known;
+    ``holds`` tells such phases apart.
     """
 
     def __init__(self, timeline: Timeline, start: float, end: float) -> None:
         self.timeline, self.start, self.end = timeline, start, end
         self.episode, self.taxonomy = timeline.episode, timeline.taxonomy
         self.memo: dict[Hashable, Any] = {}
-        self.situation: dict[Hashable, Any] = timeline.situation(start, end)
+        self.holds = timeline.holding(start, end)
+        self.situation: dict[Hashable, Any] = timeline.situation(self.holds)
 
     def states(self, type_: str) -> tuple[Event, ...]:
         """States of a class that hold at the instant, or span the whole interval."""
-        found: tuple[Event, ...] | None = self.situation.get(type_)
-        if found is None:
-            active = self.timeline.active(type_, self.start)
-            found = tuple(e for e in active if e.end >= self.end) if self.end > self.start else active
-            self.situation[type_] = found
-        return found
+        active = self.timeline.active(type_, self.start)
+        return tuple([e for e in active if e.end >= self.end]) if self.end > self.start else active
 
     def overlapping(self, type_: str) -> tuple[Event, ...]:
         """States of a class that hold at some time of the phase, however short: what a
@@ -107,9 +107,8 @@ class Phase:
         key = (predicate.name, arguments)
         found: tuple[Row, ...] | None = known.get(key)
         if found is None:
-            asked = [(k, a) for k, a in enumerate(arguments) if a is not None]
-            rows = predicate.function(self, *arguments)
-            found = known[key] = tuple(dict.fromkeys([row for row in rows if all([row[k] == a for k, a in asked])]))  # noqa: C419
+            rows = tuple(dict.fromkeys(predicate.function(self, *arguments)))
+            found = known[key] = _agreeing(rows, arguments) if rows and arguments else rows
         return found
 
     def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
@@ -139,10 +138,10 @@ class Timeline:
         self.wholes: dict[str, tuple[str, ...]] = {e.name: tuple(_wholes(self.entities, e)) for e in episode.entities}
         self.rows: dict[Hashable, Any] = {}
         self._span = episode.span
-        self._indices: dict[str, _Index] = {}
+        self._indices: dict[str, StateIndex] = {}
         self._instants: dict[float, Phase] = {}
-        self._states = _Index([e for e in episode.events if e.kind == "state"], self._span[1])
-        self._situations: dict[int, dict[Hashable, Any]] = {}
+        self._states = StateIndex([e for e in episode.events if e.kind == "state"], self._span[1])
+        self._situations: dict[Hashable, dict[Hashable, Any]] = {}
 
     def types(self, name: str) -> tuple[str, ...]:
         """The classes of an entity, as this taxonomy names them; unknown ones as they are."""
@@ -160,10 +159,23 @@ class Timeline:
             self.memo[key] = tuple(n for n in self.entities if self.taxonomy.any_is_a(self.types(n), type_))
         return self.memo[key]  # type: ignore[no-any-return]
 
-    def situation(self, start: float, end: float) -> dict[Hashable, Any]:
-        """A memo that is shared by all phases between the same two boundaries of states."""
-        number = self._states.interval(start, end)
-        return {} if number is None else self._situations.setdefault(number, {})
+    @cached_property
+    def located(self) -> dict[str, float]:
+        """When the pose of each entity was first known [s]; entities that are known nowhere are left out."""
+        tracked = {n: float(t.times[0]) for n, t in self.episode.tracks.items() if len(t.times)}
+        return {**tracked, **{n: float("-inf") for n, e in self.entities.items() if e.pose is not None}}
+
+    @cached_property
+    def _located(self) -> list[float]:
+        return sorted(self.located.values())
+
+    def holding(self, start: float, end: float) -> Hashable:
+        """Which states hold in [start, end), and of how many things a pose is known by then."""
+        return self._states.holding(start, end), bisect_right(self._located, end)
+
+    def situation(self, holds: Hashable) -> dict[Hashable, Any]:
+        """A memo that is shared by all phases in which the same states hold."""
+        return self._situations.setdefault(holds, {})
 
     def instant(self, time: float) -> Phase:
         """What holds at a time. Neighbouring actions share it."""
@@ -248,52 +260,21 @@ class Timeline:
         """When states of a class begin or end."""
         return self._index(type_).boundaries
 
-    def _index(self, type_: str) -> _Index:
+    def _index(self, type_: str) -> StateIndex:
         index = self._indices.get(type_)
         if index is None:
             resolve, is_a = self.taxonomy.resolve, self.taxonomy.is_a
             kinds = {e.type for e in self.episode.events if e.kind == "state"}
             wanted = {t for t in kinds if is_a(resolve(t) or t, type_)}
             events = [e for e in self.episode.events if e.kind == "state" and e.type in wanted]
-            index = self._indices[type_] = _Index(events, self._span[1])
+            index = self._indices[type_] = StateIndex(events, self._span[1])
         return index
 
 
-class _Index:
-    """Which of some states hold, for every interval between two of their boundaries."""
-
-    def __init__(self, events: list[Event], last: float) -> None:
-        def end(event: Event) -> float:
-            return event.end if event.end < last else float("inf")
-
-        open_ended = [replace(e, end=end(e)) if end(e) != e.end else e for e in events if e.end > e.start]
-        self._bounds = sorted({t for e in open_ended for t in (e.start, e.end)})
-        starting: dict[float, list[Event]] = {}
-        for event in open_ended:
-            starting.setdefault(event.start, []).append(event)
-        self.boundaries = frozenset(self._bounds)
-        self._active: list[tuple[Event, ...]] = []
-        current: tuple[Event, ...] = ()
-        for bound in self._bounds:
-            current = (*(e for e in current if e.end > bound), *starting.get(bound, ()))
-            self._active.append(current)
-
-    def interval(self, start: float, end: float) -> int | None:
-        """The number of the interval between two boundaries that [start, end) lies in; None if in several."""
-        k = bisect_right(self._bounds, start)
-        return k if k == len(self._bounds) or end <= self._bounds[k] else None
-
-    def at(self, time: float) -> tuple[Event, ...]:
-        k = bisect_right(self._bounds, time) - 1
-        return self._active[k] if k >= 0 else ()
-
-    def between(self, start: float, end: float) -> tuple[Event, ...]:
-        first = bisect_right(self._bounds, start) - 1
-        after = max(bisect_left(self._bounds, end), first + 1)
-        if after == first + 1:
-            return self._active[first] if first >= 0 else ()
-        seen = {e.id: e for active in self._active[max(first, 0) : after] for e in active}
-        return tuple(seen.values())
+def _agreeing(rows: tuple[Row, ...], arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
+    """The rows that do not contradict the arguments; None is open."""
+    asked = [(k, a) for k, a in enumerate(arguments) if a is not None]
+    return tuple([row for row in rows if all([row[k] == a for k, a in asked])])  # noqa: C419 - lists are faster here
 
 
 def _wholes(entities: dict[str, Entity], entity: Entity) -> Iterable[str]:

@@ -45,6 +45,11 @@ class Clause:
         """Rough cost of checking it: the sum of its predicates' costs."""
         return sum(a.predicate.cost for a in atoms(self.condition))
 
+    @cached_property
+    def lasting(self) -> bool:
+        """Whether what holds of it is the same wherever the same states hold: it asks about states and classes only."""
+        return all(a.predicate.steady or a.predicate.timeless for a in atoms(self.condition))
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -73,7 +78,7 @@ class Rule:
 
     @cached_property
     def quick_order(self) -> tuple[Clause, ...]:
-        """An order that can be solved, cheap conditions first: for deciding."""
+        """An order that can be solved, conditions that states alone decide first, then cheap ones: for deciding."""
         return _ordered(self.clauses, cheapest=True)
 
     @cached_property
@@ -256,7 +261,7 @@ def _ordered(clauses: tuple[Clause, ...], cheapest: bool) -> tuple[Clause, ...]:
     bound: frozenset[str] = frozenset()
     while left:
         ready = [c for c in left if not ((tests(c.condition) & bound_somewhere) - binds(c.condition)) - bound] or left
-        clause = min(ready, key=lambda c: (c.cost, left.index(c))) if cheapest else ready[0]
+        clause = min(ready, key=lambda c: (not c.lasting, c.cost, left.index(c))) if cheapest else ready[0]
         left.remove(clause)
         found.append(clause)
         bound |= binds(clause.condition)

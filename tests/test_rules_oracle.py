@@ -84,7 +84,8 @@ def test_clingo_finds_the_same_matches(sample: Episode) -> None:
 @settings(max_examples=80, deadline=None)
 @given(episodes())
 def test_the_tree_and_the_rejections_agree_with_the_matcher(sample: Episode) -> None:
-    timeline, tree = Timeline(sample, TAXONOMY), DecisionTree(RULES)
+    timeline = Timeline(sample, TAXONOMY)
+    tree = DecisionTree(RULES, timeline)
     for segment in timeline.segments():
         phases = timeline.phases(segment)
         solved = tree.solve(phases)

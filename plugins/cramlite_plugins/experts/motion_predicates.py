@@ -8,9 +8,10 @@ from functools import partial
 
 import numpy as np
 
-from cramlite.episode import Track
 from cramlite.geometry import Floats
 from cramlite.phases import Phase, PhaseName, Predicate, Row, Timeline
+
+from .samples import Motion, Range
 
 ARM_MOVED = 0.001
 """[m] of the end effector."""
@@ -77,8 +78,8 @@ def _has_joints(timeline: Timeline) -> bool:
 def arm_moves(phase: Phase) -> Iterator[Row]:
     """arm_moves(): the largest distance from where the effector began, so that there-and-back motion
     counts; the published rule compares end points only."""
-    name = phase.episode.effector
-    if name is not None and _distance(phase, name) > ARM_MOVED:
+    motion = _motion(phase, phase.episode.effector or "")
+    if motion is not None and motion.leaves(phase.start, phase.end, ARM_MOVED):
         yield ()
 
 
@@ -86,31 +87,35 @@ def gripper_moves(phase: Phase) -> Iterator[Row]:
     """gripper_moves(): spread of the finger tips' distance over the action."""
     opening = _opening(phase)
     if opening is not None:
-        values = _within(opening[0], opening[1], phase)
-        if len(values) and float(values.max() - values.min()) > GRIPPER_MOVED:
+        least, largest = opening.over(phase.start, phase.end)
+        if largest - least > GRIPPER_MOVED:
             yield ()
 
 
 def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
     """moves(Thing): anywhere during the action."""
     for name in _candidates(phase, thing):
-        if _distance(phase, name) > THING_MOVED or _angle(phase, name) > TURNED:
+        motion = _motion(phase, name)
+        if motion is not None and (
+            motion.leaves(phase.start, phase.end, THING_MOVED) or motion.turns(phase.start, phase.end, TURNED)
+        ):
             yield (name,)
 
 
 def driven(phase: Phase, thing: str | None) -> Iterator[Row]:
     """driven(Thing): displaced from start to end, within 60 deg of the effector's own displacement: what falls
     away from an opening hand is not pushed."""
-    hand = phase.episode.tracks.get(phase.episode.effector or "")
-    for name in _candidates(phase, thing) if hand is not None and len(hand.times) else []:
-        mine, its = _displacement(hand, phase), _displacement(phase.episode.tracks[name], phase)
-        if np.linalg.norm(its) > THING_MOVED and mine @ its > 0.5 * np.linalg.norm(mine) * np.linalg.norm(its):
+    hand = _motion(phase, phase.episode.effector or "")
+    for name in _candidates(phase, thing) if hand is not None else []:
+        mine, its = _displacement(hand, phase), _displacement(_motion(phase, name), phase)
+        along = math.sqrt(its @ its)
+        if along > THING_MOVED and mine @ its > 0.5 * math.sqrt(mine @ mine) * along:
             yield (name,)
 
 
-def _displacement(track: Track | None, phase: Phase) -> Floats:
-    assert track is not None
-    return np.subtract(track.at(phase.end).position, track.at(phase.start).position)
+def _displacement(motion: Motion | None, phase: Phase) -> Floats:
+    assert motion is not None
+    return motion.poses[motion.row(phase.end), :3] - motion.poses[motion.row(phase.start), :3]
 
 
 def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
@@ -180,33 +185,22 @@ def _within(times: Floats, values: Floats, phase: Phase) -> Floats:
     return values[first : max(int(times.searchsorted(phase.end, side="left")), first + 1)]
 
 
-def _distance(phase: Phase, name: str) -> float:
-    """The largest distance of an entity from where it was at the start [m]."""
-    key = ("distance", name)
-    if key not in phase.memo:
-        positions = _poses(phase, name)[:, :3]
-        offset = positions - positions[:1]
-        phase.memo[key] = math.sqrt(np.einsum("ij,ij->i", offset, offset).max(initial=0.0))
-    return phase.memo[key]  # type: ignore[no-any-return]
+def _motion(phase: Phase, name: str) -> Motion | None:
+    """The tracked poses of a thing, cut at the boundaries of the timeline; None if it is not tracked."""
+    memo = phase.timeline.memo
+    if ("motion", name) not in memo:
+        track = phase.episode.tracks.get(name)
+        tracked = track is not None and len(track.times)
+        memo["motion", name] = Motion(track, phase.timeline.cuts) if track is not None and tracked else None
+    return memo["motion", name]  # type: ignore[no-any-return]
 
 
-def _angle(phase: Phase, name: str) -> float:
-    """The largest angle of an entity from how it was at the start [rad]."""
-    turned = _poses(phase, name)[:, 3:]
-    return 2 * math.acos(min(1.0, float(np.abs(turned @ turned[0]).min()))) if len(turned) else 0.0
-
-
-def _poses(phase: Phase, name: str) -> Floats:
-    """The poses of an entity while the phase lasts (N, 7)."""
-    track = phase.episode.tracks.get(name)
-    return _within(track.times, track.poses, phase) if track is not None else np.zeros((0, 7))
-
-
-def _opening(phase: Phase) -> tuple[Floats, Floats] | None:
-    """Times and finger tip distances [m], from the extra "opening", else from the tips' tracks; None if unknown."""
+def _opening(phase: Phase) -> Range | None:
+    """The finger tips' distance [m] over time, from the extra "opening", else from the tips' tracks; None if unknown."""
     memo = phase.timeline.memo
     if "opening" not in memo:
-        memo["opening"] = _find_opening(phase)
+        found = _find_opening(phase)
+        memo["opening"] = Range(*found, phase.timeline.cuts) if found is not None and len(found[0]) else None
     return memo["opening"]  # type: ignore[no-any-return]
 
 
@@ -229,12 +223,15 @@ def _find_opening(phase: Phase) -> tuple[Floats, Floats] | None:
 def _share(phase: Phase) -> tuple[float, float] | None:
     """Least and largest opening in the phase as shares of the widest one known."""
     opening = _opening(phase)
-    if opening is None or not len(opening[0]):
+    if opening is None:
         return None
-    entity = phase.timeline.entities.get(phase.episode.effector or "")
-    widest = (entity.properties.get("max_opening") if entity else None) or float(opening[1].max())
-    values = _within(*opening, phase)
-    return (float(values.min()) / widest, float(values.max()) / widest) if widest > 0 else None
+    widest = phase.timeline.memo.get("widest")
+    if widest is None:
+        entity = phase.timeline.entities.get(phase.episode.effector or "")
+        said = entity.properties.get("max_opening") if entity else None
+        widest = phase.timeline.memo["widest"] = said or float(opening.values.max())
+    least, largest = opening.over(phase.start, phase.end)
+    return (least / widest, largest / widest) if widest > 0 else None
 
 
 def _joints(phase: Phase, thing: str | None) -> Iterator[tuple[str, Floats]]:

@@ -38,7 +38,15 @@ def all_predicates() -> tuple[Predicate, ...]:
             possible=lambda timeline: bool(timeline.entities_of("cram:Camera")),
             doc="A thing is within 30 deg of a camera's axis.",
         ),
-        Predicate("pose_known", 1, pose_known, cost=4, complete=True, doc="Where a thing is has been recorded by now."),
+        Predicate(
+            "pose_known",
+            1,
+            pose_known,
+            cost=4,
+            steady=True,
+            complete=True,
+            doc="Where a thing is has been recorded by now.",
+        ),
         Predicate(
             "thing",
             1,
@@ -59,7 +67,7 @@ def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
 def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
     """approaches(Thing): distance to its box at the end against that at the start."""
     for other in [name] if name is not None else _things(phase):
-        before, after = _gap(phase, other, phase.start), _gap(phase, other, phase.end)
+        before, after = _from_hand(phase, other, phase.start), _from_hand(phase, other, phase.end)
         if before is not None and after is not None and before - after > APPROACHED:
             yield (other,)
 
@@ -67,7 +75,7 @@ def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
 def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
     """within_reach(Thing), at the end of the phase."""
     for other in [name] if name is not None else _things(phase):
-        gap = _gap(phase, other, phase.end)
+        gap = _from_hand(phase, other, phase.end)
         if gap is not None and gap < REACH:
             yield (other,)
 
@@ -89,7 +97,7 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """near(Thing, Place): from Thing's origin to Place's box."""
     for other in [place] if place is not None else _things(phase):
         for one in [name] if name is not None else _things(phase):
-            gap = _distance(phase, other, one, phase.end)
+            gap = _gap(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR:
                 yield one, other
 
@@ -108,17 +116,7 @@ def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
 
 def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:
     """pose_known(Thing): it has an initial pose, or was tracked at or before the phase's end."""
-    yield from ((other,) for other, since in _known_since(phase).items() if since <= phase.end)
-
-
-def _known_since(phase: Phase) -> dict[str, float]:
-    """When the pose of each entity was first known [s]; entities that are known nowhere are left out."""
-    memo = phase.timeline.memo
-    if "known since" not in memo:
-        tracked = {n: float(t.times[0]) for n, t in phase.episode.tracks.items() if len(t.times)}
-        placed = {n: -math.inf for n, e in phase.timeline.entities.items() if e.pose is not None}
-        memo["known since"] = {**tracked, **placed}
-    return memo["known since"]  # type: ignore[no-any-return]
+    yield from ((other,) for other, since in phase.timeline.located.items() if since <= phase.end)
 
 
 def _things(phase: Phase) -> tuple[str, ...]:
@@ -131,36 +129,42 @@ def _things(phase: Phase) -> tuple[str, ...]:
     return memo["things"]  # type: ignore[no-any-return]
 
 
-def _gap(phase: Phase, name: str, time: float) -> float | None:
+def _from_hand(phase: Phase, name: str, time: float) -> float | None:
     """Distance of the effector's frame from a thing's box [m]."""
+    return _gap(phase, name, phase.episode.effector or "", time)
+
+
+def _gap(phase: Phase, name: str, other: str, time: float) -> float | None:
+    """Distance of another entity's origin from a thing's box [m]."""
     memo = phase.timeline.memo
-    known = memo.get(("gaps", name))
+    known = memo.get(("gaps", name, other))
     if known is None:
-        known = memo["gaps", name] = _gaps_at_boundaries(phase, name)
+        known = memo["gaps", name, other] = _gaps_at_boundaries(phase, name, other)
     if time not in known:
-        known[time] = _distance(phase, name, phase.episode.effector or "", time)
-    return known[time]
+        known[time] = _distance(phase, name, other, time)
+    return known[time]  # type: ignore[no-any-return]
 
 
-def _gaps_at_boundaries(phase: Phase, name: str) -> dict[float, float | None]:
-    """The distances at all boundaries of the timeline at once; the same that ``_distance`` gives one by one."""
-    hand = phase.episode.tracks.get(phase.episode.effector or "")
-    if hand is None or not len(hand.times) or name not in phase.timeline.entities:
+def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, float | None]:
+    """The distances at all boundaries of the timeline at once; the same that ``_distance`` gives one by one.
+    Nothing for parts: they follow their whole."""
+    mine, its = _at_boundaries(phase, name), _at_boundaries(phase, other)
+    if mine is None or its is None:
         return {}
-    times = np.array(phase.timeline.cuts)
-    track = phase.episode.tracks.get(name)
-    if track is not None and len(track.times):
-        rows = track.poses[np.maximum(np.searchsorted(track.times, times, side="right") - 1, 0)]
-    else:
-        pose = _pose(phase, name, phase.start) if phase.timeline.entities[name].part_of is None else None
-        if pose is None:
-            return {}
-        rows = np.array([(*pose.position, *pose.quaternion)])
-    points = hand.poses[np.maximum(np.searchsorted(hand.times, times, side="right") - 1, 0), :3]
-    seen = np.einsum("ni,nij->nj", points - rows[:, :3], np.broadcast_to(rotations(rows[:, 3:]), (len(times), 3, 3)))
+    seen = np.einsum("ni,nij->nj", its[:, :3] - mine[:, :3], rotations(mine[:, 3:]))
     low, high = _box(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     outside = np.maximum(np.maximum(low - seen, seen - high), 0.0)
     return dict(zip(phase.timeline.cuts, np.linalg.norm(outside, axis=1).tolist(), strict=True))
+
+
+def _at_boundaries(phase: Phase, name: str) -> Floats | None:
+    """The poses of a thing at all boundaries of the timeline (N, 7); None if it is a part, or nobody knows where."""
+    cuts, track = phase.timeline.cuts, phase.episode.tracks.get(name)
+    if track is not None and len(track.times):
+        return track.poses[np.maximum(np.searchsorted(track.times, np.array(cuts), side="right") - 1, 0)]
+    entity = phase.timeline.entities.get(name)
+    pose = _pose(phase, name, phase.start) if entity is not None and entity.part_of is None else None
+    return None if pose is None else np.tile((*pose.position, *pose.quaternion), (len(cuts), 1))
 
 
 def rotations(quaternions: Floats) -> Floats:
