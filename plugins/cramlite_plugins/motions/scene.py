@@ -1,23 +1,22 @@
 """What an arm may bump into: collision and clearance of joint positions and of the lines between them.
 
 A planning model (``simulation.compile``) has no capsule that MuJoCo would miss across a plate, and
-only what moves with the arm can touch anything. Its contact margin is ``HORIZON``, so that one check
-gives the distance to everything nearby; which distance is needed is asked per pair of geoms.
+only what moves with the arm can touch anything. ``inflated`` copies of it, in which every shape is bigger,
+say in one collision check which pairs are near; only for those the exact distance is asked for. (A contact
+margin in place of the bigger shapes misses boxes and overestimates the distances of cylinders.)
 
-A line between two joint positions is not sampled on a grid: each check says how far the arm may
-go before it can touch anything. Joint i turning by dq_i moves no point of a geom by more than
-r_i |dq_i|, where r_i is the largest distance of that geom from the joint's axis, so a pair at
-distance d cannot meet before sum_i r_i |dq_i| reaches d; i runs over the joints between the two
-geoms (conservative advancement: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). With a
-clearance c at every check, about c / 2 is left in between.
-
-MuJoCo's distances are not taken as they are. Contacts of cylinders with boxes and with one another
-overestimate a distance, measured on 20,000 pairs, by up to 0.6 mm below 6 mm and by at most a fifth above
-(see ``_advance``); those between two boxes may be missing (``boxes``). Overlaps are always found.
+A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
+middle. Joint i turning by dq_i moves no point of a geom by more than r_i |dq_i|, where r_i is the largest
+distance of that geom from the joint's axis, so an interval is free when every pair at distance d has
+sum_i r_i |dq_i| < d up to its ends, i over the joints between the two geoms; otherwise it is halved
+(adaptive bisection: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is left
+everywhere in between.
 """
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -32,17 +31,22 @@ from cramlite.world import RobotMount, World
 from ..simulation.build import Carried
 from ..simulation.compile import Compiled, compile_world
 from ..simulation.index import Owner, RobotIndex
-from .boxes import Boxes, boxes
+from .inflated import Inflated, inflated
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
 Pairs = frozenset[frozenset[str]]
+Near = list[tuple[int, int, float]]
 
 HORIZON = 0.04  # distances above this are not told apart [m]
 CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
+KEPT = 0.3  # share of the needed distance that is kept between two checks, too
+LEVELS = (0.02, HORIZON)  # further distances that one check can rule out at once [m]
 TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
-SMALLEST = 0.002  # shortest advance along a line, largest joint difference [rad]: only counts near such contacts
+FAR = 0.1  # up to where distances of near pairs are measured [m]
+SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
+CHUNK = 0.5  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
 
 
 @dataclass(frozen=True)
@@ -56,10 +60,10 @@ class Scene:
         need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
         moved: (geoms, joints) 1 where the joint moves the geom, else 0.
         still: 1 - moved.
-        bound: (geoms, 1) bounding radius and horizon of each [m].
         first: id of the robot's first joint; its joints follow one another.
+        levels: what finds near pairs, from the clearance up.
+        kept: distance that is left between two checks [m].
         anchors: joint positions with the pairs that are closer there than needed, and how close.
-        boxes: measures the distances between boxes, which MuJoCo leaves out.
         checks: counts state checks; a list of one, shared by all scenes made from this one.
     """
 
@@ -69,11 +73,11 @@ class Scene:
     need: Floats
     moved: Floats
     still: Floats
-    bound: Floats
     first: int
-    boxes: Boxes
+    levels: tuple[Inflated, ...]
+    kept: float
+    checks: list[int]
     anchors: tuple[tuple[Joints, Mapping[tuple[int, int], float]], ...] = ()
-    checks: list[int] | None = None
 
     @property
     def robot(self) -> Robot:
@@ -84,51 +88,49 @@ class Scene:
         """(lower, upper) of each joint [rad]."""
         return self.robot.limits
 
-    def free(self, q: Sequence[float]) -> bool:
+    def free(self, q: Position) -> bool:
         """Whether the joints are inside their limits and every pair keeps the distance that it needs."""
-        pairs, distances = self._look(q)
-        return self._inside(q) and bool((distances >= self._needed(q, pairs)).all())
+        return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
 
-    def line_free(self, a: Sequence[float], b: Sequence[float]) -> bool:
-        """Whether the straight joint-space line is free; its far end and middle are looked at first."""
-        middle = [(x + y) / 2 for x, y in zip(a, b, strict=True)]
-        return self.free(b) and self.free(middle) and self.blocked(a, b) is None
+    def line_free(self, a: Position, b: Position) -> bool:
+        """Whether the straight joint-space line is free; its ends and the longest intervals are looked at first."""
+        if not (self.free(b) and self.free(a)):
+            return False
+        line = _Line(a, b)
+        rest = deque(line.parts())
+        while rest:
+            halves = self._judge(line, rest.popleft())
+            if halves is None:
+                return False
+            rest.extend(halves)
+        return True
 
-    def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:
+    def blocked(self, a: Position, b: Position) -> float | None:
         """The fraction of the straight joint-space line where it is first blocked; None when it is free."""
-        start, way = np.asarray(a, dtype=float), np.subtract(b, a)
-        least = SMALLEST / max(float(np.abs(way).max()), SMALLEST)
-        part = 0.0
-        while True:
-            q = start + part * way
-            pairs, distances = self._look(q)
-            if not self._inside(q) or (distances < self._needed(q, pairs)).any():
-                return part
-            if part >= 1.0:
-                return None
-            part = min(1.0, part + max(least, self._advance(pairs, distances, np.abs(way))))
+        if not self.free(a):
+            return 0.0
+        line = _Line(a, b)
+        found = next((at for part in line.parts() if (at := self._first(line, part)) is not None), None)
+        return found if found is not None or self.free(b) else 1.0
 
-    def collisions(self, q: Sequence[float]) -> tuple[tuple[str, str, float], ...]:
+    def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
         """What is closer than it needs to be: (one, other, depth), deepest first.
 
         Depth is positive inside each other and negative for a distance that is too small [m]. Names are those of
         ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
         """
-        pairs, distances = self._look(q)
         found: dict[tuple[str, str], float] = {}
-        for (g, h), d, need in zip(pairs, distances, self._needed(q, pairs), strict=True):
-            if d < need:
+        for g, h, d in self._look(q, self.levels[0]):
+            if d < self._needed(q, g, h):
                 names = self.compiled.owners[g].touch, self.compiled.owners[h].touch
-                found[names] = max(found.get(names, -np.inf), -float(d))
+                found[names] = max(found.get(names, -np.inf), -d)
         return tuple(sorted(((a, b, depth) for (a, b), depth in found.items()), key=lambda c: (-c[2], c)))
 
-    def clearance(self, q: Sequence[float]) -> float:
+    def clearance(self, q: Position) -> float:
         """The smallest distance of any pair that may not touch [m]; at most ``HORIZON``, negative inside each other."""
-        pairs, distances = self._look(q)
-        counted = distances[self.need[pairs[:, 0], pairs[:, 1]] > -np.inf]
-        return min(HORIZON, float(counted.min(initial=HORIZON)))
+        return min((d for _, _, d in self._look(q, self.levels[-1])), default=HORIZON)
 
-    def why(self, q: Sequence[float]) -> str:
+    def why(self, q: Position) -> str:
         """What is in the way, as a clause with numbers; empty when free."""
         for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
             if not low <= value <= high:
@@ -141,7 +143,7 @@ class Scene:
         ]
         return ", ".join(clauses)
 
-    def relaxed(self, anchors: Sequence[Sequence[float]]) -> Scene:
+    def relaxed(self, anchors: Sequence[Position]) -> Scene:
         """The same scene, asking near each of these positions for no more clearance than there is at it."""
         return replace(self, anchors=tuple(self._anchor(q) for q in anchors))
 
@@ -151,10 +153,9 @@ class Scene:
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
             self.compiled.place(data, name, pose)
-        mujoco.mj_kinematics(self.compiled.model, data)
-        return replace(self, data=data, anchors=(), boxes=self.boxes.placed(data))
+        return replace(self, data=data, anchors=())
 
-    def tcp(self, q: Sequence[float]) -> Pose:
+    def tcp(self, q: Position) -> Pose:
         """The tcp in the world frame."""
         self.data.qpos[list(self.index.joints)] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
@@ -163,63 +164,108 @@ class Scene:
     def _inside(self, q: Position) -> bool:
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
-    def _look(self, q: Position) -> tuple[Any, Floats]:
-        """The pairs of geoms (n, 2) within the horizon and their distances (n,), of which some may be allowed."""
-        model, data = self.compiled.model, self.data
-        data.qpos[self.index.joints[0] : self.index.joints[0] + len(self.index.joints)] = q
+    def _look(self, q: Position, level: Inflated) -> Near:
+        """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it."""
+        model, data, address = self.compiled.model, self.data, self.index.joints[0]
+        data.qpos[address : address + len(self.index.joints)] = q
         mujoco.mj_kinematics(model, data)
-        mujoco.mj_collision(model, data)
-        if self.checks is not None:
-            self.checks[0] += 1
-        pairs, distances = data.contact.geom, data.contact.dist
-        more, further = self.boxes.near(model, data, HORIZON)
-        return np.concatenate([pairs, more]), np.concatenate([distances, further])
+        self.checks[0] += 1
+        measure, need = mujoco.mj_geomDistance, self.need
+        return [(g, h, measure(model, data, g, h, FAR, None)) for g, h in level.near(data) if need[g, h] > -np.inf]
 
-    def _needed(self, q: Position, pairs: Any) -> Floats:
-        need: Floats = self.need[pairs[:, 0], pairs[:, 1]]
+    def _needed(self, q: Position, g: int, h: int) -> float:
+        need = float(self.need[g, h])
         for position, closer in self.anchors:
-            if closer and max(abs(x - y) for x, y in zip(q, position, strict=True)) < NEAR:
-                known = [closer.get((g, h), np.inf) for g, h in pairs.tolist()]
-                need = np.minimum(need, known)
+            if (g, h) in closer and max(abs(x - y) for x, y in zip(q, position, strict=True)) < NEAR:
+                need = min(need, closer[g, h])
         return need
 
-    def _anchor(self, q: Sequence[float]) -> tuple[Joints, Mapping[tuple[int, int], float]]:
-        pairs, distances = self._look(q)
-        near: dict[tuple[int, int], float] = {}
-        for (g, h), d in zip(pairs.tolist(), distances.tolist(), strict=True):
-            if -TOUCH <= d < self.need[g, h]:
-                near[g, h] = min(near.get((g, h), np.inf), d - 1e-5)
+    def _anchor(self, q: Position) -> tuple[Joints, Mapping[tuple[int, int], float]]:
+        near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -TOUCH <= d < self.need[g, h]}
         return tuple(float(v) for v in q), near
 
-    def _advance(self, pairs: Any, distances: Floats, way: Floats) -> float:
-        """The fraction of the line that may be gone before any pair can meet.
+    def _judge(self, line: _Line, part: Part) -> list[Part] | None:
+        """Look at the middle of a part of a line: None where it is blocked, else the halves that are not known to be
+        free by that."""
+        low, high, rates = part
+        middle, half = (low + high) / 2, (high - low) / 2
+        q = line.at(middle)
+        far = np.inf if rates is None else self.kept + half * rates.most
+        level = next((v for v in self.levels if v.distance >= far), self.levels[0])
+        open_ = level.distance < far
+        for g, h, d in self._look(q, level):
+            need = self._needed(q, g, h)
+            if d < need:
+                return None
+            if not open_ and rates is not None:
+                open_ = d - half * rates.between(g, h) < min(need, KEPT * need)
+        if not open_ or (high - low) * line.size < SMALLEST:
+            return []
+        if rates is None:
+            rates = self._rates(line, half)
+        return [(low, middle, rates), (middle, high, rates)]
 
-        A distance d is at least 0.8 d - 0.6 mm in truth: see the head of this module.
-        """
-        rate = self._rates(way)
-        part = HORIZON / max(float(rate.sum(axis=1).max()), HORIZON)
-        if not len(pairs):
-            return part
-        g, h = pairs[:, 0], pairs[:, 1]
-        still = self.still
-        speed = np.einsum("pj,pj->p", rate[g], still[h]) + np.einsum("pj,pj->p", rate[h], still[g])
-        speed[self.need[g, h] == -np.inf] = 0.0
-        return min(part, 1.0 / max(float((speed / np.maximum(0.8 * distances - 0.0006, 1e-9)).max()), 1.0))
+    def _first(self, line: _Line, part: Part) -> float | None:
+        """The first blocked fraction within a part of a line."""
+        halves = self._judge(line, part)
+        low, high, rates = part
+        if halves is None:
+            middle = (low + high) / 2
+            if (high - low) * line.size < SMALLEST:
+                return middle
+            before = self._first(line, (low, middle, rates))
+            return middle if before is None else before
+        return next((at for p in halves if (at := self._first(line, p)) is not None), None)
 
-    def _rates(self, way: Floats) -> Floats:
-        """How far each joint may move any point of each geom over the whole line: (geoms, joints) [m].
+    def _rates(self, line: _Line, half: float) -> _Rates:
+        """How far each joint may move any point of each geom over the whole line, within ``half`` of where it is now.
 
         The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
-        a root, and its bounding radius; it may grow by ``HORIZON`` until the next check.
+        a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:
+        G = sum_j (lever_j + G) w_j for joints that turn by w_j.
         """
-        data, first = self.data, self.first
+        data, first, way = self.data, self.first, np.abs(line.way)
         u, a = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)]
         p = data.geom_xpos
         along = p @ u.T - np.einsum("jk,jk->j", a, u)
         square = np.einsum("gk,gk->g", p, p)[:, None] - 2.0 * (p @ a.T) + np.einsum("jk,jk->j", a, a) - along * along
-        np.maximum(square, 0.0, out=square)
-        rates: Floats = (np.sqrt(square, out=square) + self.bound) * (self.moved * way)
-        return rates
+        lever = (np.sqrt(np.maximum(square, 0.0)) + self.compiled.model.geom_rbound[:, None]) * self.moved
+        grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
+        rates: Floats = (lever + grown[:, None] * self.moved) * way
+        return _Rates(rates, self.still, float(rates.sum(axis=1).max()))
+
+
+@dataclass(frozen=True)
+class _Rates:
+    """How far geoms move over a whole line: by each joint (geoms, joints), and at most [m]."""
+
+    each: Floats
+    still: Floats
+    most: float
+
+    def between(self, g: int, h: int) -> float:
+        """How far two geoms may move towards one another: joints that move both do not count."""
+        return float(self.each[g] @ self.still[h] + self.each[h] @ self.still[g])
+
+
+Part = tuple[float, float, _Rates | None]
+
+
+class _Line:
+    """A straight joint-space line."""
+
+    def __init__(self, a: Position, b: Position) -> None:
+        self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
+        self.size = float(np.abs(self.way).max())
+
+    def at(self, fraction: float) -> Floats:
+        q: Floats = self.start + fraction * self.way
+        return q
+
+    def parts(self) -> list[Part]:
+        """The line in equal parts."""
+        count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
+        return [(k / count, (k + 1) / count, None) for k in range(count)]
 
 
 def scene(
@@ -257,17 +303,14 @@ def scene(
     placed = world.moved(dict(poses or {}))
     carried = {held[0]: Carried(mount, held[1])} if held else None
     compiled = compile_world(placed, robots, planning=True, carried=carried)
-    compiled.model.geom_margin[:] = HORIZON / 2  # MuJoCo adds the margins of a pair
-    compiled.model.body_margin[:] = HORIZON / 2  # what its first, coarse sweep uses
     index, data = compiled.robots[mount], compiled.data()
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
     moved = _moved(compiled, index)
-    bound = compiled.model.geom_rbound[:, None] + HORIZON
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
     need = _need(compiled, moved, allowed, clearance)
-    mujoco.mj_kinematics(compiled.model, data)
-    apart = boxes(compiled.model, data, need, np.flatnonzero(moved.any(axis=1)))
-    return Scene(compiled, index, data, need, moved, 1.0 - moved, bound, first, apart, checks=[0])
+    distances = (clearance, *(v for v in LEVELS if v > clearance))
+    levels = tuple(inflated(compiled.model, moved, v) for v in distances)
+    return Scene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * clearance, [0])
 
 
 def base(scene_: Scene) -> Pose:

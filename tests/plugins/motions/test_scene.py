@@ -13,7 +13,7 @@ from scenes import BLOCK, ROBOTS, TABLE, WALL, box, down, make, stance, world
 from cramlite.geometry import Pose
 from cramlite.world import Geom, Thing
 from cramlite_plugins.motions.kinematics import inverse
-from cramlite_plugins.motions.scene import HORIZON, Scene, scene
+from cramlite_plugins.motions.scene import Scene, scene
 from cramlite_plugins.robots.ur5e import UR5E
 
 ROD = Thing("rod", "t:rod", Pose((0.45, -0.3, 0.2)), (Geom("capsule", (0.01, 0.15)),))
@@ -37,23 +37,21 @@ def test_coal_agrees_on_random_positions() -> None:
         assert theirs > 0.0044 if ours else theirs < 0.005
 
 
-def test_near_distances_are_all_seen_and_never_far_overestimated() -> None:
+def test_near_pairs_are_all_seen_with_the_distance_that_coal_measures() -> None:
     place = make(TABLE, WALL, ROD, BLOCK, held=("block", Pose((0, 0, 0.02))))
     solids, checked = coal_check.shapes(place), coal_check.pairs(place)
     for q in np.random.default_rng(1).uniform(-3, 3, (150, 6)):
         truth = coal_check.distances(place, q, solids, checked)
-        pairs, distances = place._look(q)
-        ours: dict[tuple[int, int], float] = {}
-        for (g, h), d in zip(pairs.tolist(), distances.tolist(), strict=True):
-            ours[min(g, h), max(g, h)] = min(d, ours.get((min(g, h), max(g, h)), d))
-        for pair, d in truth.items():
-            if d < HORIZON - 0.001:
-                assert pair in ours
-                assert d < 0 or 0.8 * ours[pair] - 0.0006 <= d
+        for level in place.levels:
+            ours = {(min(g, h), max(g, h)): d for g, h, d in place._look(q, level)}
+            for pair, d in truth.items():
+                if d < level.distance - 1e-5:
+                    assert pair in ours
+                    assert ours[pair] == pytest.approx(d, abs=1e-5) if d > 0 else ours[pair] < 1e-5
 
 
-def test_mujoco_alone_would_miss_boxes_within_the_margin() -> None:
-    """The reason for boxes.py: if this fails, MuJoCo is mended and boxes.py can go."""
+def test_a_contact_margin_would_miss_boxes() -> None:
+    """The reason for inflated.py: if this fails, MuJoCo is mended and a margin would do."""
     xml = """<mujoco><worldbody><geom type="box" size=".02 .02 .05"/><body><freejoint/>
              <geom type="box" size=".02 .03 .05" margin=".04"/></body></worldbody></mujoco>"""
     model = mujoco.MjModel.from_xml_string(xml)
