@@ -13,6 +13,9 @@ FUNCTIONS = """
 global motion_done = True
 global motion_thread = 0
 global force_limit = 0.0
+global catching = False
+global failure = ""
+global tripped = 0
 
 # Stop, say why, end the program.
 def abort(reason):
@@ -20,6 +23,15 @@ def abort(reason):
   stopj(2.0)
   textmsg("cramlite abort: ", reason)
   halt
+end
+
+# A step has failed: inside a control step that is a value for it to judge, elsewhere it ends the program.
+def fail(reason):
+  if not catching:
+    abort(reason)
+  end
+  failure = reason
+  return False
 end
 
 # The force limit of the whole program: halt ends every thread and stops the arm.
@@ -80,18 +92,22 @@ def move_gripper(position, speed, grip, expect, timeout, step):
   local waited = 0.0
   # OBJ belongs to this order only after PRE, the echo of the order, has changed.
   while socket_get_var("PRE", "gripper") != position or socket_get_var("OBJ", "gripper") == 0:
+    if tripped != 0:
+      return False
+    end
     if waited > timeout:
-      abort(str_cat(step, str_cat(": the gripper still moved after ", str_cat(timeout, " s"))))
+      return fail(str_cat(step, str_cat(": the gripper still moved after ", str_cat(timeout, " s"))))
     end
     sleep(0.02)
     waited = waited + 0.02
   end
   local object = socket_get_var("OBJ", "gripper")
   if expect == "object" and object == 3:
-    abort(str_cat(step, ": no object between the fingers"))
+    return fail(str_cat(step, ": no object between the fingers"))
   elif expect == "none" and object != 3:
-    abort(str_cat(step, ": an object stopped the fingers"))
+    return fail(str_cat(step, ": an object stopped the fingers"))
   end
+  return True
 end
 
 global contact_target = p[0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -112,7 +128,7 @@ def move_until_contact(direction, distance, speed, threshold, timeout, expect, s
   local waited = 0.0
   local reaction = 0.0
   local found = False
-  while not found and not motion_done and waited < timeout:
+  while not found and not motion_done and waited < timeout and tripped == 0:
     sync()
     waited = waited + get_steptime()
     local f = get_tcp_force()
@@ -121,19 +137,23 @@ def move_until_contact(direction, distance, speed, threshold, timeout, expect, s
   end
   kill motion_thread
   stopl(3.0)
+  if tripped != 0:
+    return False
+  end
   if found:
     textmsg(step, str_cat(": contact, ", str_cat(reaction, " N")))
   elif not motion_done:
-    abort(str_cat(step, str_cat(": no contact within ", str_cat(timeout, " s"))))
+    return fail(str_cat(step, str_cat(": no contact within ", str_cat(timeout, " s"))))
   elif expect == "contact":
-    abort(str_cat(step, str_cat(": no contact within ", str_cat(distance, " m"))))
+    return fail(str_cat(step, str_cat(": no contact within ", str_cat(distance, " m"))))
   end
+  return True
 end
 
 # Watch the running force move: its end, the force and the time.
 def watch_force_move(limit, timeout, step):
   local waited = 0.0
-  while not motion_done and force() <= limit and waited < timeout:
+  while not motion_done and force() <= limit and waited < timeout and tripped == 0:
     sync()
     waited = waited + get_steptime()
   end
@@ -141,11 +161,15 @@ def watch_force_move(limit, timeout, step):
   kill motion_thread
   stopl(3.0)
   end_force_mode()
-  if not motion_done and measured > limit:
-    abort(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
-  elif not motion_done:
-    abort(str_cat(step, str_cat(": not done within ", str_cat(timeout, " s"))))
+  if tripped != 0:
+    return False
   end
+  if not motion_done and measured > limit:
+    return fail(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
+  elif not motion_done:
+    return fail(str_cat(step, str_cat(": not done within ", str_cat(timeout, " s"))))
+  end
+  return True
 end
 """
 

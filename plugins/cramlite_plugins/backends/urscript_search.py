@@ -1,4 +1,4 @@
-"""Force-controlled steps of URScript programs: the spiral search and the force-limited insertion.
+"""Force-controlled steps of URScript programs: search, insertion, extraction and sliding.
 
 As for the other functions, a thread moves while the program watches force, way and time, and only the documented
 combination of movel and force_mode is used; an insertion needs no motion at all.
@@ -7,12 +7,12 @@ combination of movel and force_mode is used; an insertion needs no motion at all
 from __future__ import annotations
 
 from cramlite.geometry import Pose
-from cramlite.program import ForceInsert, Program, SpiralSearch
+from cramlite.program import CompliantSlide, ForceExtract, ForceInsert, Program, SpiralSearch, walk
 
 from .urscript_text import label, number, pose, vector
 
 FUNCTIONS = """
-# ---- functions of force-controlled search and insertion ----
+# ---- functions of force-controlled search, insertion, extraction and sliding ----
 # How far the tool has come from a pose along a direction of the base frame [m].
 def way_along(start, direction):
   local here = get_actual_tcp_pose()
@@ -60,7 +60,7 @@ def spiral_search(frame, direction, press, pitch, radius, speed, advance, limit,
   motion_done = False
   force_mode(frame, [0, 0, 1, 0, 0, 0], [0.0, 0.0, press, 0.0, 0.0, 0.0], 2, [0.15, 0.15, 0.02, 0.35, 0.35, 0.35])
   motion_thread = run spiral_move()
-  while way < advance and across < 2.0 * press and not motion_done and force() <= limit and waited < timeout:
+  while way < advance and across < 2.0 * press and not motion_done and force() <= limit and waited < timeout and tripped == 0:
     sync()
     waited = waited + get_steptime()
     way = way_along(start, direction)
@@ -70,26 +70,29 @@ def spiral_search(frame, direction, press, pitch, radius, speed, advance, limit,
   kill motion_thread
   stopl(3.0)
   end_force_mode()
-  if way >= advance:
+  if tripped != 0:
+    return False
+  elif way >= advance:
     textmsg(step, str_cat(": it gave way after ", str_cat(waited, " s")))
   elif across >= 2.0 * press:
     textmsg(step, str_cat(": a rim holds it after ", str_cat(waited, str_cat(" s, ", str_cat(across, " N")))))
   elif measured > limit:
-    abort(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
+    return fail(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
   elif motion_done:
-    abort(str_cat(step, str_cat(": nothing gave way within a radius of ", str_cat(radius, " m"))))
+    return fail(str_cat(step, str_cat(": nothing gave way within a radius of ", str_cat(radius, " m"))))
   else:
-    abort(str_cat(step, str_cat(": nothing gave way within ", str_cat(timeout, " s"))))
+    return fail(str_cat(step, str_cat(": nothing gave way within ", str_cat(timeout, " s"))))
   end
+  return True
 end
 
-# Push along z of a frame, giving way sideways, until the tool has come far enough.
-def force_insert(frame, direction, push, depth, speed, limit, timeout, step):
+# Press along z of a frame, giving way sideways, until the tool has come far enough; "wrench" has the forces on x, y, z.
+def force_along(frame, direction, wrench, goal, speed, limit, timeout, done, step):
   local start = get_actual_tcp_pose()
   local waited = 0.0
   local way = 0.0
-  force_mode(frame, [1, 1, 1, 0, 0, 0], [0.0, 0.0, push, 0.0, 0.0, 0.0], 2, [speed, speed, speed, 0.35, 0.35, 0.35])
-  while way < depth and force() <= limit and waited < timeout:
+  force_mode(frame, [1, 1, 1, 0, 0, 0], [wrench[0], wrench[1], wrench[2], 0.0, 0.0, 0.0], 2, [speed, speed, speed, 0.35, 0.35, 0.35])
+  while way < goal and force() <= limit and waited < timeout and tripped == 0:
     sync()
     waited = waited + get_steptime()
     way = way_along(start, direction)
@@ -97,33 +100,84 @@ def force_insert(frame, direction, push, depth, speed, limit, timeout, step):
   local measured = force()
   end_force_mode()
   stopl(3.0)
-  if way >= depth:
-    textmsg(step, str_cat(": inserted after ", str_cat(waited, " s")))
+  if tripped != 0:
+    return False
+  elif way >= goal:
+    textmsg(step, str_cat(": ", str_cat(done, str_cat(" after ", str_cat(waited, " s")))))
   elif measured > limit:
-    abort(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
+    return fail(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
   else:
-    abort(str_cat(step, str_cat(": only ", str_cat(way, str_cat(" m deep within ", str_cat(timeout, " s"))))))
+    local only = str_cat(str_cat(": not ", done), str_cat(", only ", str_cat(way, " m of the way")))
+    return fail(str_cat(step, str_cat(only, str_cat(" within ", str_cat(timeout, " s")))))
   end
+  return True
+end
+
+def force_insert(frame, direction, push, depth, speed, limit, timeout, step):
+  return force_along(frame, direction, [0.0, 0.0, push], depth, speed, limit, timeout, "inserted", step)
+end
+
+def force_extract(frame, direction, wrench, goal, speed, limit, timeout, step):
+  return force_along(frame, direction, wrench, goal, speed, limit, timeout, "out", step)
+end
+
+# Watch the running slide: its end, the contact, the force and the time.
+def watch_slide(direction, least, patience, limit, timeout, step):
+  local waited = 0.0
+  local lost = 0.0
+  while not motion_done and force() <= limit and lost <= patience and waited < timeout and tripped == 0:
+    sync()
+    waited = waited + get_steptime()
+    local f = get_tcp_force()
+    lost = lost + get_steptime()
+    if -(f[0] * direction[0] + f[1] * direction[1] + f[2] * direction[2]) >= least:
+      lost = 0.0
+    end
+  end
+  local measured = force()
+  kill motion_thread
+  stopl(3.0)
+  end_force_mode()
+  if tripped != 0:
+    return False
+  elif motion_done:
+    return True
+  elif measured > limit:
+    return fail(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
+  elif lost > patience:
+    return fail(str_cat(step, str_cat(": no contact for ", str_cat(lost, " s"))))
+  end
+  return fail(str_cat(step, str_cat(": not done within ", str_cat(timeout, " s"))))
 end
 """
+
+CALLING = SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
 
 def functions(program: Program) -> list[str]:
     """The lines of the functions that the program's steps call; none where it has no such step."""
-    needed = any(isinstance(s, SpiralSearch | ForceInsert) for s in program.steps)
+    needed = any(isinstance(s, CALLING) for s in walk(program.steps))
     return ["", *FUNCTIONS.strip("\n").split("\n")] if needed else []
 
 
-def line(step: SpiralSearch | ForceInsert) -> str:
-    """The call that carries out a step."""
+def call(step: SpiralSearch | ForceInsert | ForceExtract) -> str:
+    """The call that carries out a step; true when it succeeded."""
     frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
-    x, y, z = (float(v) for v in frame.turn((0.0, 0.0, 1.0)))
-    own: tuple[float, ...]
-    if isinstance(step, SpiralSearch):
-        name = "spiral_search"
-        own = (step.force, step.pitch, step.radius, step.speed, step.advance)
-    else:
-        name = "force_insert"
-        own = (step.force, step.depth, step.speed)
-    values = [pose(frame), vector((x, y, z)), *map(number, (*own, step.force_limit, step.timeout))]
+    match step:
+        case SpiralSearch():
+            name = "spiral_search"
+            own = [*map(number, (step.force, step.pitch, step.radius, step.speed, step.advance))]
+        case ForceInsert():
+            name = "force_insert"
+            own = [*map(number, (step.force, step.depth, step.speed))]
+        case ForceExtract():
+            name = "force_extract"
+            own = [vector((*step.across, step.force)), *map(number, (step.way, step.speed))]
+    values = [pose(frame), vector(along(frame)), *own, *map(number, (step.force_limit, step.timeout))]
     return f'{name}({", ".join(values)}, "{label(step.origin)}")'
+
+
+def along(frame: Pose) -> tuple[float, float, float]:
+    """The z axis of a frame, in the base."""
+    x, y, z = (float(v) for v in frame.turn((0.0, 0.0, 1.0)))
+    return x, y, z

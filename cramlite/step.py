@@ -1,0 +1,21 @@
+"""What all steps of a typed program have in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+Joints = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Step:
+    """Common to all steps.
+
+    Args:
+        origin: the designator that this step grounds, e.g. "3.Grasping/approach"; a code line leads back to it.
+        comment: one clause for the reader of the code.
+    """
+
+    origin: str = field(default="", kw_only=True)
+    comment: str = field(default="", kw_only=True)
+

@@ -1,0 +1,131 @@
+"""Steps that hold no steps, in URScript: what is defined before them, what leads up to them, and the call that tells
+whether they succeeded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cramlite.geometry import Pose
+from cramlite.program import (
+    AnyStep,
+    CompliantSlide,
+    ForceExtract,
+    ForceInsert,
+    ForceMove,
+    MoveJoints,
+    MoveLinear,
+    MoveUntilContact,
+    SetGripper,
+    SetPayload,
+    SpiralSearch,
+    Wait,
+    ZeroSensor,
+)
+from cramlite.robots import Gripper
+
+from . import urscript_search
+from .urscript_text import label, number, pose, vector
+
+# Acceleration of guarded and force-controlled motions [m/s2]: gentle, so that inertia stays below the thresholds.
+GENTLE = 0.25
+LEAST = 0.25  # share of the pressing force below which a slide has lost its contact: CompliantSlide says so
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A step as text.
+
+    Args:
+        lines: what leads up to the call, or all of it.
+        call: true when the step succeeded; empty for a step that cannot fail.
+        thread: the motion that the program starts and watches, and its name; it is defined before.
+    """
+
+    lines: tuple[str, ...] = ()
+    call: str = ""
+    thread: tuple[str, ...] = ()
+
+
+def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], *, watched: bool = False) -> Leaf:
+    """The text of a step.
+
+    Args:
+        name: gives a new name for a thread that moves.
+        watched: plain motions too run in a thread, so that they can be stopped, and standing still can be interrupted.
+    """
+    match step:
+        case MoveJoints() | MoveLinear():
+            return _moving((), _moves(step), name(), "watch_move()") if watched else Leaf(tuple(_moves(step)))
+        case MoveUntilContact():
+            return Leaf(call=_guarded(step))
+        case ForceMove():
+            return _forced(step, name())
+        case CompliantSlide():
+            return _sliding(step, name())
+        case SpiralSearch() | ForceInsert() | ForceExtract():
+            return Leaf(call=urscript_search.call(step))
+        case SetGripper():
+            return Leaf(call=_grip(step, gripper))
+        case SetPayload():
+            return Leaf((f"set_target_payload({number(step.mass)}, {vector(step.center)})",))
+        case ZeroSensor():
+            return Leaf(("sleep(0.3)  # the sensor's filter and the arm settle", "zero_ftsensor()"))
+        case Wait():
+            still = number(step.duration)
+            return Leaf(call=f"stand_still({still})") if watched else Leaf((f"sleep({still})",))
+    raise TypeError(f"{type(step).__name__} is no step without steps")
+
+
+def _moves(step: MoveJoints | MoveLinear) -> list[str]:
+    rates = f"a={number(step.acceleration)}, v={number(step.speed)}"
+    if isinstance(step, MoveLinear):
+        return [f"movel({pose(step.target)}, {rates})"]
+    return [f"movej({vector(q)}, {rates})" for q in step.path]
+
+
+def _moving(before: tuple[str, ...], moves: list[str], name: str, watch: str) -> Leaf:
+    """A thread that moves, started and watched."""
+    thread = (f"thread {name}():", *(f"  {line}" for line in moves), "  motion_done = True", "end")
+    return Leaf(("motion_done = False", *before, f"motion_thread = run {name}()"), watch, thread)
+
+
+def _guarded(step: MoveUntilContact) -> str:
+    values = [vector(step.direction), *map(number, (step.distance, step.speed, step.force, step.timeout))]
+    return f'move_until_contact({", ".join(values)}, "{step.expect}", "{label(step.origin)}")'
+
+
+def _forced(step: ForceMove, name: str) -> Leaf:
+    frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
+    selection = "[" + ", ".join("1" if c else "0" for c in step.compliant) + "]"
+    mode = f"force_mode({pose(frame)}, {selection}, {vector(step.wrench)}, 2, {vector(step.limits)})"
+    watch = f'watch_force_move({number(step.force_limit)}, {number(step.timeout)}, "{label(step.origin)}")'
+    return _moving((mode,), _path(step), name, watch)
+
+
+def _sliding(step: CompliantSlide, name: str) -> Leaf:
+    frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
+    wrench, limits = vector((0, 0, step.force, 0, 0, 0)), vector((0.15, 0.15, 0.02, 0.35, 0.35, 0.35))
+    mode = f"force_mode({pose(frame)}, [0, 0, 1, 0, 0, 0], {wrench}, 2, {limits})"
+    values = map(number, (LEAST * step.force, step.lost, step.force_limit, step.timeout))
+    watch = f'watch_slide({vector(urscript_search.along(frame))}, {", ".join(values)}, "{label(step.origin)}")'
+    return _moving((mode,), _path(step), name, watch)
+
+
+def _path(step: ForceMove | CompliantSlide) -> list[str]:
+    return [f"movel({pose(w)}, a={number(GENTLE)}, v={number(step.speed)})" for w in step.waypoints]
+
+
+def _grip(step: SetGripper, gripper: Gripper) -> str:
+    low, high = gripper.opening
+    position = count((high - step.opening) / (high - low))
+    # Robotiq 2F-85: pad speed 20 .. 150 mm/s, the instruction manual's "Specifications".
+    speed = count((step.speed - 0.020) / (0.150 - 0.020))
+    force = count((step.force - gripper.force[0]) / (gripper.force[1] - gripper.force[0]))
+    wanted = f'"{step.expect}", {number(step.timeout)}, "{label(step.origin)}"'
+    return f"move_gripper({position}, {speed}, {force}, {wanted})  # {step.opening * 1000:.1f} mm, {step.force:.0f} N"
+
+
+def count(share: float) -> int:
+    """A share of a range as one of the gripper's registers 0 .. 255."""
+    return min(255, max(0, round(255 * share)))
