@@ -1,0 +1,185 @@
+"""The 6D pose of a known object in one depth image: many registrations as one batch, judged against the image."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from cramlite.geometry import Floats, Pose, Vector3
+from cramlite.view import Mask, View
+
+from .icp import Stage, Starts, register
+from .models import Floats32, PoseModel, cube_rotations
+from .outline import Outline
+from .pose_score import Scores, judge
+from .pose_starts import Scene, scenes, slid, starts_for
+
+COARSE = Stage(points=120, iterations=10, reach=(0.05, 0.015), beside=0.5, slack=0.002)
+MIDDLE = Stage(points=250, iterations=8, reach=(0.02, 0.008), beside=0.5, slack=0.001, outline=200, weight=0.5)
+FINE = Stage(points=1200, iterations=8, reach=(0.010, 0.006), beside=0.5, slack=0.001, outline=900, weight=0.5)
+"""Coarse to fine. Twice the points or iterations of any stage changes no figure of tests/benchmarks/perception_pose.py."""
+LEAST = 30
+"""Points of a mask below which no pose is tried: a face of 30 pixels leaves more than 5 degrees open."""
+KEPT = 5
+SURE = 0.75
+"""Score below which the other clusters of the mask are tried too."""
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """One of some axes of the object is near one of some directions of the world.
+
+    Args:
+        axes: unit vectors of the model's frame; directions: of the world's.
+        before, after: how far off [rad] a start and a result may be.
+    """
+
+    axes: tuple[Vector3, ...]
+    directions: tuple[Vector3, ...]
+    before: float = float(np.radians(60))
+    after: float = float(np.radians(40))
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What is known of an orientation before looking: all of the alignments hold. None: anything goes."""
+
+    alignments: tuple[Alignment, ...] = ()
+
+
+UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
+"""What hangs or stands: the model's z axis points up, within 60 degrees before and 40 after (docs/explanation)."""
+
+
+@dataclass(frozen=True)
+class PoseHypothesis:
+    """A pose, and why it is believed as far as it is.
+
+    Args:
+        pose: of the model's frame in the world.
+        score: 0 to 1; above 0.6 a pose is right in most cases (docs/explanation/figures.md).
+        reasons: clauses with numbers.
+    """
+
+    pose: Pose
+    score: float
+    reasons: tuple[str, ...] = ()
+
+
+def estimate(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
+    """Poses of the object that a mask shows, best first; the hypotheses that lost follow.
+
+    A pose that the camera cannot tell from another one (a symmetry) comes with it, at the same score.
+
+    Args:
+        mask: (height, width) of the object; a pixel or two too many do no harm.
+        prior: what is known of the orientation.
+
+    Returns:
+        Empty if the mask shows fewer than ``LEAST`` points, or if no pose keeps to the prior.
+    """
+    parts = scenes(view, mask)
+    if not parts or len(parts[0].points) < LEAST:
+        return []
+    everything = parts[-1]
+    outline = Outline.of(view, everything.mask)
+    starts = _search(view, model, prior, parts[0])
+    scores = judge(model, everything.points, outline, starts)
+    if len(parts) > 1 and scores.score.max(initial=0.0) < SURE:
+        starts = starts.joined(_search(view, model, prior, everything))
+        scores = judge(model, everything.points, outline, starts)
+    return _distinct(model, prior, _hypotheses(view, starts, scores))
+
+
+def _search(view: View, model: PoseModel, prior: Prior, scene: Scene) -> Starts:
+    """The best few poses for some of a mask's points; possibly none."""
+    points, outline = scene.points, Outline.of(view, scene.mask)
+    starts = register(model, points, starts_for(view.camera, model, prior, points), COARSE, outline)
+    starts = _best(model, points, outline, _allowed(view, prior, starts), 6, 250)
+    starts = _best(model, points, outline, slid(model, outline, starts), 8, 250)
+    starts = register(model, points, starts, MIDDLE, outline)
+    starts = _best(model, points, outline, starts, 3, 400)
+    if len(starts):
+        turned = _allowed(view, prior, _turned(model, starts.pick([0])))
+        starts = starts.joined(register(model, points, turned, MIDDLE, outline))
+        starts = register(model, points, _best(model, points, outline, starts, KEPT, 400), FINE, outline)
+    return _allowed(view, prior, starts)
+
+
+def _best(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, count: int, surface: int) -> Starts:
+    if len(starts) <= 1:
+        return starts
+    order = np.argsort(-judge(model, scene, outline, starts, surface).score, kind="stable")
+    return starts.pick(order[:count])
+
+
+def _turned(model: PoseModel, starts: Starts) -> Starts:
+    """The flip test: the best pose turned about the model's centre by each other rotation of a cube."""
+    turns = np.array([p.rotation for p in cube_rotations()[1:]], np.float32)
+    centre = model.centre.astype(np.float32)
+    shift = (turns @ (starts.shift[0] - centre)) + centre
+    return Starts(np.asarray(turns @ starts.turn[0]), shift)
+
+
+def _allowed(view: View, prior: Prior, starts: Starts) -> Starts:
+    """Those that keep to the prior's limits for results."""
+    keep = np.ones(len(starts), bool)
+    for a in prior.alignments:
+        keep &= alignment_error(view.camera, starts.turn, a) <= a.after
+    return starts.pick(keep)
+
+
+def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Floats:
+    """(H,): angle [rad] between the nearest of the axes and the directions."""
+    axes, directions = np.array(alignment.axes), np.array(alignment.directions)
+    in_model = np.einsum("hij,dj->hdi", turn, camera.inverse().turn(directions))
+    cosine = np.einsum("hdi,ai->hda", in_model, axes).reshape(len(turn), -1)
+    return np.asarray(np.arccos(np.clip(cosine.max(1, initial=-1.0), -1, 1)))
+
+
+def _hypotheses(view: View, starts: Starts, scores: Scores) -> list[PoseHypothesis]:
+    found = []
+    for i in np.argsort(-scores.score, kind="stable"):
+        in_camera = _pose(starts.turn[i], starts.shift[i])
+        reasons = (
+            f"explains {100 * scores.explained[i]:.0f} % of the mask",
+            f"the image shows {100 * scores.free[i]:.0f} % of what nothing hides",
+            f"{100 * scores.seen[i]:.0f} % of its visible side seen",
+        )
+        found.append(PoseHypothesis(view.camera * in_camera, float(scores.score[i]), reasons))
+    return found
+
+
+def _pose(turn: Floats32, shift: Floats32) -> Pose:
+    """The model in the optical frame, from the optical frame in the model."""
+    u, _, vt = np.linalg.svd(turn.astype(float))
+    rotation = u @ vt
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = rotation.T, -rotation.T @ shift
+    return Pose.from_matrix(matrix)
+
+
+def _distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
+    """Without repetitions of one pose (3 mm, 3 degrees), and with the symmetric ones of the best."""
+    kept: list[PoseHypothesis] = []
+    for h in found:
+        apart = [model.difference(h.pose, k.pose) for k in kept]
+        if all(d > 0.003 or a > np.radians(3) for d, a in apart):
+            kept.append(h)
+    if not kept or model.axis is not None:
+        return kept
+    same = [
+        PoseHypothesis(kept[0].pose * s, kept[0].score, (*kept[0].reasons, SYMMETRIC)) for s in model.symmetries[1:]
+    ]
+    upright = [h for h in same if keeps_to(h.pose, prior)]
+    return [kept[0], *upright, *kept[1:]]
+
+
+SYMMETRIC = "depth cannot tell it from the best: the shape is symmetric"
+
+
+def keeps_to(pose: Pose, prior: Prior) -> bool:
+    """Whether a pose in the world is one of those that the prior allows for results."""
+    turn = pose.inverse().rotation[None].astype(np.float32)
+    return all(float(alignment_error(Pose(), turn, a)[0]) <= a.after for a in prior.alignments)
