@@ -9,6 +9,7 @@ tangent planes leave free. Equations are linearised in the model's frame and sol
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -48,9 +49,9 @@ class Starts:
     def __len__(self) -> int:
         return len(self.turn)
 
-    def pick(self, which: object) -> Starts:
+    def pick(self, which: Any) -> Starts:
         """Those of some indices."""
-        return Starts(self.turn[which], self.shift[which])  # type: ignore[index]
+        return Starts(self.turn[which], self.shift[which])
 
     def joined(self, other: Starts) -> Starts:
         return Starts(np.concatenate([self.turn, other.turn]), np.concatenate([self.shift, other.shift]))

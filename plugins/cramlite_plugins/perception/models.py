@@ -6,6 +6,7 @@ Derived from the object models that scenarios use, so that a product needs one d
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,7 +20,7 @@ from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
 from cramlite.world import Feature, Thing
 
-Floats32 = NDArray[np.float32]
+Floats32 = NDArray[np.floating[Any]]  # float32 wherever speed counts
 Indices = NDArray[np.int32]
 SPACING = 0.0018
 """Mean distance of surface points [m]: a pixel at 0.7 m. Twice as dense changes no figure (tests/benchmarks)."""
@@ -156,9 +157,9 @@ def with_symmetries(model: PoseModel) -> PoseModel:
     found = [Pose()] + [p for p in (_about(model, q) for q in turns[1:]) if _invariant(model, tree, p)]
     for k in range(3):
         axis = tuple(float(i == k) for i in range(3))
-        odd = [_about(model, Pose.from_rotvec((0, 0, 0), np.multiply(axis, a))) for a in (0.3, 1.1, 2.0)]
+        odd = [_about(model, Pose.from_rotvec((0, 0, 0), [v * a for v in axis])) for a in (0.3, 1.1, 2.0)]
         if all(_invariant(model, tree, p) for p in odd):
-            turned = [Pose.from_rotvec((0, 0, 0), np.multiply(axis, np.radians(a))) for a in range(5, 360, 5)]
+            turned = [Pose.from_rotvec((0, 0, 0), [v * math.radians(a) for v in axis]) for a in range(5, 360, 5)]
             around = [_about(model, p) for p in turned]
             flips = [p for p in found[1:] if abs(p.turn(axis)[k] + 1) < 1e-6][:1]
             return replace(model, symmetries=(Pose(), *flips, *around), axis=axis)  # type: ignore[arg-type]

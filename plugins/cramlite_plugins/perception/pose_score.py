@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from cramlite.view import Mask
+
 from .icp import Starts, match, spread
 from .models import Floats32, PoseModel
 from .outline import Outline, tolerance
@@ -80,7 +82,9 @@ def _shown(
     behind = z - measured > 2 * tolerance(z)  # of the object's own surface: the model hides it itself, or it is wrong
     ahead = measured - z > 2 * tolerance(z)
     denied = facing & ((on & ahead) | (~on & ~outline.hidden(flat, z)))
-    return tuple(  # type: ignore[return-value]
-        np.count_nonzero(m, axis=1).astype(np.float32)
-        for m in (facing & on & ~behind & ~ahead, denied, facing & ~(on & behind))
-    )
+    agree, visible = facing & on & ~behind & ~ahead, facing & ~(on & behind)
+    return _count(agree), _count(denied), _count(visible)
+
+
+def _count(mask: Mask) -> Floats32:
+    return np.asarray(np.count_nonzero(mask, axis=1), dtype=np.float32)
