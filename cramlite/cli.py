@@ -76,6 +76,18 @@ def _parser() -> argparse.ArgumentParser:
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
     execute.add_argument("--out", type=Path, help="folder for the recorded run")
     execute.add_argument("--json", action="store_true")
+    controller = _add(commands, "controller", _controller, "open the ports of a virtual robot controller")
+    controller.add_argument(
+        "--world",
+        default="grasp_one_thing",
+        help="world.json of a run directory, or a scenario (default grasp_one_thing)",
+    )
+    controller.add_argument("--host", default="127.0.0.1", help="a loopback address (default 127.0.0.1)")
+    controller.add_argument(
+        "--seconds", type=float, default=0.0, help="close after this time; 0 (default) for no limit"
+    )
+    controller.add_argument("--idle", type=float, default=600.0, help="close after this time without a client")
+    controller.add_argument("--seed", type=int, default=0)
     tasks = _add(commands, "tasks", _tasks, "list the task types")
     tasks.add_argument("--json", action="store_true")
     plugins = _add(commands, "plugins", _plugins, "list the plugins, with their faults")
@@ -202,6 +214,20 @@ def _execute(arguments: argparse.Namespace) -> int:
         plugins=arguments.plugin,
         block=arguments.block,
         json_output=arguments.json,
+    )
+
+
+def _controller(arguments: argparse.Namespace) -> int:
+    from .execution import serve_controller
+
+    return serve_controller(
+        world=arguments.world,
+        host=arguments.host,
+        seconds=arguments.seconds,
+        idle=arguments.idle,
+        seed=arguments.seed,
+        plugins=arguments.plugin,
+        block=arguments.block,
     )
 
 

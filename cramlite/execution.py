@@ -60,6 +60,37 @@ def execute_program(
     return 0
 
 
+def serve_controller(
+    *,
+    world: str,
+    host: str,
+    seconds: float,
+    idle: float,
+    seed: int = 0,
+    plugins: Sequence[Path] = (),
+    block: Sequence[str] = (),
+) -> int:
+    """Open a virtual robot controller's ports on loopback, and print what its programs log.
+
+    Raises:
+        UserError: the world cannot be used, or a port is taken.
+    """
+    from .knowledge import Knowledge
+    from .registry import Registry
+
+    knowledge = Knowledge(Registry(tuple(plugins), tuple(block)))
+    place = read_world(world, knowledge, seed)
+    if not place.robots:
+        raise UserError(f"The world '{world}' has no robot, so there is nothing to control.")
+    limits = {"seconds": seconds, "idle": idle}
+    mount = place.robots[0].name
+    ended = knowledge.simulator.serve(
+        place, knowledge.robots, mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
+    )
+    print(f"The controller was closed: {ended}.")
+    return 0
+
+
 def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
     """A world from a JSON file, or the world that the programs of a scenario really run in.
 

@@ -86,6 +86,21 @@ class Simulator(Protocol):
         """Run a program's text on the controller model. It sees the text and the world, nothing else."""
         ...
 
+    def serve(
+        self,
+        world: World,
+        robots: Mapping[str, Robot],
+        *,
+        mount: str,
+        host: str,
+        seconds: float,
+        idle: float,
+        seed: int,
+        say: Callable[[str], None],
+    ) -> str:
+        """Open the robot controller's ports on loopback until time is up; return why it ended."""
+        ...
+
     def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
         """Let a simulated person act."""
         ...

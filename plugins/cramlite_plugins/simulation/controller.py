@@ -58,11 +58,21 @@ class Controller:
         index: of the robot in the model.
         base: where the robot is bolted down, for the direction of gravity.
         noise, seed: of the wrist sensor.
+        steps: physics steps of a control cycle; 1 is the 500 Hz of an e-Series controller.
     """
 
     def __init__(
-        self, model: Any, data: Any, index: RobotIndex, base: Pose, safety: Safety, noise: float = 0.0, seed: int = 0
+        self,
+        model: Any,
+        data: Any,
+        index: RobotIndex,
+        base: Pose,
+        safety: Safety,
+        noise: float = 0.0,
+        seed: int = 0,
+        steps: int = STEPS,
     ) -> None:
+        self.steps = steps
         self.model, self.data, self.index, self.safety = model, data, index, safety
         self.arm: Robot = index.robot
         self.kinematics = NominalArm(index.robot)
@@ -71,8 +81,9 @@ class Controller:
         self.sensor = WristSensor(self.up, noise, seed)
         self.gripper = GripperServer(index.robot.gripper, index, model)
         self.gripper_center = _gripper_center(model, data, index)
-        self.period = STEPS * float(model.opt.timestep)
+        self.period = steps * float(model.opt.timestep)
         self.servos, self.joints = list(index.actuators), list(index.joints)
+        self.dofs = list(index.dofs)
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
         self.limits, self.fastest = np.array(self.arm.limits).T, 1.05 * np.array(self.arm.velocity)
@@ -82,6 +93,8 @@ class Controller:
         self.motion: Motion | None = None
         self.time = 0.0
         self.force_mode: ForceMode | None = None
+        self.force_gain = 1.0
+        self.freedrive = False
         self.nominal = self.kinematics.forward(self.q)
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0}
         self._forget()
@@ -109,6 +122,10 @@ class Controller:
         start = self.nominal if self.force_mode else self.kinematics.forward(self.q)
         return self._begin(linear_motion(start, goal, speed, acceleration))
 
+    def follow(self, motion: Motion) -> Motion:
+        """Start any other motion, from where the arm is now."""
+        return self._begin(motion)
+
     def stop(self, deceleration: float) -> Motion | None:
         """Stop the running motion on its own path."""
         if self.motion is None or isinstance(self.motion, Slowed):
@@ -134,10 +151,22 @@ class Controller:
         """Joint encoders (n,) [rad]."""
         return np.array(self.data.qpos[self.joints])
 
+    def actual_speeds(self) -> Floats:
+        """Joint speeds (n,) [rad/s]."""
+        return np.array(self.data.qvel[self.dofs])
+
+    def joint_torques(self) -> Floats:
+        """What the servos do beyond holding the arm's own weight (n,) [Nm]."""
+        return np.array(self.data.actuator_force[self.servos])
+
     def actual_tcp(self) -> Pose:
         """The TCP in base, from the encoders and the nominal kinematics."""
         self._measure()
         return Pose.from_matrix(self._tcp)
+
+    def tool_speed(self) -> Floats:
+        """(6,) commanded speed of the TCP, base axes [m/s, rad/s]."""
+        return self.kinematics.speed(self.q, self.rate)
 
     def wrench(self) -> Floats:
         """(6,) what the environment does to the tool, base axes, at the TCP."""
@@ -202,11 +231,13 @@ class Controller:
             place = self.motion.at(self.time)
             if self.time >= self.motion.duration:
                 self.motion = None
+        if self.freedrive and place is None:
+            return self.actual_joints()
         if self.force_mode is None:
             return self.q if place is None else self._inverse(place) if isinstance(place, Pose) else place
         if place is not None:
             self.nominal = place if isinstance(place, Pose) else self.kinematics.forward(place)
-        self.force_mode.advance(-self.wrench(), self.period)
+        self.force_mode.advance(-self.wrench(), self.period, self.force_gain)
         return self._inverse(self.force_mode.target(self.nominal))
 
     def _inverse(self, target: Pose) -> Floats:
@@ -231,14 +262,14 @@ class Controller:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
         model, data, index = self.model, self.data, self.index
         forward_fed = self.lag * self.rate + self._payload()
-        step = (self.q - before) / STEPS
+        step = (self.q - before) / self.steps
         reading = np.zeros(6)
-        for k in range(1, STEPS + 1):
+        for k in range(1, self.steps + 1):
             data.ctrl[self.servos] = before + k * step + forward_fed
             mujoco.mj_step(model, data)
             reading[:3] += data.sensordata[index.ft_force : index.ft_force + 3]
             reading[3:] += data.sensordata[index.ft_torque : index.ft_torque + 3]
-        self.sensor.feed(reading / STEPS, self.period)
+        self.sensor.feed(reading / self.steps, self.period)
         self._forget()
 
     def _payload(self) -> Floats:

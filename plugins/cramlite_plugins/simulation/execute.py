@@ -126,6 +126,7 @@ class _Run:
                 if machine.finished:
                     return "finished", ""
                 self.controller.cycle()
+                self.functions.settings.remember()
                 self.observe(machine.main_line)
             return "timeout", f"line {machine.main_line}: the program still ran after {time_limit:g} s"
         except Halted:

@@ -38,12 +38,16 @@ class ForceMode:
     limits: Floats
     offset: Floats = field(default_factory=lambda: np.zeros(6))
 
-    def advance(self, applied: Floats, period: float) -> None:
-        """One control cycle: ``applied`` is the wrench (6,) of the robot on its environment, base axes."""
+    def advance(self, applied: Floats, period: float, scale: float = 1.0) -> None:
+        """One control cycle: ``applied`` is the wrench (6,) of the robot on its environment, base axes.
+
+        Args:
+            scale: of the gain, as ``force_mode_set_gain_scaling`` sets it.
+        """
         turn = self.frame.rotation.T
         error = self.wrench - np.concatenate([turn @ applied[:3], turn @ applied[3:]])
         error = np.where(np.abs(error) < DEAD, 0.0, error)
-        self.offset += self.selection * np.clip(GAIN * error, -self.limits, self.limits) * period
+        self.offset += self.selection * np.clip(scale * GAIN * error, -self.limits, self.limits) * period
 
     def target(self, nominal: Pose) -> Pose:
         """The TCP pose to go to, given where the running motion has it."""

@@ -64,6 +64,11 @@ class NominalArm:
         point = frames[-1, :3, :3] @ center + frames[-1, :3, 3]
         return _columns(frames, point)[:3].T @ force
 
+    def speed(self, q: Floats, rate: Floats) -> Floats:
+        """(6,) of the tool centre point at joint speeds (n,) [m/s, rad/s]."""
+        frames = self.frames(q)
+        return np.asarray(_columns(frames, (frames[-1] @ self.tcp)[:3, 3]) @ rate)
+
     def follow(self, target: Pose, near: Floats) -> Floats | None:
         """The joint position for a TCP pose on the branch of a near one; None where Newton's method finds none."""
         goal, q = target.matrix, near

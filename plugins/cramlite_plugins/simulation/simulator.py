@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,23 @@ class MujocoSimulator:
         from .execute import execute
 
         return execute(text, world, robots, mount=mount, seed=seed)
+
+    def serve(
+        self,
+        world: World,
+        robots: Mapping[str, Robot],
+        *,
+        mount: str,
+        host: str,
+        seconds: float,
+        idle: float,
+        seed: int,
+        say: Callable[[str], None],
+    ) -> str:
+        from .virtual_ur.robot import VirtualRobot
+        from .virtual_ur.serve import serve
+
+        return serve(VirtualRobot(world, robots, mount, say, seed=seed), host, seconds=seconds, idle=idle, ready=say)
 
     def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
         from .demonstration import demonstrate

@@ -18,7 +18,9 @@ from ..motions.kinematics import nearest_branch
 from .controller import ABANDONED, Controller
 from .force_mode import ForceMode
 from .ur_motion import Motion, Slowed
+from .ur_settings import SETTINGS, Settings
 from .ur_sockets import SOCKETS, Sockets
+from .ur_streaming import STREAMED, STREAMING, Streaming
 from .urscript import PURE, Halted, Library, ScriptError
 from .urscript.values import PoseValue, as_pose, from_pose, numbers, real, show
 
@@ -42,11 +44,13 @@ class Functions:
     def __init__(self, controller: Controller, log: Callable[[str], None]) -> None:
         self.arm, self.log = controller, log
         self.sockets = Sockets(controller.gripper)
+        self.streaming = Streaming(controller)
+        self.settings = Settings(controller)
 
     def library(self) -> Library:
         """Every function by name, the pure ones included."""
-        own = {name: getattr(self, name) for name in NAMES}
-        return {**PURE, **own, **{name: getattr(self.sockets, name) for name in SOCKETS}}
+        parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
+        return {**PURE, **{name: getattr(part, name) for part, names in parts for name in names}}
 
     # Motion
 
@@ -106,12 +110,19 @@ class Functions:
     def get_target_joint_positions(self) -> list[float]:
         return [float(v) for v in self.arm.q]
 
-    def get_forward_kin(self, q: Any = None) -> PoseValue:
-        return self.get_actual_tcp_pose() if q is None else from_pose(self._tcp_at(q, "get_forward_kin"))
+    def get_forward_kin(self, q: Any = None, tcp: Any = None) -> PoseValue:
+        place = self.arm.actual_tcp() if q is None else self._tcp_at(q, "get_forward_kin")
+        active = self.arm.arm.gripper.tcp
+        return from_pose(place if tcp is None else place * active.inverse() * as_pose(tcp, "get_forward_kin"))
 
-    def get_inverse_kin(self, x: Any, qnear: Any = None) -> list[float]:
+    def get_inverse_kin(
+        self, x: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10, tcp: Any = None
+    ) -> list[float]:
         near = self.arm.q if qnear is None else self._joints(qnear, "get_inverse_kin")
-        return [float(v) for v in self._solved(as_pose(x, "get_inverse_kin"), near, "get_inverse_kin")]
+        place = as_pose(x, "get_inverse_kin")
+        if tcp is not None:
+            place = place * as_pose(tcp, "get_inverse_kin").inverse() * self.arm.arm.gripper.tcp
+        return [float(v) for v in self._solved(place, near, "get_inverse_kin")]
 
     def is_steady(self) -> bool:
         return self.arm.motion is None
@@ -174,7 +185,7 @@ class Functions:
             yield
 
     def _only_here(self) -> None:
-        if self.arm.motion is not None and not isinstance(self.arm.motion, Slowed):
+        if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
     def _joints(self, q: Any, where: str) -> Floats:

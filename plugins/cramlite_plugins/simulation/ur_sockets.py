@@ -76,11 +76,11 @@ class Sockets:
 
     def _send(self, line: str, socket_name: Any) -> None:
         buffer = self._buffer(socket_name)
-        buffer += self._answer(line.split())
+        buffer += self.answer(line.split())
         if len(buffer) > LONGEST:
             raise ScriptError(f"socket '{show(socket_name)}': more than {LONGEST} bytes wait to be read")
 
-    def _answer(self, words: list[str]) -> bytes:
+    def answer(self, words: list[str]) -> bytes:
         """The server's words: SET takes one or more pairs."""
         if words[:1] == ["GET"] and len(words) == 2 and (value := self.server.ask(words[1])) is not None:
             return f"{words[1]} {value}\n".encode()

@@ -192,7 +192,9 @@ class Machine:
         return thread
 
     def kill(self, thread: Any) -> None:
-        """End a thread; a thread that has ended already is left alone."""
+        """End a thread; one that has ended already is left alone, and so is 0, with which programs mark "no thread"."""
+        if type(thread) is int and thread == 0:
+            return
         if not isinstance(thread, Thread):
             raise ScriptError(f"kill needs a thread's handle, not {values.show(thread)}")
         if thread is self.current:
