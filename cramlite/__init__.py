@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .engine import Engine, Solution
     from .episode import Entity, Episode, Event, Repair, Track
     from .errors import CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
+    from .experts import Expert, Inputs, Judged
     from .geometry import Pose
     from .interpretation import Interpretation
     from .plan import Plan
@@ -62,6 +63,7 @@ _HOMES = {
     "engine": "Engine Solution",
     "episode": "Entity Episode Event Repair Track",
     "errors": "CramliteError NoSolution PluginError Unresolvable UserError nearest",
+    "experts": "Expert Inputs Judged",
     "geometry": "Pose",
     "interpretation": "Interpretation",
     "plan": "Plan",
@@ -96,6 +98,7 @@ __all__ = [
     "Entity",
     "Episode",
     "Estimate",
+    "Expert",
     "Event",
     "Feature",
     "Finding",

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from .belief import Belief
     from .designators import Action, Late, Location, Motion, Object
     from .episode import Episode
+    from .experts import Expert
     from .plugin_types import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
     from .program import AnyStep
     from .robots import Robot
@@ -45,8 +46,8 @@ def predicates() -> Iterable[Predicate]:  # type: ignore[empty-body]
 
 
 @hookspec
-def experts() -> Iterable[object]:  # type: ignore[empty-body]
-    """Perception experts with declared inputs and outputs. Called once at load; collected."""
+def experts() -> Iterable[Expert]:  # type: ignore[empty-body]
+    """Perception experts with declared inputs and outputs. Called once at load; collected by ``name``."""
 
 
 @hookspec

@@ -12,6 +12,7 @@ from .registry import Registry
 from .resources import data_folder
 
 if TYPE_CHECKING:
+    from .experts import Expert
     from .ontology import Taxonomy
     from .plugin_types import Backend, ModelMaker, Simulator, Validator
     from .robots import Robot
@@ -65,6 +66,10 @@ class Knowledge:
     @cached_property
     def validators(self) -> tuple[Validator, ...]:
         return tuple(self.registry.named("validators", "name").values())
+
+    @cached_property
+    def experts(self) -> tuple[Expert, ...]:
+        return tuple(self.registry.named("experts", "name").values())
 
     @cached_property
     def simulator(self) -> Simulator:

@@ -1,0 +1,79 @@
+"""Experts: which part of the space a query is about, and the cloud that is cut out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from cramlite import Expert, Inputs, Parameter, Thing, Unresolvable, hookimpl
+
+
+def region(inputs: Inputs) -> Mapping[str, Any]:
+    """A box around the fixtures that the query names as a place, wide enough for what is there."""
+    import numpy as np
+
+    from cramlite.object_query import RELATIONS
+
+    from .values import Box
+
+    places = [str(c.value) for c in inputs["query"].conditions if c.key in RELATIONS]
+    taxonomy = inputs["taxonomy"]
+    named = [t for t in inputs["fixtures"] if any(_is(t, p, taxonomy) for p in places)]
+    if not named:
+        raise Unresolvable("the query names no place whose pose is known")
+    corners = np.concatenate([corners_of(t) for t in named])
+    margin = inputs.parameters["margin_m"]
+    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+    return {"region": Box(tuple(low.tolist()), tuple(high.tolist()))}
+
+
+def _is(thing: Thing, place: str, taxonomy: Any) -> bool:
+    known = taxonomy.resolve(place)
+    return thing.name == place or (known is not None and taxonomy.is_a(thing.type, known))
+
+
+def corners_of(thing: Thing) -> Any:
+    """(N, 3): the corners of the boxes around a thing's geoms, world frame [m]."""
+    import numpy as np
+
+    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    return np.concatenate([(thing.pose * g.pose).apply(signs * half_extents(g.shape, g.size)) for g in thing.geoms])
+
+
+def half_extents(shape: str, size: tuple[float, ...]) -> tuple[float, float, float]:
+    """Of the box around a primitive [m]."""
+    if shape == "box":
+        return (size[0], size[1], size[2])
+    if shape == "sphere":
+        return (size[0],) * 3
+    return (size[0], size[0], size[1] + (size[0] if shape == "capsule" else 0.0))
+
+
+def cloud(inputs: Inputs) -> Mapping[str, Any]:
+    """The measured points in the region, in the range where depth is good."""
+    import numpy as np
+
+    from .values import Cloud
+
+    view = inputs["view"]
+    points = view.world_cloud.astype(np.float32)
+    mask = view.valid & (view.depth < inputs.parameters["range_m"])
+    box = inputs.get("region")
+    if box is not None:
+        mask &= box.holds(points)
+    if not mask.any():
+        where = "in the region of the query" if box is not None and view.valid.any() else "at all"
+        raise Unresolvable(f"there is no depth {where}: {int(view.valid.sum())} of {view.depth.size} pixels measured")
+    return {"cloud": Cloud(points, mask)}
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    margin = Parameter("margin_m", 0.30, "the tallest product of the shipped scenarios hangs 0.2 m below its peg")
+    reach = Parameter("range_m", 1.6, "a D435's depth error grows with the square: 8 mm at 1.6 m")
+    return [
+        Expert("region_of_place", "a box around the place that the query names", ("query", "fixtures", "taxonomy"),
+               ("region",), region, cost_ms=0.3, parameters=(margin,)),
+        Expert("cut_out", "measured points, cut out of the region", ("view",), ("cloud",), cloud, uses=("region",),
+               cost_ms=12.0, parameters=(reach,)),
+    ]  # fmt: skip

@@ -1,0 +1,89 @@
+"""What the shipped experts hand to each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from cramlite.view import Mask
+
+Points32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Box:
+    """An axis-aligned box of the world frame: lower and upper corner [m]."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    def holds(self, points: NDArray[np.floating]) -> Mask:
+        """Which of (..., 3) points are inside; NaN is outside."""
+        inside = (points >= np.array(self.low)) & (points <= np.array(self.high))
+        return np.asarray(inside.all(axis=-1))
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """A cut-out of a view: (height, width, 3) points of the world frame, and which of them are meant."""
+
+    points: Points32
+    mask: Mask
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """n . p = offset, the normal pointing to the camera; ``share`` of the points lies on it, over ``extent`` [m]."""
+
+    normal: Points32
+    offset: float
+    share: float
+    extent: float
+
+    def distance(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
+        """Signed distances of (..., 3) points [m], positive on the camera's side."""
+        return np.asarray(points @ self.normal.astype(points.dtype) - points.dtype.type(self.offset))
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """A part of the image that may be one object: a mask of the whole image."""
+
+    mask: Mask
+
+    @cached_property
+    def count(self) -> int:
+        return int(np.count_nonzero(self.mask))
+
+    @cached_property
+    def crop(self) -> tuple[slice, slice]:
+        """The rows and columns around it."""
+        rows, columns = np.flatnonzero(self.mask.any(1)), np.flatnonzero(self.mask.any(0))
+        return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
+
+
+@dataclass(frozen=True)
+class Extents:
+    """How large something looks, along the vertical and in the horizontal plane [m].
+
+    Args:
+        height: vertical.
+        width, depth: of the smallest rectangle around it from above; width is the larger.
+        centre: of the box that these make, world frame.
+        yaw: of the width's direction about the vertical [rad].
+    """
+
+    height: float
+    width: float
+    depth: float
+    centre: tuple[float, float, float]
+    yaw: float
+
+    @property
+    def longest(self) -> float:
+        return max(self.height, self.width, self.depth)
