@@ -87,7 +87,7 @@ class _Planner:
     query: ObjectQuery
 
     def __post_init__(self) -> None:
-        self._costs: dict[str, float] = {name: 0.0 for name in (*self.priors, OBJECTS)}
+        self._costs: dict[str, float] = dict.fromkeys((*self.priors, OBJECTS), 0.0)
         self._settle()
 
     def _settle(self) -> None:
@@ -162,6 +162,7 @@ class _Planner:
                 continue
             missing = [i for i in self._needs(expert) if self.cost(i) == INFINITE and i not in open_]
             reasons += [
-                f"expert '{expert.name}' needs '{i}' for '{output}', and {self.why(i, (*open_, output))}" for i in missing
+                f"expert '{expert.name}' needs '{i}' for '{output}', and {self.why(i, (*open_, output))}"
+                for i in missing
             ]
         return "; ".join(dict.fromkeys(reasons)) or f"'{output}' depends on itself"

@@ -4,7 +4,8 @@ An expert is a function from named values to named values. The engine chains exp
 (``expert_plan``), runs them cheapest first and falls back when one fails (``perception``).
 
 Three scopes: a *view* expert runs once a picture, an *object* expert once for each segment, a *scene* expert once over
-all objects (it is given ``objects``, the values of each so far, and answers with one entry for each of them).
+all objects. The last is given ``objects``, for each of them a mapping of those declared inputs that are known of it,
+and answers with one entry for each, None where it can say nothing.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .designators import Object
 from .errors import UserError, nearest
-from .experts import Judged
+from .experts import SEGMENTS, Judged
 
 if TYPE_CHECKING:
     from .ontology import Taxonomy
@@ -43,7 +43,8 @@ class Condition:
     value: str | float
 
     def __str__(self) -> str:
-        sign = {"GEQ": ">=", "LEQ": "<=", "CONTAINS": "~"}.get(self.check, "=")
+        sign = {"GEQ": ">=", "LEQ": "<=", "CONTAINS": "~", "EQUAL": "=="}.get(self.check, "=")
+        sign = "=" if self.check == DEFAULTS.get(self.key, "EQUAL") else sign
         return f"{self.key}{sign}{self.value}"
 
     @property
@@ -85,7 +86,7 @@ class ObjectQuery:
     @property
     def outputs(self) -> tuple[str, ...]:
         """Every value that an answer takes, those that decide first."""
-        return tuple(dict.fromkeys((*(c.output for c in self.conditions), *self.wanted)))
+        return tuple(dict.fromkeys((SEGMENTS, *(c.output for c in self.conditions), *self.wanted)))
 
 
 def query_from(designator: Object, **more: str | float) -> ObjectQuery:
@@ -130,7 +131,9 @@ def _condition(word: str, taxonomy: Taxonomy) -> Condition:
     if key in ("type", "features") and value != UNKNOWN:
         value = taxonomy.known(value, f"'{word}'")
     if key == "size":  # a length, or a word for one
-        return Condition(key, check, _number(word, value)) if value[0].isdigit() else Condition("size_word", check, value)
+        return (
+            Condition(key, check, _number(word, value)) if value[0].isdigit() else Condition("size_word", check, value)
+        )
     return Condition(key, check, value)
 
 

@@ -165,12 +165,12 @@ class _Running:
 
     def _run(self, expert: Expert, output: str) -> None:
         begin, notes, count = time.process_time(), [], 0
-        if expert.scope == "view":
-            count = 1
-            notes += self._view(expert)
-        elif expert.scope == "scene":
-            count = len(self.objects)
-            notes += self._scene(expert)
+        if expert.scope != "object":
+            if (expert.name, 0) in self.tried:
+                return
+            self.tried.add((expert.name, 0))
+            count = len(self.objects) if expert.scope == "scene" else 1
+            notes += self._scene(expert) if expert.scope == "scene" else self._view(expert)
         else:
             for thing in self._alive():
                 if output not in thing.values and (expert.name, thing.number) not in self.tried:
@@ -201,8 +201,11 @@ class _Running:
 
     def _scene(self, expert: Expert) -> list[str]:
         """One entry for each object; None where nothing can be said of it."""
-        table = tuple({k: s.judged for k, s in o.values.items()} for o in self.objects)
-        found, why = self._ask(expert, {**self.scene, OBJECTS: Said(Judged(table), "engine")}, raw=True)
+        declared = {*expert.inputs, *expert.uses}
+        table = tuple({k: s.judged for k, s in o.values.items() if k in declared} for o in self.objects)
+        seen = {**self.scene, OBJECTS: Said(Judged(table), "engine")}
+        of_objects = {k: Said(Judged(None), "engine") for row in table for k in row}
+        found, why = self._ask(expert, {**of_objects, **seen}, raw=True)
         if found is None:
             return [why]
         for name, said in found.items():
@@ -211,7 +214,9 @@ class _Running:
                     thing.values[name] = Said(_judged(entry), expert.name)
         return []
 
-    def _ask(self, expert: Expert, known: Mapping[str, Said], *, raw: bool = False) -> tuple[dict[str, Said] | None, str]:
+    def _ask(
+        self, expert: Expert, known: Mapping[str, Said], *, raw: bool = False
+    ) -> tuple[dict[str, Said] | None, str]:
         """What an expert says, given its declared inputs only; or None and why it says nothing."""
         missing = [i for i in expert.inputs if i not in known]
         if missing:
@@ -266,7 +271,9 @@ class _Running:
         for condition in query.conditions if not dropped else ():
             said = thing.values.get(condition.output)
             if said is None:
-                dropped = f"nobody could say its {condition.output}: " + "; ".join(thing.missing.get(condition.output, ()))
+                dropped = f"nobody could say its {condition.output}: " + "; ".join(
+                    thing.missing.get(condition.output, ())
+                )
             elif not condition.holds(said.judged, self.taxonomy):
                 dropped = f"{condition.output} is rather {_words(said.value)} than {condition.value}" + _because(said)
             else:
@@ -308,7 +315,7 @@ def _remarks(running: _Running, answers: Sequence[Percept], dropped: Sequence[Pe
     if not answers:
         yield f"nothing found for '{query}': {_nothing(running, dropped)}"
     unsure = [a for a in answers if a.confidence > answers[0].confidence - NEAR]
-    if len(unsure) > 1:
+    if len(unsure) > 1 and query.conditions:
         numbers = ", ".join(str(a.number) for a in unsure)
         yield f"{len(unsure)} objects fit '{query}' equally well: {numbers}; ask for something that tells them apart"
     for answer in answers:

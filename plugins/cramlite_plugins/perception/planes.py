@@ -77,7 +77,7 @@ def background(inputs: Inputs) -> Mapping[str, Any]:
     for plane in found:
         on = np.zeros(cloud.mask.shape, bool)
         on[cloud.mask] = np.abs(plane.distance(points)) < inputs.parameters["thickness_m"]
-        labels, count = ndimage.label(on)
+        labels, _ = ndimage.label(on)
         for k, box in enumerate(ndimage.find_objects(labels), 1):
             part = labels[box] == k
             if part.sum() > 200 and _span(cloud.points[box][part]) >= inputs.parameters["extent_m"]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from cramlite import Expert, Inputs, Parameter, Unresolvable, hookimpl
 from cramlite.experts import SEGMENTS
 
+from .dimensions import extents
+
 if TYPE_CHECKING:
     import numpy as np
 
     from cramlite.view import Mask
 
-    from .values import Points32, Segment
+    from .category import Known
+    from .values import Points32
 
     Floats32 = np.ndarray[Any, np.dtype[np.float32]]
     Labels = np.ndarray[Any, np.dtype[np.int32]]
@@ -34,7 +37,7 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
     chroma = chromaticity(view.rgb)
     labels = _labelled(front, view.depth, chroma, inputs.parameters)
     parts = [p for p in _parts(labels, cloud.points, chroma) if p.count >= inputs.parameters["pixels"]]
-    merged = _merged(parts, inputs.parameters)
+    merged = _merged(parts, inputs.get("looks", ()), inputs.parameters)
     found = [Segment(np.isin(labels, p.labels)) for p in merged]
     if not found:
         raise Unresolvable(f"nothing stands out from the background: {int(front.sum())} pixels in front of it")
@@ -116,13 +119,13 @@ def _parts(labels: Labels, points: Points32, chroma: Floats32) -> list[_Part]:
     return found
 
 
-def _merged(parts: list[_Part], parameters: Mapping[str, float]) -> list[_Part]:
+def _merged(parts: list[_Part], looks: Sequence[Known], parameters: Mapping[str, float]) -> list[_Part]:
     """Put together, smallest first, what has one colour and is close: a tab and its box, two sides of an occluder."""
     left = sorted(parts, key=lambda p: p.count)
     done: list[_Part] = []
     while left:
         small = left.pop(0)
-        partners = [p for p in left if _belong(small, p, parameters)]
+        partners = [p for p in left if _belong(small, p, looks, parameters)]
         if not partners:
             done.append(small)
             continue
@@ -140,16 +143,23 @@ def _joined(a: _Part, b: _Part) -> _Part:
     )
 
 
-def _belong(small: _Part, large: _Part, parameters: Mapping[str, float]) -> bool:
-    """One colour, and near each other in space; together no longer than any product."""
+def _belong(small: _Part, large: _Part, looks: Sequence[Known], parameters: Mapping[str, float]) -> bool:
+    """One colour, and near each other in space; together no larger than a known model of that colour, or, where no
+    model has it, no longer than any product."""
     import numpy as np
 
     if np.abs(small.chroma - large.chroma).max() > parameters["same_chroma"]:
         return False
-    both = np.concatenate([small.points, large.points])
-    if float(np.max(np.ptp(both, axis=0))) > parameters["longest_m"]:
+    gap = _gap(small.points, large.points)
+    if gap > parameters["occluder_m"]:
         return False
-    return _gap(small.points, large.points) < parameters["gap_m"]
+    both = np.concatenate([small.points, large.points])
+    alike = [k for k in looks if np.abs(k.chroma - large.chroma).max() < 2 * parameters["same_chroma"]]
+    if alike:
+        found = extents(both)
+        lengths = np.sort([found.height, found.width, found.depth])
+        return any((lengths <= np.array(k.lengths) + parameters["larger_m"]).all() for k in alike)
+    return gap < parameters["gap_m"] and float(np.max(np.ptp(both, axis=0))) < parameters["longest_m"]
 
 
 def _gap(a: Points32, b: Points32) -> float:
@@ -167,9 +177,11 @@ def experts() -> Iterable[Expert]:
         Parameter("grow", 2, "pixels: an edge is as wide as the filters that find it"),
         Parameter("pixels", 60, "the tab of a product at 0.8 m has 100"),
         Parameter("gap_m", 0.022, "from the front of a box to its tab is half its depth, 25 mm of which edges take 5"),
+        Parameter("occluder_m", 0.06, "what hides the middle of a product is at most that wide at its depth"),
+        Parameter("larger_m", 0.012, "flying pixels at both ends make an object that much larger"),
         Parameter("longest_m", 0.30, "no product of the shipped scenarios is longer"),
     )
     return [
         Expert("edge_segments", "parts between edges of depth and colour", ("view", "cloud", "background"), (SEGMENTS,),
-               segments, cost_ms=70.0, parameters=parameters),
+               segments, uses=("looks",), cost_ms=70.0, parameters=parameters),
     ]  # fmt: skip

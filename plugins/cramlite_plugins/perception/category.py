@@ -1,0 +1,128 @@
+"""Expert: what an object is, from colour and size and the models that are known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from cramlite import Expert, Inputs, Judged, Parameter, Thing, hookimpl
+from cramlite.object_query import UNKNOWN
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
+    """The classes of the models and fixtures that are known, and "unknown"."""
+    known = (*priors.get("models", ()), *priors.get("fixtures", ()))
+    return (*dict.fromkeys(m.type for m in known), UNKNOWN)
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What a model looks like: its largest geom's red and green shares, sorted extents of the box around it [m]."""
+
+    model: Thing
+    chroma: Floats
+    lengths: list[float]
+
+
+def known_looks(inputs: Inputs) -> Mapping[str, Any]:
+    return {"looks": tuple(Known(m, _model_chroma(m), _lengths(m)) for m in inputs["models"])}
+
+
+def category(inputs: Inputs) -> Mapping[str, Any]:
+    """Bayes' rule over the known models, all equally likely before, and "unknown"; a fixture is what it is.
+
+    p(model | chroma, extents) ~ N(chroma; model's) N(what is too large; 0) N(what is missing; 0): an extent that looks
+    larger than the model speaks against it, a smaller one hardly: something may hide the rest.
+    """
+    if inputs.get("fixture"):
+        judged = inputs.judged("fixture")
+        return {"type": Judged(judged.value.type, judged.confidence, judged.reason), "candidates": ()}
+    known: tuple[Known, ...] = inputs["looks"]
+    own = _chroma_of(inputs["view"], inputs["segment"].mask)
+    seen = inputs["extents"]
+    lengths = sorted((seen.height, seen.width, seen.depth))
+    weights = [_weight(m, own, lengths, inputs.parameters) for m in known]
+    total = sum(weights) + inputs.parameters["unknown"]
+    order = sorted(range(len(known)), key=lambda k: (-weights[k], known[k].model.name))
+    ranked = [Judged(known[k].model.name, weights[k] / total, _why(known[k], own, lengths)) for k in order]
+    by_type: dict[str, float] = {UNKNOWN: inputs.parameters["unknown"] / total}
+    for k in order:
+        by_type[known[k].model.type] = by_type.get(known[k].model.type, 0.0) + weights[k] / total
+    reasons = {UNKNOWN: "no known model looks like it"}
+    reasons |= {known[k].model.type: _why(known[k], own, lengths) for k in order[::-1]}
+    said = [Judged(t, min(1.0, w), reasons[t]) for t, w in sorted(by_type.items(), key=lambda p: (-p[1], p[0]))]
+    return {
+        "type": Judged(said[0].value, said[0].confidence, said[0].reason, tuple(said[1:])),
+        "candidates": tuple(ranked),
+    }
+
+
+def _chroma_of(view: Any, mask: Any) -> Floats:
+    """Median red and green shares of a part of the image."""
+    import numpy as np
+
+    pixels = view.rgb[mask].astype(float)
+    total = np.maximum(pixels.sum(axis=1), 1.0)
+    return np.asarray(np.median(pixels[:, :2] / total[:, None], axis=0))
+
+
+def _model_chroma(model: Thing) -> Floats:
+    """Of its largest geom."""
+    import numpy as np
+
+    largest = max(model.geoms, key=lambda g: math.prod(sorted(g.size)[-2:]))
+    rgb = np.array(largest.rgba[:3])
+    return rgb[:2] / max(float(rgb.sum()), 1e-6)
+
+
+def _lengths(model: Thing) -> list[float]:
+    """Sorted extents of the box around its geoms [m]."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from cramlite import Pose
+
+    from .cut_out import corners_of
+
+    return sorted(np.ptp(corners_of(replace(model, pose=Pose())), axis=0).tolist())
+
+
+def _weight(known: Known, chroma: Floats, lengths: list[float], parameters: Mapping[str, float]) -> float:
+    import numpy as np
+
+    off = float(np.abs(chroma - known.chroma).max()) / parameters["chroma"]
+    excess = [max(0.0, a - b) / parameters["excess_m"] for a, b in zip(lengths, known.lengths, strict=True)]
+    missing = [max(0.0, b - a) / parameters["missing_m"] for a, b in zip(lengths, known.lengths, strict=True)]
+    return math.exp(-(off**2 + sum(e**2 for e in excess) + sum(m**2 for m in missing)) / 2)
+
+
+def _why(known: Known, chroma: Floats, lengths: list[float]) -> str:
+    import numpy as np
+
+    off = float(np.abs(chroma - known.chroma).max())
+    differ = max(abs(a - b) for a, b in zip(lengths, known.lengths, strict=True))
+    return f"colour {off:.2f} and extents {1000 * differ:.0f} mm off '{known.model.name}'"
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    parameters = (
+        Parameter("chroma", 0.030, "share of red or green: noise, shading and the camera's gamma"),
+        Parameter("excess_m", 0.012, "flying pixels at both ends"),
+        Parameter("missing_m", 0.060, "half a product may be hidden"),
+        Parameter("unknown", 0.02, "about the likelihood of what is three standard deviations off"),
+    )
+    return [
+        Expert("known_looks", "colour and size of each known model", ("models",), ("looks",), known_looks, cost_ms=2.0),
+        Expert("category", "the known model that it looks like", ("view", "segment", "extents", "looks"),
+               ("type", "candidates"), category, "object", uses=("fixture",), domains={"type": types}, cost_ms=1.0,
+               parameters=parameters),
+    ]  # fmt: skip
