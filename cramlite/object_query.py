@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -101,15 +101,18 @@ def query_from(designator: Object, **more: str | float) -> ObjectQuery:
     return ObjectQuery(tuple(Condition(k, DEFAULTS.get(k, "EQUAL"), v) for k, v in (*pairs, *more.items())))
 
 
-def parse_query(text: str, taxonomy: Taxonomy) -> ObjectQuery:
+def parse_query(text: str, taxonomy: Taxonomy, more: Iterable[str] = ()) -> ObjectQuery:
     """A query as people write it: ``type=cram:TeaBox colour=red size>=100mm on=Hanger confidence>=0.5``.
+
+    Args:
+        more: further attributes that experts can say.
 
     Raises:
         UserError: not of this form, an unknown key or an unknown class; the nearest right ones are named.
     """
     query = ObjectQuery()
     for word in text.split():
-        condition = _condition(word, taxonomy)
+        condition = _condition(word, taxonomy, tuple(more))
         if condition.key == "confidence":
             query = replace(query, confidence=float(condition.value))
         else:
@@ -117,12 +120,12 @@ def parse_query(text: str, taxonomy: Taxonomy) -> ObjectQuery:
     return query
 
 
-def _condition(word: str, taxonomy: Taxonomy) -> Condition:
+def _condition(word: str, taxonomy: Taxonomy, more: tuple[str, ...]) -> Condition:
     found = re.fullmatch(r"([\w-]+)(>=|<=|==|=|~)(.+)", word)
     if found is None:
         raise UserError(f"'{word}' is no condition of a query; write KEY=VALUE, e.g. colour=red, or KEY>=NUMBER.")
     key, sign, value = ALIASES.get(found[1], found[1]), found[2], found[3]
-    valid = (*ATTRIBUTES, *RELATIONS, *ALIASES, "confidence")
+    valid = dict.fromkeys((*ATTRIBUTES, *RELATIONS, *ALIASES, *more, "confidence"))
     if key not in valid:
         raise UserError(f"'{word}': a query cannot ask for '{found[1]}'; {nearest(found[1], valid)}.")
     check = OPERATORS.get(sign) or DEFAULTS.get(key, "EQUAL")
