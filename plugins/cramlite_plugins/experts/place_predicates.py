@@ -142,7 +142,7 @@ def _gap(phase: Phase, name: str, other: str, time: float) -> float | None:
         known = memo["gaps", name, other] = _gaps_at_boundaries(phase, name, other)
     if time not in known:
         known[time] = _distance(phase, name, other, time)
-    return known[time]  # type: ignore[no-any-return]
+    return known[time]
 
 
 def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, float | None]:

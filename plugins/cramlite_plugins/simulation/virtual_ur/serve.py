@@ -21,7 +21,8 @@ CLIENTS = 32  # connections at one time
 LINE = 1024  # bytes of a line on the dashboard and the gripper's server
 PROGRAM = 5_000_000  # bytes of a program
 VERSION = struct.pack(">4I", 5, 12, 0, 1101319)
-Reader, Writer = asyncio.StreamReader, asyncio.StreamWriter
+Reader = asyncio.StreamReader
+Writer = asyncio.StreamWriter
 
 
 @dataclass(eq=False)
