@@ -81,6 +81,8 @@ class Phase:
     ``holds`` tells such phases apart.
     """
 
+    __slots__ = ("end", "episode", "holds", "memo", "situation", "start", "taxonomy", "timeline")
+
     def __init__(self, timeline: Timeline, start: float, end: float) -> None:
         self.timeline, self.start, self.end = timeline, start, end
         self.episode, self.taxonomy = timeline.episode, timeline.taxonomy

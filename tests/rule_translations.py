@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from cramlite.conditions import And, Atom, Compare, Condition, Every, Not, Or, Term, Variable, atoms, binds, mentions
 from cramlite.matching import Phases
-from cramlite.phases import PhaseName, Row
+from cramlite.phases import PhaseName, Predicate, Row
 from cramlite.rules import Rule
 
 Fact = tuple[PhaseName, str, Row]
 
 
-def facts_of(rules: Sequence[Rule], phases: Phases, names: list[str]) -> list[Fact]:
-    """Every row of every predicate that the rules mention, asked for every combination of things."""
+def facts_of(
+    rules: Sequence[Rule], phases: Phases, names: list[str], wanted: Callable[[Predicate], bool] = lambda _: True
+) -> list[Fact]:
+    """Every row of every wanted predicate that the rules mention, asked for every combination of things."""
     asked = {
         (c.phase, a.predicate.name, tuple(None if isinstance(t, Variable) else t for t in a.terms)): a.predicate
         for r in rules
         for c in r.clauses
         for a in atoms(c.condition)
+        if wanted(a.predicate)
     }
     found: dict[Fact, None] = {}
     for (phase, name, terms), predicate in asked.items():
@@ -47,7 +50,7 @@ def prolog_program(rules: Iterable[Rule]) -> list[str]:
     """match(Action, Task, [Role, ...]) for every rule."""
     lines = []
     for rule in rules:
-        body = ", ".join(_goal(c.condition, c.phase) for c in rule.quick_order)
+        body = ", ".join(prolog_goal(c.condition, "A", f"{c.phase}_") for c in rule.quick_order)
         lines.append(f"match(A, '{rule.task}', [{', '.join(rule.roles)}]) :- act(A), {body}.")
     asked = {(c.phase, a.predicate) for r in rules for c in r.clauses for a in atoms(c.condition)}
     arities = [f"{phase}_{p.name}/{p.arity + 1 + p.value}" for phase, p in asked]
@@ -65,25 +68,26 @@ def _constant(value: Term) -> str:
     return f"'{value}'" if isinstance(value, str) else repr(float(value))
 
 
-def _goal(condition: Condition, phase: PhaseName) -> str:
+def prolog_goal(condition: Condition, scope: str, prefix: str) -> str:
+    """A goal; every predicate is called by prefix and name, and its first argument is the scope."""
     match condition:
         case Atom(predicate, terms):
-            return f"{phase}_{predicate.name}({', '.join(['A', *map(_constant, terms)])})"
+            return f"{prefix}{predicate.name}({', '.join([scope, *map(_constant, terms)])})"
         case Compare(left, symbol, right):
             sign = {"==": "=:=", "=": "=:=", "!=": "=\\=", "<=": "=<"}.get(symbol, symbol)
             if isinstance(left, Variable):
                 words = {"=:=": "==", "=\\=": "\\=="}.get(sign, sign)
                 return f"{left.name} {words} {_constant(right)}"
-            inner = ", ".join(["A", *map(_constant, left.terms), "V"])
-            return f"\\+ \\+ ({phase}_{left.predicate.name}({inner}), V {sign} {_constant(right)})"
+            inner = ", ".join([scope, *map(_constant, left.terms), "V"])
+            return f"\\+ \\+ ({prefix}{left.predicate.name}({inner}), V {sign} {_constant(right)})"
         case Not(inner_condition):
-            return f"\\+ ({_goal(inner_condition, phase)})"
+            return f"\\+ ({prolog_goal(inner_condition, scope, prefix)})"
         case Every(given, then):
-            return f"forall(({_goal(given, phase)}), ({_goal(then, phase)}))"
+            return f"forall(({prolog_goal(given, scope, prefix)}), ({prolog_goal(then, scope, prefix)}))"
         case And(parts):
-            return ", ".join(_goal(p, phase) for p in parts)
+            return ", ".join(prolog_goal(p, scope, prefix) for p in parts)
         case Or(options):
-            return "(" + " ; ".join(f"({_goal(o, phase)})" for o in options) + ")"
+            return "(" + " ; ".join(f"({prolog_goal(o, scope, prefix)})" for o in options) + ")"
 
 
 SCALE = 1000  # clingo counts in integers

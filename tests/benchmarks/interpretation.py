@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import argparse
 import os
-import shutil
-import subprocess
 import sys
-import tempfile
 import time
+from collections.abc import Callable
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +22,20 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from interpretation_samples import SHOP, episode, state, track
 from rule_translations import Fact, clingo_facts, clingo_program, facts_of, prolog_facts, prolog_program
+from timeline_translation import (
+    VARIANTS,
+    absent,
+    by_clingo,
+    by_prolog,
+    clingo_timeline,
+    timeline_facts,
+    timeline_program,
+)
 
-from cramlite.decision import DecisionTree
+from cramlite.decision import DecisionTree, Found
 from cramlite.episode import Episode
 from cramlite.interpretation import interpret
+from cramlite.matching import Phases
 from cramlite.ontology import Taxonomy, load_taxonomy
 from cramlite.phases import Timeline
 from cramlite.resources import data_folder
@@ -67,75 +76,68 @@ def measured(size: int, rules: RuleBook, taxonomy: Taxonomy) -> tuple[int, float
     return len(Timeline(sample, taxonomy).segments()), seconds[0], seconds[1]
 
 
+Matches = set[tuple[Any, ...]]
+
+
 def compared(size: int, rules: RuleBook, taxonomy: Taxonomy) -> None:
-    """The same facts through clingo and SWI-Prolog; prints seconds, ratios, and whether the matches are the same."""
+    """The same facts through clingo and SWI-Prolog; prints CPU seconds, ratios, and whether the matches are the same."""
     sample = many_actions(size)
     timeline = Timeline(sample, taxonomy)
     segments = timeline.segments()
+    columns = [timeline.phases(s) for s in segments]
+    names = [e.name for e in sample.entities]
+    loaded, matches = least([lambda: from_timeline(sample, rules, taxonomy)] * 5)
+    known, _ = least([lambda: from_rows(timeline, columns, rules)] * 5)
+    print(f"{len(segments)} actions: ours {loaded:.3f} s from the loaded episode, {known:.3f} s from known rows")
+    print("from the loaded timeline:")
+    line("clingo", by_clingo(clingo_timeline(rules, timeline, segments)), loaded, matches)
+    facts = list(timeline_facts(timeline, segments))
+    for variant in [] if absent() else VARIANTS:
+        line(f"SWI-Prolog, {variant}", by_prolog(timeline_program(rules, variant), facts), loaded, matches)
+    print("from facts that our predicates have judged, for each action and phase (making them is not counted):")
+    judged = [facts_of(rules, p, names) for p in columns]
+    line("clingo", by_clingo(judged_clingo(rules, judged, names)), known, matches)
+    if not absent():
+        facts = [fact for k, own in enumerate(judged) for fact in (*prolog_facts(own, k), f"act({k}).")]
+        line("SWI-Prolog", by_prolog(prolog_program(rules), facts), known, matches)
+
+
+def line(name: str, theirs: tuple[float, Matches], ours: float, matches: Matches) -> None:
+    seconds, found = theirs
+    same = f"the same {len(found)}" if found == matches else f"OTHER {len(found)}"
+    print(f"  {name}: {seconds:.3f} s, {seconds / ours:.1f} times ours; {same} matches")
+
+
+def least(runs: list[Callable[[], tuple[float, Matches]]]) -> tuple[float, Matches]:
+    return min((run() for run in runs), key=itemgetter(0))
+
+
+def from_timeline(sample: Episode, rules: RuleBook, taxonomy: Taxonomy) -> tuple[float, Matches]:
+    """Phases, predicates (with all measuring) and rules; what is counted is what Prolog does, and the measuring."""
+    begin = time.process_time()
+    timeline = Timeline(sample, taxonomy)
+    solved = DecisionTree(rules, timeline).solve_all([timeline.phases(s) for s in timeline.segments()])
+    return time.process_time() - begin, filled(rules, solved)
+
+
+def from_rows(timeline: Timeline, columns: list[Phases], rules: RuleBook) -> tuple[float, Matches]:
+    """Rules only: what the predicates say is known from a run before, what rules follow from it is not."""
+    tree = DecisionTree(rules, timeline)
+    tree.solve_all(columns)
     tree = DecisionTree(rules, timeline)
     begin = time.process_time()
-    columns = [timeline.phases(s) for s in segments]
     solved = tree.solve_all(columns)
-    ours = time.process_time() - begin
-    begin = time.process_time()
-    tree.solve_all(columns)
-    known = time.process_time() - begin
+    return time.process_time() - begin, filled(rules, solved)
+
+
+def filled(rules: RuleBook, solved: list[Found]) -> Matches:
     roles = {r.task: tuple(r.roles) for r in rules}
-    matches = {(k, t, *(str(b[r]) for r in roles[t])) for k, f in enumerate(solved) for t, bs in f.items() for b in bs}
-    names = [e.name for e in sample.entities]
-    begin = time.process_time()
-    facts = [facts_of(rules, timeline.phases(s), names) for s in segments]
-    made = time.process_time() - begin
-    print(f"{len(segments)} actions: ours {ours:.3f} s from states and poses, {known:.3f} s from known rows")
-    print(f"facts for the others, which cannot work out predicates: {made:.3f} s, not counted below")
-    for name, solve in (("clingo", by_clingo), ("SWI-Prolog", by_prolog)):
-        theirs = solve(rules, facts, names)
-        if theirs is None:
-            print(f"{name}: absent, left out")
-            continue
-        seconds, found = theirs
-        print(
-            f"{name}: {seconds:.3f} s, {seconds / ours:.1f} times ours with predicates, {seconds / known:.1f} times "
-            f"ours without; {'the same' if found == matches else 'OTHER'} {len(found)} matches"
-        )
+    return {(k, t, *(str(b[r]) for r in roles[t])) for k, f in enumerate(solved) for t, bs in f.items() for b in bs}
 
 
-def by_clingo(rules: RuleBook, facts: list[list[Fact]], names: list[str]) -> tuple[float, set[tuple[Any, ...]]] | None:
-    """CPU seconds to ground and solve; reading the facts is not counted."""
-    try:
-        import clingo
-    except ImportError:
-        return None
-    control = clingo.Control(["--warn=none"])
-    lines = [line for k, known in enumerate(facts) for line in clingo_facts(known, [], f"{k}, ")]
-    lines += [*clingo_facts([], names), f"act(0..{len(facts) - 1})."]
-    control.add("base", [], "\n".join([*clingo_program(rules, ("A",)), *lines]))
-    begin = time.process_time()
-    control.ground([("base", [])])
-    with control.solve(yield_=True) as handle:
-        symbols = next(iter(handle)).symbols(atoms=True)
-    seconds = time.process_time() - begin
-    found = [s.arguments for s in symbols if s.name.startswith("match")]
-    return seconds, {(a[0].number, *(x.string for x in a[1:])) for a in found}
-
-
-def by_prolog(rules: RuleBook, facts: list[list[Fact]], _names: list[str]) -> tuple[float, set[tuple[Any, ...]]] | None:
-    """CPU seconds of a second run over all matches, so that its just-in-time indices exist; loading is not counted."""
-    if shutil.which("swipl") is None:
-        return None
-    with tempfile.TemporaryDirectory() as folder:
-        lines = sorted(line for k, known in enumerate(facts) for line in prolog_facts(known, k))
-        lines += [f"act({k})." for k in range(len(facts))]
-        path = Path(folder) / "rules.pl"
-        path.write_text("\n".join([*prolog_program(rules), *lines]))
-        goal = (
-            "findall(x, match(_,_,_), _), statistics(cputime, B), findall(m(A,T,R), match(A,T,R), L), "
-            "statistics(cputime, E), S is E - B, writeln(S), sort(L, U), "
-            "forall(member(m(A,T,R), U), (atomic_list_concat([A,T|R], ' ', W), writeln(W))), halt"
-        )
-        done = subprocess.run(["swipl", "-q", "-g", goal, str(path)], capture_output=True, text=True, check=True)
-    first, *rows = done.stdout.splitlines()
-    return float(first), {(int(k), *others) for k, *others in (row.split() for row in rows)}
+def judged_clingo(rules: RuleBook, judged: list[list[Fact]], names: list[str]) -> list[str]:
+    facts = [text for k, known in enumerate(judged) for text in clingo_facts(known, [], f"{k}, ")]
+    return [*clingo_program(rules, ("A",)), *facts, *clingo_facts([], names), f"act(0..{len(judged) - 1})."]
 
 
 def plot(rows: list[tuple[int, float, float]], path: Path) -> None:

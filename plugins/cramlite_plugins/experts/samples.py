@@ -59,6 +59,8 @@ class Samples:
 
     def pieces(self, start: float, end: float) -> list[float]:
         """Where the windows between neighbouring cuts begin that make up [start, end); empty if none do."""
+        if self._next.get(start) == end:
+            return [start]
         found, at = [], start
         while at < end and at in self._next:
             found.append(at)
@@ -135,6 +137,11 @@ class Range(Samples):
         self.values = values
 
     @cached_property
+    def _values(self) -> list[float]:
+        found: list[float] = self.values.tolist()
+        return found
+
+    @cached_property
     def _lows(self) -> dict[float, float]:
         rows, _, begins = self.spans
         return self.by_start(np.minimum.reduceat(self.values[rows], begins) if len(begins) else self.values[:0])
@@ -146,6 +153,9 @@ class Range(Samples):
 
     def over(self, start: float, end: float) -> tuple[float, float]:
         """Least and largest value in [start, end), or the value at the instant."""
+        if start == end:
+            value = self._values[self.row(start)]
+            return value, value
         pieces = self.pieces(start, end)
         if pieces:
             return min([self._lows[p] for p in pieces]), max([self._highs[p] for p in pieces])
