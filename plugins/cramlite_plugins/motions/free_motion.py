@@ -70,26 +70,33 @@ def _pace(context: Context) -> tuple[float, float]:
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
     """Free joint positions at the stand-off from which a straight line leads on to the place."""
+    from cramlite_plugins.experts.reach import make_scene
+
     from .kinematics import inverse
 
     if motion.to is not None and motion.to.relation == "home":
         return [context.robot.home]
     free = (q for q in inverse(context.robot, place.before, seed=belief.joints) if scene.free(q))
-    goals = list(islice((q for q in free if _goes_on(q, place, context)), GOALS))
+    around = None if belief.held else make_scene(belief, context, [place.thing], clearance=0.0)
+    goals = list(islice((q for q in free if _goes_on(q, place, context, around)), GOALS))
     if not goals:
         reason = f"no inverse solution at the stand-off of {motion.to} is free and leads straight on to it"
         raise Unresolvable(reason, because(motion, context))
     return goals
 
 
-def _goes_on(joints: Any, place: Place, context: Context) -> bool:
-    """Whether the arm can go straight from the stand-off to the place on the same branch."""
+def _goes_on(joints: Any, place: Place, context: Context, scene: Any) -> bool:
+    """Whether the arm can go straight from the stand-off to the place on the same branch.
+
+    An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
+    on its way is up to the motion that follows.
+    """
     from .linear import straight
     from .planner import Refusal
 
     if near(place.before, place.pose):
         return True
-    line = straight(None, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
+    line = straight(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
     return not isinstance(line, Refusal)
 
 
