@@ -24,16 +24,19 @@ __all__ = [
 
 @dataclass(frozen=True)
 class MoveJoints(Step):
-    """Joint-space motion through via points, stopping at each; the path was checked as straight joint-space lines.
+    """Joint-space motion through via points; the path was checked as straight joint-space lines with rounded corners.
 
     Args:
         path: one or more joint positions, the start excluded [rad].
         speed, acceleration: of the leading axis [rad/s, rad/s2].
+        radii: for each point but the last, how far from it the TCP may leave the lines to round the corner [m]; 0 is
+            a stop. Empty: it stops at all of them.
     """
 
     path: tuple[Joints, ...]
     speed: float
     acceleration: float
+    radii: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

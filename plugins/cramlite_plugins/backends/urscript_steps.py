@@ -81,7 +81,9 @@ def _moves(step: MoveJoints | MoveLinear) -> list[str]:
     rates = f"a={number(step.acceleration)}, v={number(step.speed)}"
     if isinstance(step, MoveLinear):
         return [f"movel({pose(step.target)}, {rates})"]
-    return [f"movej({vector(q)}, {rates})" for q in step.path]
+    radii = [*(step.radii or (0.0,) * (len(step.path) - 1)), 0.0]
+    blends = [f", r={number(r)}" if r > 0 else "" for r in radii]
+    return [f"movej({vector(q)}, {rates}{blend})" for q, blend in zip(step.path, blends, strict=True)]
 
 
 def _moving(before: tuple[str, ...], moves: list[str], name: str, watch: str) -> Leaf:

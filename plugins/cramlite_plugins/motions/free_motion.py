@@ -57,8 +57,12 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         if isinstance(found, Refusal):
             raise Unresolvable(f"no path to {motion.to}: {found.reason}")  # where the arm starts matters too
         end = found.points[-1]
-        step = MoveJoints(found.points[1:], *_pace(context), origin=motion.name, comment=motion.reason)
-        reason = f"{len(found.points) - 1} segments, {found.duration:.1f} s, {found.samples} samples, clearance kept"
+        step = MoveJoints(
+            found.points[1:], speed, acceleration, found.radii, origin=motion.name, comment=motion.reason
+        )  # fmt: skip
+        stops = sum(r == 0 for r in found.radii)
+        corners = f"{len(found.radii)} corners, {stops} of them stops, " if found.radii else "one line, "
+        reason = f"{corners}{found.duration:.1f} s, {found.samples} samples, clearance kept"
         yield Grounding((step,), reason, attempt + found.duration / 100, belief.moved(end), key=f"{attempt}:{end}")
         goals, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
 

@@ -21,6 +21,7 @@ import numpy as np
 
 from cramlite.geometry import Floats
 
+from .round_off import blended
 from .shorten import shortened
 from .timing import duration, leading
 
@@ -40,10 +41,10 @@ class Space(Protocol):
     def limits(self) -> tuple[tuple[float, float], ...]:
         """(lower, upper) of each joint [rad]."""
 
-    def free(self, q: Sequence[float]) -> bool:
+    def free(self, q: Sequence[float] | Floats) -> bool:
         """Whether the arm is inside its limits and keeps its clearance there."""
 
-    def line_free(self, a: Sequence[float], b: Sequence[float]) -> bool:
+    def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
         """Whether the straight joint-space line is free."""
 
     def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:
@@ -51,6 +52,9 @@ class Space(Protocol):
 
     def why(self, q: Sequence[float]) -> str:
         """What is in the way, as a clause with numbers; empty when free."""
+
+    def tip(self, q: Sequence[float] | Floats) -> Floats:
+        """The position of the tcp (3,) [m]."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
         """The same scene, asking near each of these positions for no more clearance than there is at it."""
@@ -64,8 +68,9 @@ class Path:
         points: joint positions, start included; the lines between them are free [rad].
         goal: index of the goal that it ends at.
         samples: tree extensions that were spent; 0 for a straight line.
-        duration: with stops at the points, at the speed that was planned for [s].
-        first: duration of the first solution, before shortening [s].
+        duration: at the speed that was planned for [s].
+        first: duration of the first solution, before shortening, with stops at its points [s].
+        radii: of the blend at each point between start and end, 0 for a stop [m].
     """
 
     points: tuple[Joints, ...]
@@ -73,6 +78,7 @@ class Path:
     samples: int
     duration: float
     first: float
+    radii: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -131,7 +137,8 @@ def plan(
         return Refusal(_no_path(eased, origin, chosen[0][1], spent, truncated), spent, truncated)
     short = shortened(eased, points, *law, seed=seed, attempts=attempts)
     index = next(i for i, q in chosen if q == points[-1])
-    return Path(short, index, spent, duration(short, *law), duration(points, *law))
+    radii, time_s = blended(eased, short, *law)
+    return Path(short, index, spent, time_s, duration(points, *law), radii)
 
 
 def _joints(q: Sequence[float]) -> Joints:

@@ -161,6 +161,13 @@ class Scene:
         mujoco.mj_kinematics(self.compiled.model, self.data)
         return self.index.pose(self.data)
 
+    def tip(self, q: Position) -> Floats:
+        """The position of the tcp in the world (3,) [m]."""
+        address = self.index.joints[0]
+        self.data.qpos[address : address + len(self.index.joints)] = q
+        mujoco.mj_kinematics(self.compiled.model, self.data)
+        return np.array(self.data.site_xpos[self.index.tcp])
+
     def _inside(self, q: Position) -> bool:
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 

@@ -1,6 +1,6 @@
 """How long motions take: the law that the controller model executes.
 
-A ``MoveJoints`` stops at each of its points. Between two points all joints start and stop
+A ``MoveJoints`` stops at each of its points that is not rounded (``blends``). Between two points all joints start and stop
 together: the leading axis, the one with the longest way D = max |dq|, follows a trapezoid of
 speed v and acceleration a, and every other joint the same profile scaled to its own way.
 That is the documented behaviour of movej without blends (The URScript Programming Language,
@@ -18,9 +18,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+from cramlite.geometry import Floats
 from cramlite.robots import Robot
-
-Joints = tuple[float, ...]
 
 
 def trapezoid(way: float, speed: float, acceleration: float) -> float:
@@ -55,9 +54,21 @@ def along(time: float, way: float, speed: float, acceleration: float) -> float:
     return top * (time - ramp / 2)
 
 
-def leading(a: Sequence[float], b: Sequence[float]) -> float:
+def lasting(way: float, time: float, acceleration: float) -> tuple[float, float]:
+    """Speed and acceleration with which a way from rest to rest takes a given time.
+
+    The acceleration is kept if it suffices: T = D / v + v / a gives v = (a T - sqrt(a^2 T^2 - 4 a D)) / 2. Otherwise it
+    is a triangle with a = 4 D / T^2.
+    """
+    root = (acceleration * time) ** 2 - 4 * acceleration * way
+    if root < 0:
+        return 2 * way / time, 4 * way / time**2
+    return (acceleration * time - math.sqrt(root)) / 2, acceleration
+
+
+def leading(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float:
     """The way of the leading axis, max |b - a| [rad]."""
-    return max(abs(y - x) for x, y in zip(a, b, strict=True))
+    return float(max(abs(y - x) for x, y in zip(a, b, strict=True)))
 
 
 def segment_times(path: Sequence[Sequence[float]], speed: float, acceleration: float) -> tuple[float, ...]:
@@ -73,16 +84,6 @@ def segment_times(path: Sequence[Sequence[float]], speed: float, acceleration: f
 def duration(path: Sequence[Sequence[float]], speed: float, acceleration: float) -> float:
     """Duration of the whole path [s], start included."""
     return sum(segment_times(path, speed, acceleration))
-
-
-def position_at(path: Sequence[Joints], time: float, speed: float, acceleration: float) -> Joints:
-    """Where the arm is at a time [s] after the start of the path [rad]."""
-    for (a, b), length in zip(pairwise(path), segment_times(path, speed, acceleration), strict=True):
-        if time <= length and (way := leading(a, b)) > 0:
-            part = along(time, way, speed, acceleration) / way
-            return tuple(x + part * (y - x) for x, y in zip(a, b, strict=True))
-        time -= length
-    return tuple(path[-1])
 
 
 def leading_limits(robot: Robot, a: Sequence[float], b: Sequence[float]) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from .force_mode import ForceMode
 from .gripper_server import GripperServer
 from .index import RobotIndex
 from .nominal_arm import NominalArm, cross
-from .ur_motion import Motion, Slowed, joint_motion, linear_motion, slowed
+from .ur_motion import Motion, Slowed, blended_motion, joint_motion, linear_motion, slowed
 from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
@@ -117,10 +117,25 @@ class Controller:
         """Start a movej; in force mode the compliant axes give way around it."""
         return self._begin(joint_motion(self.q, goal, speed, acceleration))
 
+    def move_along(self, goals: list[Floats], radii: list[float], rates: list[tuple[float, float]]) -> Motion:
+        """Start several movej that blend into one another; ``radii`` are those of all goals but the last.
+
+        Raises:
+            ValueError: a radius takes more than half of a motion.
+        """
+        points = [self.q.copy(), *goals]
+        return self._begin(blended_motion(points, radii, rates, lambda q: self.kinematics.place(q)))
+
     def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
         """Start a movel. In force mode it starts where the motion before it ended, without what gave way."""
-        start = self.nominal if self.force_mode else self.kinematics.forward(self.q)
-        return self._begin(linear_motion(start, goal, speed, acceleration))
+        return self._begin(linear_motion(self._start(), goal, speed, acceleration))
+
+    def way(self, goal: Pose) -> float:
+        """How long the way of a movel is [m]; a turn counts by its lever."""
+        return linear_motion(self._start(), goal, 1.0, 1.0).way
+
+    def _start(self) -> Pose:
+        return self.nominal if self.force_mode else self.kinematics.forward(self.q)
 
     def follow(self, motion: Motion) -> Motion:
         """Start any other motion, from where the arm is now."""

@@ -27,7 +27,7 @@ from .compile import Compiled, compile_world, unstable
 from .controller import Controller, ProtectiveStop, Safety
 from .recorder import Recorder
 from .ur_functions import Functions
-from .urscript import Halted, Limits, Machine, Stopped, load
+from .urscript import Halted, Limits, Machine, ScriptError, Stopped, load
 
 BEFORE = 0.5  # the world settles for this long before the program starts [s]
 
@@ -123,6 +123,7 @@ class _Run:
         try:
             while self.data.time < time_limit:
                 machine.cycle()
+                self.functions.check()
                 if machine.finished:
                     return "finished", ""
                 self.controller.cycle()
@@ -136,6 +137,8 @@ class _Run:
             return "protective stop", f"line {machine.main_line}: {stop}"
         except Stopped as stop:
             return "error", str(stop)
+        except ScriptError as error:
+            return "error", f"line {machine.main_line}: {error}"
         finally:
             machine.close()
 

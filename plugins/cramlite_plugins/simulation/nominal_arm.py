@@ -58,6 +58,10 @@ class NominalArm:
         """The tool centre point."""
         return Pose.from_matrix(self.flange(q) @ self.tcp)
 
+    def place(self, q: Floats) -> Floats:
+        """The position of the tool centre point (3,) [m]."""
+        return np.asarray((self.flange(q) @ self.tcp)[:3, 3])
+
     def lift(self, q: Floats, center: Floats, force: Floats) -> Floats:
         """Joint torques (n,) [Nm] that hold a force (3,) [N] at a point of the flange frame (3,) [m]."""
         frames = self.frames(q)

@@ -15,6 +15,7 @@ import numpy as np
 from cramlite.geometry import Floats, Pose
 
 from ..motions.kinematics import nearest_branch
+from ..motions.timing import lasting
 from .controller import ABANDONED, Controller
 from .force_mode import ForceMode
 from .ur_motion import Motion, Slowed
@@ -46,6 +47,7 @@ class Functions:
         self.sockets = Sockets(controller.gripper)
         self.streaming = Streaming(controller)
         self.settings = Settings(controller)
+        self.blending: list[tuple[Floats, tuple[float, float], float]] = []
 
     def library(self) -> Library:
         """Every function by name, the pure ones included."""
@@ -55,16 +57,27 @@ class Functions:
     # Motion
 
     def movej(self, q: Any, a: Any = 1.4, v: Any = 1.05, t: Any = 0, r: Any = 0) -> Wait:
-        goal = self._joints(q, "movej")
-        speed, acceleration = _rates(v, a, "movej")
+        goal, radius = self._joints(q, "movej"), real(r, "movej")
+        start = self.blending[-1][0] if self.blending else self.arm.q
+        rates = _rates(v, a, "movej", t, float(np.abs(goal - start).max()))
+        if radius < 0:
+            raise ScriptError(f"movej needs a blend radius of 0 or more, not {show(r)}")
         self._only_here()
-        yield from self._follow(self.arm.move_joints(goal, speed, acceleration))
+        self.blending.append((goal, rates, radius))
+        if radius > 0:
+            return  # the next movej, in the same cycle, starts the motion
+        goals, laws, radii = map(list, zip(*self.blending, strict=True))
+        self.blending.clear()
+        try:
+            motion = self.arm.move_along(goals, radii[:-1], laws) if len(goals) > 1 else self.arm.move_joints(goal, *rates)
+        except ValueError as error:
+            raise ScriptError(f"movej: {error}") from None
+        yield from self._follow(motion)
 
     def movel(self, pose: Any, a: Any = 1.2, v: Any = 0.25, t: Any = 0, r: Any = 0) -> Wait:
         goal = as_pose(pose, "movel") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movel")
-        speed, acceleration = _rates(v, a, "movel")
         self._only_here()
-        yield from self._follow(self.arm.move_linear(goal, speed, acceleration))
+        yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.way(goal))))
 
     def stopj(self, a: Any) -> Wait:
         yield from self._stop(a, "stopj")
@@ -184,6 +197,16 @@ class Functions:
         while motion is not None and self.arm.motion is motion:
             yield
 
+    def check(self) -> None:
+        """Once a cycle, after every thread has run until it waits.
+
+        Raises:
+            ScriptError: a movej that is to be blended is not followed by another one: where in its zone the arm
+                would have to be by then is not modelled.
+        """
+        if self.blending:
+            raise ScriptError("a movej with a blend radius must be followed by another movej, and nothing between them may wait")
+
     def _only_here(self) -> None:
         if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
@@ -203,8 +226,9 @@ class Functions:
         return np.array(found)
 
 
-def _rates(v: Any, a: Any, where: str) -> tuple[float, float]:
-    speed, acceleration = real(v, where), real(a, where)
-    if speed <= 0 or acceleration <= 0:
-        raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}")
-    return speed, acceleration
+def _rates(v: Any, a: Any, where: str, t: Any, way: float) -> tuple[float, float]:
+    """Speed and acceleration; a duration ``t`` above 0 has priority over both (URScript manual, movej and movel)."""
+    speed, acceleration, time = real(v, where), real(a, where), real(t, where)
+    if speed <= 0 or acceleration <= 0 or time < 0:
+        raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}, t={show(t)}")
+    return (speed, acceleration) if time == 0 or way == 0 else lasting(way, time, acceleration)

@@ -1,12 +1,13 @@
 """Motions of the virtual UR controller: where the arm should be at a time.
 
-Both kinds start and end at rest, without blends (a blend radius is ignored: the arm stops at each target, which
-is the slower and safer of the two). Law: motions/timing.py, and its sources.
+All start and end at rest. Joint motions may round their corners (motions/blends.py); a blend radius of a movel is
+ignored: the arm stops at its target, which is the slower and safer of the two. Law: motions/timing.py, and its sources.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from cramlite.geometry import Floats, Pose
 
+from ..motions.blends import Section, Tcp, rounded, zone
 from ..motions.timing import along, trapezoid
 
 # A tool that turns on the spot or nearly so: one radian takes as long as this way [m]. UR's manual leaves it open.
@@ -21,12 +23,10 @@ RADIAN = 0.25
 
 
 class Motion(Protocol):
-    """``at(time)`` is a joint position (n,) or a TCP pose in the base frame; ``way`` in m or rad."""
+    """``at(time)`` is a joint position (n,) or a TCP pose in the base frame; ``rate`` in m/s or rad/s."""
 
     @property
     def duration(self) -> float: ...
-    @property
-    def way(self) -> float: ...
     def at(self, time: float) -> Floats | Pose: ...
     def rate(self, time: float) -> float: ...
 
@@ -67,6 +67,29 @@ class JointMotion(Law):
 
 
 @dataclass(frozen=True)
+class BlendedMotion:
+    """Several movej whose corners are rounded."""
+
+    sections: Sequence[Section]
+    duration: float
+
+    def at(self, time: float) -> Floats:
+        section, since = self._now(time)
+        return section.at(since)
+
+    def rate(self, time: float) -> float:
+        section, since = self._now(time)
+        return max(section.rate(since), 0.0)
+
+    def _now(self, time: float) -> tuple[Section, float]:
+        for section in self.sections[:-1]:
+            if time < section.length:
+                return section, time
+            time -= section.length
+        return self.sections[-1], min(time, self.sections[-1].length)
+
+
+@dataclass(frozen=True)
 class LinearMotion(Law):
     """movel: the TCP on a straight line, its rotation at a constant axis (slerp)."""
 
@@ -91,7 +114,6 @@ class Slowed:
     motion: Motion
     since: float
     duration: float
-    way: float = 0.0
 
     def at(self, time: float) -> Floats | Pose:
         t = min(time, self.duration)
@@ -105,6 +127,29 @@ class Slowed:
 def joint_motion(start: Floats, goal: Floats, speed: float, acceleration: float) -> JointMotion:
     """A movej between two joint positions (n,) [rad, rad/s, rad/s2]."""
     return JointMotion(float(np.abs(goal - start).max()), speed, acceleration, start.copy(), goal)
+
+
+def blended_motion(points: Sequence[Floats], radii: Sequence[float], rates: Sequence[tuple[float, float]], tcp: Tcp) -> BlendedMotion:
+    """Several movej, each but the last with a blend radius.
+
+    Args:
+        points: joint positions (n,), the start included [rad].
+        radii: of the tcp around each inner point [m]; 0 stops there.
+        rates: speed and acceleration of each movej [rad/s, rad/s2].
+        tcp: its position at a joint position.
+
+    Raises:
+        ValueError: a radius takes more than half of a line.
+    """
+    zones = []
+    for before, corner, after, radius in zip(points, points[1:], points[2:], radii, strict=False):
+        found = [zone(tcp, corner, other, radius) if radius > 0 else 0.0 for other in (before, after)]
+        if None in found:
+            side = "before" if found[0] is None else "after"
+            raise ValueError(f"a blend radius of {radius:.3f} m takes more than half of the motion {side} the corner")
+        zones.append((float(found[0] or 0.0), float(found[1] or 0.0)))
+    sections = rounded(points, zones, rates)
+    return BlendedMotion(sections, sum(s.length for s in sections))
 
 
 def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) -> LinearMotion:

@@ -34,12 +34,11 @@ def test_profile_starts_and_ends_and_keeps_its_limits(way: float, speed: float, 
     assert max(gains) <= acceleration * (1 + 1e-5)
 
 
-def test_position_along_a_path() -> None:
-    path = [(0.0, 0.0), (2.0, 1.0), (2.0, 1.5)]
-    assert t.position_at(path, 0.0, 1.0, 2.0) == (0.0, 0.0)
-    assert t.position_at(path, 1.25, 1.0, 2.0) == pytest.approx((1.0, 0.5))
-    assert t.position_at(path, 2.5, 1.0, 2.0) == pytest.approx((2.0, 1.0))
-    assert t.position_at(path, 9.0, 1.0, 2.0) == (2.0, 1.5)
+@given(st.floats(0.01, 3), st.floats(0.1, 10), st.floats(0.1, 10))
+def test_a_given_duration_is_kept(way: float, time: float, acceleration: float) -> None:
+    speed, gain = t.lasting(way, time, acceleration)
+    assert t.trapezoid(way, speed, gain) == pytest.approx(time, rel=1e-6)
+    assert gain == acceleration or gain > acceleration
 
 
 def test_limits_of_the_leading_axis() -> None:

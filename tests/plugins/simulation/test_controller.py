@@ -31,7 +31,7 @@ from cramlite.program import (
 from cramlite.rollout import Rollout
 from cramlite.world import World
 from cramlite_plugins.backends.urscript import emit
-from cramlite_plugins.motions.kinematics import inverse
+from cramlite_plugins.motions.kinematics import forward, inverse
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.controller import Safety
 from cramlite_plugins.simulation.execute import execute, execute_file
@@ -90,6 +90,49 @@ def test_movej_reaches_its_target() -> None:
     assert (rollout.outcome, rollout.reason) == ("finished", "")
     assert np.abs(rollout.joints[-1] - goal).max() < 1e-3
     assert np.abs(rollout.joints[len(rollout.joints) // 4] - goal).max() > 0.05
+
+
+def slowest(rollout: Rollout) -> float:
+    """The least speed of the fastest joint between the first and the last 0.5 s of the motion [rad/s]."""
+    rates = np.abs(np.diff(rollout.joints, axis=0)).max(axis=1) / np.diff(rollout.times)
+    moving = np.flatnonzero(rates > 0.02)
+    inner = rates[moving[0] : moving[-1]]
+    skip = round(0.5 / float(np.diff(rollout.times).mean()))
+    return float(inner[skip:-skip].min())
+
+
+def test_a_blend_rounds_the_corner_without_a_stop_and_without_it_the_arm_stops() -> None:
+    corner = tuple(np.add(UR5E.home, (0.8, 0, 0, 0, 0, 0)))
+    goal = tuple(np.add(corner, (0, -0.4, 0.6, 0, 0, 0)))
+    smooth = run(MoveJoints(path=(corner, goal), speed=1.0, acceleration=3.0, radii=(0.1,)))
+    stops = run(MoveJoints(path=(corner, goal), speed=1.0, acceleration=3.0))
+    assert (smooth.outcome, stops.outcome) == ("finished", "finished")
+    assert slowest(smooth) > 0.15
+    assert slowest(stops) < 0.05
+    assert smooth.times[-1] < stops.times[-1] - 0.1
+    assert np.abs(smooth.joints[-1] - goal).max() < 1e-3
+    off = np.linalg.norm(smooth.poses["effector"][:, :3] - np.array(forward(UR5E, corner).position), axis=1).min()
+    assert 0.01 < off < 0.1
+    assert np.abs(stops.joints - corner).max(axis=1).min() < 0.005
+
+
+def test_a_blend_into_nothing_and_one_that_is_too_large_are_errors() -> None:
+    home = "[" + ", ".join(f"{v:.6f}" for v in UR5E.home) + "]"
+    near = "[" + ", ".join(f"{v:.6f}" for v in np.add(UR5E.home, (0.3, 0, 0, 0, 0, 0))) + "]"
+    alone = script(f"  movej({near}, r=0.05)\n  sleep(1.0)\n  movej({home})")
+    assert (alone.outcome, "followed by another movej" in alone.reason) == ("error", True)
+    last = script(f"  movej({near}, r=0.05)")
+    assert (last.outcome, "followed by another movej" in last.reason) == ("error", True)
+    wide = script(f"  movej({near}, r=0.4)\n  movej({home})")
+    assert (wide.outcome, "takes more than half" in wide.reason) == ("error", True)
+    assert script(f"  movej({near}, r=0.05)\n  movej({home})").outcome == "finished"
+
+
+def test_a_duration_has_priority_over_speed() -> None:
+    near = "[" + ", ".join(f"{v:.6f}" for v in np.add(UR5E.home, (0.3, 0, 0, 0, 0, 0))) + "]"
+    rollout = script(f"  movej({near}, a=1.4, v=1.05, t=3)")
+    assert rollout.outcome == "finished"
+    assert rollout.times[-1] == pytest.approx(3.0, abs=0.03)
 
 
 def test_movel_stays_on_its_line() -> None:
