@@ -1,0 +1,232 @@
+"""What a program may do and probably should not: degrees for radians, waits without end, code that never runs.
+
+A doubt does not stop a program from running here; ``cramlite check`` reports it, and our own backends must raise none.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from .check import functions, nodes
+from .syntax import (
+    Assign,
+    Binary,
+    Call,
+    Critical,
+    Evaluate,
+    Expression,
+    Function,
+    If,
+    Item,
+    Jump,
+    ListOf,
+    Name,
+    Number,
+    Return,
+    Statement,
+    Truth,
+    Unary,
+    While,
+)  # fmt: skip
+
+TURN = 2 * math.pi + 0.01  # joints turn at most once around in each direction on UR arms (user manual, "Limits")
+REACH = 3.0  # further than any UR arm [m]
+JOINTS = {"movej": 0, "movel": 0, "servoj": 0, "get_forward_kin": 0, "speedj": 0}
+POSES = {"movej": 0, "movel": 0, "movep": 0, "get_inverse_kin": 0, "set_tcp": 0, "force_mode": 0}
+WAITS = {
+    "sync", "sleep", "socket_get_var", "socket_read_string", "socket_read_byte_list", "read_input_integer_register",
+    "is_steady", "get_tcp_force", "force", "get_digital_in", "get_standard_digital_in",
+}  # fmt: skip
+CLOCKS = {"get_steptime", "get_time"}
+Body = tuple[Statement, ...]
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """One thing to look at."""
+
+    line: int
+    text: str
+
+
+def doubts(program: Function) -> list[Doubt]:
+    """Everything doubtful about a program, by line."""
+    found = {*_numbers(program), *_waits(program), *_dead(program), *_unused(program)}
+    return sorted(found, key=lambda d: (d.line, d.text))
+
+
+# Units
+
+
+def _numbers(program: Function) -> Iterator[Doubt]:
+    named = _literals(program)
+    for node in nodes(program):
+        if isinstance(node, Call):
+            for argument, what in ((JOINTS.get(node.function), _joints), (POSES.get(node.function), _pose)):
+                if argument is not None and argument < len(node.arguments):
+                    yield from what(_resolved(node.arguments[argument], named), node.function)
+
+
+def _literals(program: Function) -> Mapping[str, ListOf]:
+    """Variables that only ever hold one literal list."""
+    seen: dict[str, list[Expression]] = {}
+    for node in nodes(program):
+        if isinstance(node, Assign):
+            name = node.target.name if isinstance(node.target, Name) else ""
+            if isinstance(node.target, Item) and isinstance(node.target.value, Name):
+                name = node.target.value.name
+                seen.setdefault(name, []).append(node.value)
+            seen.setdefault(name, []).append(node.value)
+    return {n: v[0] for n, v in seen.items() if len(v) == 1 and isinstance(v[0], ListOf)}
+
+
+def _resolved(expression: Expression, named: Mapping[str, ListOf]) -> Expression:
+    return named.get(expression.name, expression) if isinstance(expression, Name) else expression
+
+
+def _joints(value: Expression, function: str) -> Iterator[Doubt]:
+    if isinstance(value, ListOf) and not value.pose:
+        for item in value.items:
+            if (number := _number(item)) is not None and abs(number) > TURN:
+                yield Doubt(
+                    value.line,
+                    f"{function}: a joint at {number:g} rad is more than a turn: degrees? d2r() converts them",
+                )
+
+
+def _pose(value: Expression, function: str) -> Iterator[Doubt]:
+    if not isinstance(value, ListOf) or not value.pose:
+        return
+    numbers = [_number(item) for item in value.items]
+    for number in numbers[:3]:
+        if number is not None and abs(number) > REACH:
+            yield Doubt(value.line, f"{function}: a position of {number:g} m is out of every arm's reach: millimetres?")
+    turn = math.hypot(*(n or 0.0 for n in numbers[3:]))
+    if turn > TURN:
+        yield Doubt(
+            value.line,
+            f"{function}: a rotation vector of {turn:g} rad is more than a turn: degrees? d2r() converts them",
+        )
+
+
+def _number(expression: Expression) -> float | None:
+    if isinstance(expression, Number):
+        return float(expression.value)
+    if isinstance(expression, Unary) and expression.operator == "-":
+        value = _number(expression.operand)
+        return None if value is None else -value
+    return None
+
+
+# Waiting
+
+
+def _waits(program: Function) -> Iterator[Doubt]:
+    """Loops that wait for something, with nothing that counts or measures how long."""
+    threads = {f.name for f in functions(program).values() if f.word == "thread"}
+    for function in functions(program).values():
+        if function.name in threads:
+            continue  # a thread may run for ever: whoever started it kills it
+        for node in _within(function):
+            if isinstance(node, While) and _endless_wait(node):
+                yield Doubt(node.line, "this loop waits without a time-out: count its cycles and give up with a reason")
+
+
+def _endless_wait(loop: While) -> bool:
+    inside = list(nodes(loop.body)) + list(nodes(loop.condition))
+    waits = any(isinstance(n, Call) and n.function in WAITS for n in inside)
+    return waits and not _bounded(loop, inside)
+
+
+def _bounded(loop: While, inside: list[object]) -> bool:
+    """Whether a counter that grows in the loop, or a clock, decides about its end."""
+    if any(isinstance(n, Call) and n.function in CLOCKS for n in inside):
+        return True
+    growing = {
+        n.target.name
+        for n in inside
+        if isinstance(n, Assign) and isinstance(n.target, Name) and isinstance(n.value, Binary)
+        and n.value.operator in "+-" and any(isinstance(v, Name) and v.name == n.target.name for v in nodes(n.value))
+    }  # fmt: skip
+    deciding = [loop.condition, *(c for n in inside if isinstance(n, If) for c, body in n.branches if _leaves(body))]
+    return any(isinstance(v, Name) and v.name in growing for condition in deciding for v in nodes(condition))
+
+
+def _leaves(body: Body) -> bool:
+    return any(isinstance(n, Jump | Return) or (isinstance(n, Call) and _stops(n)) for n in nodes(body))
+
+
+def _stops(call: Call) -> bool:
+    return call.function == "halt" or "abort" in call.function or "fail" in call.function
+
+
+# Code that never runs
+
+
+def _dead(program: Function) -> Iterator[Doubt]:
+    for node in nodes(program):
+        if isinstance(node, Function | While):
+            yield from _after_the_end(node.body)
+        elif isinstance(node, If):
+            for _, body in node.branches:
+                yield from _after_the_end(body)
+            yield from _after_the_end(node.otherwise)
+
+
+def _after_the_end(body: Body) -> Iterator[Doubt]:
+    for statement, following in itertools.pairwise(body):
+        if _ends(statement) and not isinstance(following, Function):
+            yield Doubt(following.line, f"this is never reached: line {statement.line} never goes on")
+
+
+def _ends(statement: Statement) -> bool:
+    if isinstance(statement, Jump | Return):
+        return True
+    if isinstance(statement, Evaluate):
+        return isinstance(statement.value, Call) and statement.value.function == "halt"
+    if isinstance(statement, While):
+        always = isinstance(statement.condition, Truth) and statement.condition.value
+        return always and not any(
+            (isinstance(n, Jump) and n.word == "break") or isinstance(n, Return) for n in _own(statement)
+        )
+    return isinstance(statement, If) and bool(statement.otherwise) and all(
+        body and _ends(body[-1]) for body in (*(b for _, b in statement.branches), statement.otherwise)
+    )  # fmt: skip
+
+
+def _own(loop: While) -> Iterator[object]:
+    """The statements of a loop, without those of loops inside it, whose ``break`` is their own."""
+    waiting: list[object] = list(loop.body)
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if isinstance(node, If):
+            waiting += [s for _, body in node.branches for s in body] + list(node.otherwise)
+        elif isinstance(node, While):
+            waiting += [n for n in nodes(node.body) if isinstance(n, Return)]
+
+
+def _within(function: Function) -> Iterator[object]:
+    """What a function itself does, without the functions inside it."""
+    waiting: list[object] = list(function.body)
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if isinstance(node, If):
+            waiting += [s for _, body in node.branches for s in body] + list(node.otherwise)
+        elif isinstance(node, While):
+            waiting += node.body
+
+
+def _unused(program: Function) -> Iterator[Doubt]:
+    """An entered critical section that is never left blocks every other thread."""
+    for function in functions(program).values():
+        words = [n.word for n in _within(function) if isinstance(n, Critical)]
+        if words.count("enter_critical") > words.count("exit_critical"):
+            yield Doubt(
+                function.line,
+                f"'{function.name}' enters more critical sections than it leaves: other threads would stop",
+            )

@@ -1,0 +1,107 @@
+"""The kinds of values that a program's text shows, and where one of another kind is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from .check import functions, nodes
+from .doubts import Doubt
+from .syntax import (
+    Assign,
+    Binary,
+    Call,
+    Expression,
+    Function,
+    If,
+    ListOf,
+    Name,
+    Number,
+    Run,
+    Text,
+    Truth,
+    Unary,
+    While,
+)  # fmt: skip
+
+Kinds = Mapping[str, str]
+PLACE = "a pose or a list"
+TAKES = {
+    "movej": (PLACE, "a number", "a number", "a number", "a number"), "movel": (PLACE,) + ("a number",) * 4,
+    "servoj": ("a list",) + ("a number",) * 5, "speedj": ("a list", "a number", "a number"),
+    "speedl": (PLACE, "a number", "a number", "a number"), "stopj": ("a number",), "stopl": ("a number", "a number"),
+    "force_mode": ("a pose", "a list", PLACE, "a number", PLACE), "set_tcp": ("a pose",), "sleep": ("a number",),
+    "get_inverse_kin": ("a pose", PLACE), "get_forward_kin": ("a list", "a pose"), "pose_trans": ("a pose", "a pose"),
+    "pose_inv": ("a pose",), "pose_add": ("a pose", "a pose"), "pose_sub": ("a pose", "a pose"),
+    "set_payload": ("a number", "a list"), "set_target_payload": ("a number", "a list"), "d2r": ("a number",),
+    "sin": ("a number",), "cos": ("a number",), "sqrt": ("a number",), "to_num": ("a string",),
+    "socket_set_var": ("a string", "a number", "a string"), "socket_open": ("a string", "a number", "a string"),
+}  # fmt: skip
+GIVES = {
+    "get_actual_tcp_pose": "a pose", "get_target_tcp_pose": "a pose", "pose_trans": "a pose", "pose_inv": "a pose",
+    "pose_add": "a pose", "pose_sub": "a pose", "get_forward_kin": "a pose", "get_inverse_kin": "a list",
+    "get_actual_joint_positions": "a list", "get_target_joint_positions": "a list", "norm": "a number",
+    "force": "a number", "get_steptime": "a number", "sqrt": "a number", "d2r": "a number", "to_str": "a string",
+    "str_cat": "a string", "is_steady": "a truth value", "length": "a number", "socket_get_var": "a number",
+    "pose_dist": "a number", "point_dist": "a number", "floor": "a number", "ceil": "a number",
+}  # fmt: skip
+
+
+def wrong_kinds(program: Function) -> list[Doubt]:
+    """Every place where the text shows a value of a wrong kind."""
+    known = _variables(program)
+    found = [d for node in nodes(program) for d in _at(node, known)]
+    return sorted(set(found), key=lambda d: (d.line, d.text))
+
+
+def _at(node: object, known: Kinds) -> Iterator[Doubt]:
+    if isinstance(node, Call) and node.function in TAKES:
+        for i, (value, wanted) in enumerate(zip(node.arguments, TAKES[node.function], strict=False), 1):
+            kind = _kind(value, known)
+            if kind and kind not in wanted.split(" or "):
+                yield Doubt(node.line, f"{node.function}: argument {i} must be {wanted}, and is {kind}")
+    elif isinstance(node, Binary) and node.operator in ("+", "-", "*", "/", "%", "<", ">", "<=", ">="):
+        for side in (node.left, node.right):
+            if (kind := _kind(side, known)) and kind != "a number":
+                yield Doubt(node.line, f"'{node.operator}' needs numbers, and has {kind}")
+    elif isinstance(node, While | If):
+        conditions = [node.condition] if isinstance(node, While) else [c for c, _ in node.branches]
+        for condition in conditions:
+            if (kind := _kind(condition, known)) and kind != "a truth value":
+                yield Doubt(node.line, f"a condition must be a truth value, and this is {kind}")
+
+
+def _variables(program: Function) -> dict[str, str]:
+    """Variables whose every assignment shows the same kind; parameters show none."""
+    seen: dict[str, set[str]] = {}
+    for function in functions(program).values():
+        for name, _ in function.parameters:
+            seen.setdefault(name, set()).add("")
+    assigned = [n for n in nodes(program) if isinstance(n, Assign) and isinstance(n.target, Name)]
+    for node in assigned:
+        assert isinstance(node.target, Name)
+        seen.setdefault(node.target.name, set()).add(_kind(node.value, {}))
+    return {name: kinds.pop() for name, kinds in seen.items() if len(kinds) == 1}
+
+
+def _kind(value: Expression, known: Kinds) -> str:
+    """The kind of an expression; "" if the text does not show it."""
+    match value:
+        case Number():
+            return "a number"
+        case Text():
+            return "a string"
+        case Truth():
+            return "a truth value"
+        case ListOf():
+            return "a pose" if value.pose else "a list"
+        case Run():
+            return "a thread"
+        case Name():
+            return known.get(value.name, "")
+        case Call():
+            return GIVES.get(value.function, "")
+        case Unary():
+            return "a truth value" if value.operator == "not" else "a number"
+        case Binary():
+            return "a number" if value.operator in ("+", "-", "*", "/", "%") else "a truth value"
+    return ""
