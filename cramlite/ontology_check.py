@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ _ERROR = "http://www.daml.org/2002/03/agents/agent-ont#error"
 """What owlrl links its reports of contradictions with."""
 
 ORIGINALS = ("soma:", "dul:")
-"""Namespaces whose classes must exist in the originals. artm: and vrps: come from the paper's own files."""
+"""Namespaces whose names must exist in the originals. artm: and vrps: come from the paper's own files."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class OntologyReport:
         lost: subclass relations that OWL-RL derives and the fast taxonomy does not.
         invented: subclass relations that the fast taxonomy claims and OWL-RL does not derive.
         repairs: what was read differently from how it was written.
-        missing: classes of SOMA or DUL that the originals do not have; only if compared.
+        missing: names of SOMA or DUL (classes, properties, roles) that the originals do not have; only if compared.
         unsupported: subclass claims between them that do not follow there; only if compared.
         classes: how many classes were checked.
     """
@@ -65,8 +65,10 @@ def check_ontology(
     """
     files = ontology_files(paths)
     taxonomy = load_taxonomy(files, cache)
-    closure = _cached_closure(files, cache or cache_folder())
-    missing, unsupported = _compare(taxonomy, load_taxonomy(against, cache)) if against is not None else ((), ())
+    closure = _cached("closure-1", files, cache or cache_folder(), _closure)
+    missing, unsupported = (
+        _compare(files, taxonomy, ontology_files(against), cache) if against is not None else ((), ())
+    )
     derived = {tuple(pair) for pair in closure["subclasses"]}
     claimed = {(c, a) for c in taxonomy.classes for a in taxonomy.ancestors(c) if a != c}
     known = {(a, b) for a, b in derived if a in taxonomy.classes and b in taxonomy.classes}
@@ -90,28 +92,43 @@ def report_lines(report: OntologyReport) -> list[str]:
     return lines
 
 
-def _compare(ours: Taxonomy, original: Taxonomy) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Classes that the originals do not have, and subclass claims between theirs that do not follow there."""
-    theirs = sorted(c for c in ours.classes if c.startswith(ORIGINALS))
-    missing = tuple(c for c in theirs if c not in original.classes)
-    claims = ((c, p) for c in theirs for p in ours.parents.get(c, ()) if p.startswith(ORIGINALS))
-    false = (f"{c} < {p}" for c, p in claims if c in original.classes and not original.is_a(c, p))
+def _compare(
+    files: list[Path], ours: Taxonomy, originals: list[Path], cache: Path | None
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names that the originals do not have, and subclass claims between theirs that do not follow there."""
+    theirs, folder = load_taxonomy(originals, cache), cache or cache_folder()
+    known = set(_cached("names-1", originals, folder, _names)["names"]) | theirs.classes
+    missing = tuple(n for n in _cached("names-1", files, folder, _names)["names"] if n not in known)
+    claims = ((c, p) for c in sorted(ours.classes) for p in ours.parents.get(c, ()))
+    both = ((c, p) for c, p in claims if c.startswith(ORIGINALS) and p.startswith(ORIGINALS))
+    false = (f"{c} < {p}" for c, p in both if c in theirs.classes and not theirs.is_a(c, p))
     return missing, tuple(false)
 
 
-def _cached_closure(files: list[Path], cache: Path) -> dict[str, Any]:
+def _names(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
+    """Every name of SOMA and DUL that is written in some files, sorted."""
+    import rdflib
+
+    from .ontology import curie
+    from .ontology_files import parse, prefixes_of
+
+    graph = parse(files)
+    prefixes = prefixes_of(graph)
+    found = {curie(str(node), prefixes) for triple in graph for node in triple if isinstance(node, rdflib.URIRef)}
+    return {"names": sorted(name for name in found if name.startswith(ORIGINALS))}
+
+
+def _cached(kind: str, files: list[Path], cache: Path, make: Callable[[list[tuple[Path, bytes]]], Any]) -> Any:
+    """What is made of some files, kept by their content."""
     contents = [file.read_bytes() for file in files]
-    digest = hashlib.sha256(b"closure-1" + b"".join(hashlib.sha256(c).digest() for c in contents))
-    stored = cache / f"closure-{digest.hexdigest()[:32]}.json"
+    digest = hashlib.sha256(kind.encode() + b"".join(hashlib.sha256(c).digest() for c in contents))
+    stored = cache / f"{kind}-{digest.hexdigest()[:32]}.json"
     try:
-        data = json.loads(stored.read_text(encoding="utf-8"))
-        if {"subclasses", "contradictions"} <= set(data):
-            return data  # type: ignore[no-any-return]
-    except (OSError, ValueError, TypeError):
-        pass
-    data = _closure(list(zip(files, contents, strict=True)))
-    write_cache(stored, data)
-    return data
+        return json.loads(stored.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        data = make(list(zip(files, contents, strict=True)))
+        write_cache(stored, data)
+        return data
 
 
 def _closure(files: list[tuple[Path, bytes]]) -> dict[str, Any]:

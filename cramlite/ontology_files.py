@@ -46,8 +46,8 @@ def _syntax(path: Path, content: bytes) -> str:
     if first.startswith((b"Prefix(", b"Ontology(")):
         raise UserError(
             f"{path}: this file is in OWL functional syntax, which is not read here. Convert it to RDF/XML: "
-            f"'pip install py-horned-owl', then 'horned-owl convert', or 'robot convert -i {path.name} -o "
-            f"{path.stem}.rdf'"
+            f"'robot convert -i {path.name} -o {path.stem}.rdf', or 'pip install py-horned-owl', then in Python "
+            f"'pyhornedowl.open_ontology(\"{path.name}\", \"ofn\").save_to_file(\"{path.stem}.rdf\", \"rdf\")'"
         )
     return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
 

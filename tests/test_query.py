@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -13,6 +16,7 @@ from cramlite.ontology import PREFIXES
 from cramlite.resources import data_folder
 
 EPISODE = str(data_folder("scenarios") / "fetch_from_hanger" / "demonstration")
+ORIGINALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "soma"
 HEAD = "\n".join(f"@prefix {p}: <{n}> ." for p, n in PREFIXES.items()) + "\n"
 
 
@@ -68,6 +72,38 @@ def test_the_check_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -
     assert json.loads(capsys.readouterr().out)["contradictions"]
     assert cli.main(["ontology", "check", str(tmp_path / "absent.ttl")]) == 2
     assert "no such ontology" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not ORIGINALS.is_dir(), reason="SOMA and DUL are not here")
+@pytest.mark.parametrize(
+    ("text", "code", "words"),
+    [
+        (None, 0, "sound"),
+        ("soma:Cup rdfs:subClassOf soma:Crockery , [ owl:onProperty soma:hasDisposition ] .", 0, "sound"),
+        ("soma:Teapotty rdfs:subClassOf soma:Crockery .", 2, "missing: soma:Teapotty"),
+        ("soma:Cup rdfs:subClassOf [ owl:onProperty soma:hasTemper ] .", 2, "missing: soma:hasTemper"),
+        ("soma:Cup rdfs:subClassOf soma:Bottle .", 2, "unsupported: soma:Cup < soma:Bottle"),
+    ],
+)
+def test_the_command_compares_with_soma(
+    text: str | None, code: int, words: str, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """As users call it: a process of its own, on the shipped ontologies (no file named) or on one of theirs."""
+    files = [] if text is None else [str(own(tmp_path, text))]
+    command = [
+        sys.executable,
+        "-c",
+        "from cramlite.cli import main; raise SystemExit(main())",
+        "ontology",
+        "check",
+        *files,
+        "--against",
+        str(ORIGINALS),
+    ]
+    cache = str(tmp_path_factory.getbasetemp() / "originals")  # read once for all cases
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "CRAMLITE_CACHE": cache})
+    assert done.returncode == code, done.stderr
+    assert words in done.stdout
 
 
 def test_users_add_ontologies_by_hook(tmp_path: Path) -> None:
