@@ -47,7 +47,7 @@ def resolve_scenario(
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
     engine = make_engine(scenario, plugins, block)
     setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
-    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, seed, backend, engine))
+    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
         print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
         print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
@@ -143,14 +143,15 @@ def _budget(scenario: Scenario) -> dict[str, int]:
     return dict(scenario.spec.budget)
 
 
-def _key(scenario: Scenario, seed: int, backend: str | None, engine: Engine) -> dict[str, Any]:
+def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
     """What a run depends on."""
-    files = [scenario.path]
+    files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.beside(scenario.spec.demonstration).exists():
         files.append(scenario.beside(scenario.spec.demonstration))
     plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
     return {
-        "cramlite": __version__, "scenario": scenario.name, "content": content_key(*files), "seed": seed,
+        "cramlite": __version__, "scenario": scenario.name, "content": content_key(*files),
+        "seed": setting.seed,
         "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 

@@ -127,11 +127,13 @@ class ModelMaker:
         make: called with ``name``, ``pose`` and the scenario's parameters as keywords, as written: "50 mm" is for the
             model to read (``cramlite.quantities``), which knows what kind of number it needs.
         hung: for models that can hang: the pose on a hanger (thing, hanger, depth [m], yaw [rad]).
+        files: parameters that name files; they are given as paths, a scenario's from its own folder.
     """
 
     name: str
     make: Callable[..., Thing]
     hung: Callable[..., Pose] | None = None
+    files: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

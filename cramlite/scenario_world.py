@@ -45,7 +45,7 @@ def build_world(
         place = scenario.where_thing(spec.name)
         if spec.name in built:
             raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
-        built[spec.name] = _build(spec, changes.get(spec.name), built, models, rng, place)
+        built[spec.name] = _build(scenario, spec, changes.get(spec.name), built, models, rng, place)
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
@@ -82,6 +82,7 @@ def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], 
 
 
 def _build(
+    scenario: Scenario,
     spec: ThingSpec,
     change: VarySpec | None,
     built: Mapping[str, Thing],
@@ -96,6 +97,7 @@ def _build(
         parameters = {k: _frozen(v) for k, v in spec.parameters.items()}
         if change:
             parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
+        parameters |= {k: str(scenario.beside(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
         thing = replace(thing, type=spec.type or thing.type)
         if spec.hangs_on:

@@ -9,28 +9,57 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
-from .geometry import Pose
+from .geometry import Pose, Vector3
 
 
 @dataclass(frozen=True)
 class Geom:
-    """One primitive of a thing's shape.
+    """One convex part of a thing's shape.
 
     Args:
-        shape: box, cylinder, capsule (both along local z) or sphere.
-        size: box half-extents; (radius, half-length) of cylinder and capsule; (radius,) of a sphere [m].
+        shape: box, cylinder, capsule (both along local z), sphere, or the convex hull of ``corners``.
+        size: box half-extents; (radius, half-length) of cylinder and capsule; (radius,) of a sphere; for a convex hull
+            half-extents of the box around it, which is centred on the geom's origin [m].
         pose: in the thing's frame.
         part: the name of the feature that this geom belongs to; empty for the body itself.
         friction: sliding friction coefficient; None takes the thing's.
         rgba: colour for pictures.
+        corners: of a convex hull, in the geom's frame [m]; empty for the primitives.
     """
 
-    shape: Literal["box", "cylinder", "capsule", "sphere"]
+    shape: Literal["box", "cylinder", "capsule", "sphere", "convex"]
     size: tuple[float, ...]
     pose: Pose = Pose()
     part: str = ""
     friction: float | None = None
     rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
+    corners: tuple[Vector3, ...] = ()
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """How a thing's mass is spread, where its geoms do not say it well enough.
+
+    Args:
+        centre: of mass, in the thing's frame [m].
+        moments: (xx, yy, zz, xy, xz, yz) about the centre, axes of the thing's frame [kg m2].
+    """
+
+    centre: Vector3
+    moments: tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """The fine shape of a thing, for eyes: its geoms are what collides.
+
+    Args:
+        path: of an STL, OBJ or PLY file.
+        scale: from the file's unit to metres.
+    """
+
+    path: str
+    scale: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -62,6 +91,9 @@ class Thing:
         geoms, features: in the thing's frame.
         mass: [kg]; None for things that are fixed to the world.
         friction: sliding friction coefficient of its geoms.
+        inertia: how the mass is spread; None spreads it evenly over the geoms.
+        mesh: what the thing looks like; None where its geoms say it all.
+        notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
     """
 
     name: str
@@ -71,6 +103,9 @@ class Thing:
     features: tuple[Feature, ...] = ()
     mass: float | None = None
     friction: float = 0.6
+    inertia: Inertia | None = None
+    mesh: MeshFile | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def movable(self) -> bool:

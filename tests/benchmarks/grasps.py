@@ -59,7 +59,7 @@ def proposals(item: Thing, count: int = 5) -> list[grasps.Grip]:
     place = replace(TABLE, pose=item.pose.inverse() * TABLE.pose)
     fit = (
         g for g in grasps.ranked(item, HAND, 0.9)
-        if antipodal.clear((place,), g.pose * Pose((0, 0, 0.002)), min(g.width + grasps.SLACK, 0.1), HAND)
+        if antipodal.clear(antipodal.body((place,)), g.pose * Pose((0, 0, 0.002)), min(g.width + grasps.SLACK, 0.1), HAND)
     )  # fmt: skip
     return [g for g, _ in zip(fit, range(count), strict=False)]
 

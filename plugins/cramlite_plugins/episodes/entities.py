@@ -49,6 +49,9 @@ def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
 
 def bounds(geom: Geom) -> tuple[Floats, Floats]:
     """Lowest and highest corner of a primitive [m], in its thing's frame."""
+    if geom.shape == "convex":
+        points = geom.pose.apply(geom.corners)
+        return points.min(axis=0), points.max(axis=0)
     r = np.abs(geom.pose.rotation)
     if geom.shape == "box":
         half = r @ np.asarray(geom.size)

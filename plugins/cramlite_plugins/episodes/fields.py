@@ -154,4 +154,6 @@ def _vector(text: str) -> tuple[float, float, float]:
 
 def _geom(record: dict[str, Any]) -> Geom:
     pose = Pose(**{k: tuple(v) for k, v in record["pose"].items()})
-    return Geom(**{**record, "pose": pose, "size": tuple(record["size"]), "rgba": tuple(record["rgba"])})
+    corners = tuple(tuple(c) for c in record.get("corners", ()))
+    plain = {"pose": pose, "size": tuple(record["size"]), "rgba": tuple(record["rgba"]), "corners": corners}
+    return Geom(**{**record, **plain})

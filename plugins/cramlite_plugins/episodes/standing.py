@@ -14,6 +14,7 @@ from cramlite.episode import Entity, Episode, Event
 from cramlite.geometry import Floats
 from cramlite.world import Geom
 
+from ..shapes.hull import hull_planes
 from .entities import bounds
 
 #: An underside this near to a top face [m] stands on it; trackers and drawn models are about this exact.
@@ -99,6 +100,9 @@ def _inside(geom: Geom, point: Floats) -> bool:
         return bool(np.all(np.abs(point) < geom.size))
     if geom.shape == "sphere":
         return float(np.linalg.norm(point)) < geom.size[0]
+    if geom.shape == "convex":
+        planes = hull_planes(geom.corners)
+        return bool(np.all(planes[:, :3] @ point + planes[:, 3] < 0))
     beyond = max(abs(float(point[2])) - geom.size[1], 0.0)
     across = float(np.hypot(point[0], point[1]))
     return (

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -20,11 +20,14 @@ from cramlite import Geom, Pose
 from cramlite.geometry import Floats
 from cramlite.robots import Gripper
 
+from ..shapes.hull import hull_planes
+
 FINGER = 0.020  # thickness of pad and finger, from the data sheet's drawing [m]
 PALM = 0.0375  # radius of the palm [m]
 SAMPLES = 0.10  # how far behind the pinch point the swept fingers are looked at [m]
 SKIN = 1e-4  # what touches by less is beside it [m]
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
+DEEP = 0.004  # what stays between the palm and the near side [m]
 ANGLES = 8  # side grasps around a cylinder
 
 
@@ -43,19 +46,44 @@ class Pinch:
     slant: float
 
 
-def spans(geoms: Sequence[Geom], point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
+@dataclass(frozen=True)
+class Body:
+    """Geoms with the balls around them: centres (n, 3) and radii (n,) [m]; most are far from any question."""
+
+    geoms: tuple[Geom, ...]
+    centres: Floats
+    radii: Floats
+
+
+def body(geoms: Iterable[Geom]) -> Body:
+    """Geoms made ready for questions."""
+    found = tuple(geoms)
+    centres = np.array([g.pose.position for g in found]).reshape(-1, 3)
+    return Body(found, centres, np.array([_radius(g) for g in found]) + SKIN)
+
+
+def _radius(geom: Geom) -> float:
+    if geom.shape == "convex":
+        return max(math.hypot(*c) for c in geom.corners)
+    return sum(geom.size) if geom.shape == "capsule" else math.hypot(*geom.size)
+
+
+def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
     """Where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
-    for geom in geoms:
+    off = body.centres - point
+    away = np.einsum("ij,ij->i", off, off) - (off @ way) ** 2
+    for k in np.flatnonzero(away <= body.radii**2).tolist():
+        geom = body.geoms[k]
         back = _inverse(geom.pose)
         found = _span(geom, back.apply(point), back.turn(way))
         if found is not None and found[1] - found[0] > SKIN:
             yield (*found, geom)
 
 
-def pinch(geoms: Sequence[Geom], pose: Pose) -> Pinch | None:
+def pinch(shape: Body, pose: Pose) -> Pinch | None:
     """The contact pair on the closing line through a TCP pose; None where the line misses the shape."""
     way = pose.turn((0.0, 1.0, 0.0))
-    low, high, ends = _around(geoms, np.asarray(pose.position), way)
+    low, high, ends = _around(shape, np.asarray(pose.position), way)
     if not ends:
         return None
     contacts = [np.asarray(pose.position) + t * way for t in (low, high)]
@@ -64,7 +92,7 @@ def pinch(geoms: Sequence[Geom], pose: Pose) -> Pinch | None:
     return Pinch(middle, high - low, slant)
 
 
-def clear(geoms: Sequence[Geom], pose: Pose, opening: float, gripper: Gripper) -> bool:
+def clear(shape: Body, pose: Pose, opening: float, gripper: Gripper) -> bool:
     """Whether fingers at this opening, and the palm, meet nothing at the pose and on the straight way to it."""
     half, reach = gripper.pad[0] / 2, gripper.pad[1] / 2
     inner = opening / 2
@@ -75,7 +103,17 @@ def clear(geoms: Sequence[Geom], pose: Pose, opening: float, gripper: Gripper) -
     behind = (-gripper.depth, -gripper.depth - 0.03, -SAMPLES)
     palm = [(r * PALM * c, r * PALM * s, z) for r in (0.0, 0.5, 1.0) for c, s in turns for z in behind]
     points = pose.apply(np.array([*fingers, *palm]))
-    return not any(_inside(g, _inverse(g.pose).apply(points)).any() for g in geoms)
+    return not any(_inside(g, _inverse(g.pose).apply(p)).any() for g, p in _near(shape, points))
+
+
+def _near(shape: Body, points: Floats) -> Iterator[tuple[Geom, Floats]]:
+    """Each geom with the points in its ball, if there are any."""
+    middle = points.mean(axis=0)
+    reach = float(np.linalg.norm(points - middle, axis=1).max())
+    for k in np.flatnonzero(np.linalg.norm(shape.centres - middle, axis=1) < reach + shape.radii).tolist():
+        inside = np.linalg.norm(points - shape.centres[k], axis=1) < shape.radii[k]
+        if inside.any():
+            yield shape.geoms[k], points[inside]
 
 
 def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
@@ -83,12 +121,23 @@ def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
 
     A thin thing that lies on a table is gripped so.
     """
-    met = next(spans([geom], np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))), None)
+    met = next(spans(body([geom]), np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))), None)
     if met is None:
         return None
     back = gripper.pad[1] / 2 + BEFORE - met[1]
     least = -met[0] - INTO  # so that the pinch point stays inside
     return pose * Pose((0.0, 0.0, -min(back, least))) if back > 0 and least > 0 else None
+
+
+def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
+    """The pose as it is, no deeper than the hand; and drawn back until the pads end before the far side."""
+    point, way = np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))
+    low, high, _ = _around(shape, point, way)
+    deepest = low + gripper.depth - DEEP
+    yield pose * Pose((0.0, 0.0, min(0.0, deepest))), ""
+    drawn = max(high - BEFORE - gripper.pad[1] / 2, low + INTO)
+    if drawn < min(0.0, deepest) - 0.002:
+        yield pose * Pose((0.0, 0.0, drawn)), ", shallow"
 
 
 def round_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
@@ -124,9 +173,9 @@ def _inverse(pose: Pose) -> Pose:
     return pose.inverse()
 
 
-def _around(geoms: Sequence[Geom], point: Floats, way: Floats) -> tuple[float, float, tuple[Geom, ...]]:
+def _around(shape: Body, point: Floats, way: Floats) -> tuple[float, float, tuple[Geom, ...]]:
     """The united interval that holds the point, and the geoms at its two ends."""
-    all_ = sorted(spans(geoms, point, way), key=lambda s: s[0])
+    all_ = sorted(spans(shape, point, way), key=lambda s: s[0])
     within = [s for s in all_ if s[0] <= SKIN and s[1] >= -SKIN]
     if not within:
         return 0.0, 0.0, ()
@@ -140,13 +189,13 @@ def _around(geoms: Sequence[Geom], point: Floats, way: Floats) -> tuple[float, f
     return first[0], last[1], (first[2], last[2])
 
 
-def coverage(geoms: Sequence[Geom], pose: Pose, width: float, gripper: Gripper) -> float:
+def coverage(shape: Body, pose: Pose, width: float, gripper: Gripper) -> float:
     """Rays over the pad, along the closing direction: the share that meets the shape between the pads."""
     half, reach = 0.45 * gripper.pad[0], 0.45 * gripper.pad[1]
     way, hits = pose.turn((0.0, 1.0, 0.0)), 0
     grid = list(itertools.product(np.linspace(-half, half, 3), np.linspace(-reach, reach, 3)))
     for x, z in grid:
-        met = [s for s in spans(geoms, pose.apply((x, 0.0, z)), way) if s[1] > -width / 2 and s[0] < width / 2]
+        met = [s for s in spans(shape, pose.apply((x, 0.0, z)), way) if s[1] > -width / 2 and s[0] < width / 2]
         hits += bool(met) and max(s[1] for s in met) - min(s[0] for s in met) > width - 0.004
     return hits / len(grid)
 
@@ -156,11 +205,24 @@ def _span(geom: Geom, p: Floats, d: Floats) -> tuple[float, float] | None:
         return _slabs(p, d, np.asarray(geom.size))
     if geom.shape == "sphere":
         return _ball(p, d, geom.size[0])
+    if geom.shape == "convex":
+        return _between(p, d, hull_planes(geom.corners))
     radius, half = geom.size
     tube = _meet(_ball(p * (1, 1, 0), d * (1, 1, 0), radius), _slabs(p[2:], d[2:], np.array([half])))
     caps = [_ball(p - (0, 0, z), d, radius) for z in (half, -half)] if geom.shape == "capsule" else []
     met = [s for s in (tube, *caps) if s is not None]
     return (min(s[0] for s in met), max(s[1] for s in met)) if met else None
+
+
+def _between(p: Floats, d: Floats, planes: Floats) -> tuple[float, float] | None:
+    """Where a line is inside all planes n x + o <= 0."""
+    slope, height = planes[:, :3] @ d, planes[:, :3] @ p + planes[:, 3]
+    out, into = slope > 1e-9, slope < -1e-9
+    if (height[~out & ~into] > 0).any():
+        return None
+    low = float((-height[into] / slope[into]).max(initial=-np.inf))
+    high = float((-height[out] / slope[out]).min(initial=np.inf))
+    return (low, high) if low < high else None
 
 
 def _slabs(p: Floats, d: Floats, half: Floats) -> tuple[float, float] | None:
@@ -197,6 +259,11 @@ def _slant(geom: Geom, contact: Floats, way: Floats) -> float:
         normal = np.eye(3)[int(np.argmax(np.abs(p) / geom.size))]
     elif geom.shape == "sphere":
         normal = p
+    elif geom.shape == "convex":
+        planes = hull_planes(geom.corners)
+        here = planes[planes[:, :3] @ p + planes[:, 3] > -2 * SKIN][:, :3]
+        turns = np.abs(here @ geom.pose.inverse().turn(way))
+        normal = here[int(np.argmax(turns))] if len(here) else np.ones(3)
     elif abs(p[2]) >= geom.size[1] - SKIN and geom.shape == "cylinder":
         normal = np.array([0.0, 0.0, 1.0])
     else:
@@ -207,6 +274,9 @@ def _slant(geom: Geom, contact: Floats, way: Floats) -> float:
 
 def _inside(geom: Geom, p: Floats) -> Any:
     size = geom.size
+    if geom.shape == "convex":
+        planes = hull_planes(geom.corners)
+        return (p @ planes[:, :3].T + planes[:, 3] < -SKIN).all(axis=1)
     if geom.shape == "box":
         inside = (np.abs(p) < np.asarray(size) - SKIN).all(axis=1)
     elif geom.shape == "sphere":

@@ -1,15 +1,16 @@
 """Where to grasp a thing: contact pairs on its primitives that fit between the fingers, ranked and explained.
 
-Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter; ``antipodal`` checks
-each against the whole shape. Meshes are not supported: a Geom has none.
+Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the convex parts of
+meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,8 +31,11 @@ from cramlite import (
 from cramlite.geometry import Floats
 from cramlite.robots import Gripper
 
-from . import antipodal
+from ..shapes.hull import hull_planes, hull_volume
+from . import antipodal, surfaces
 
+HANDLE = "cram:Handle"
+NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
@@ -116,14 +120,23 @@ def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
     Args:
         friction: of the pads; contacts must lie within its cone.
     """
-    cone = math.atan(friction)
-    found = (_checked(thing, grip, gripper, cone) for grip in candidates(thing, gripper))
-    return sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
+    handles = tuple(f.pose for f in thing.features if f.type == HANDLE)
+    return list(_ranked(thing.geoms, tuple(_centre(thing)), handles, gripper, friction))
 
 
-def candidates(thing: Thing, gripper: Gripper) -> Iterator[Grip]:
-    """Grasps of all geoms of the thing's body, each by itself; parts such as tabs are not gripped."""
-    body = [g for g in thing.geoms if not g.part]
+@lru_cache(maxsize=64)
+def _ranked(
+    geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
+) -> tuple[Grip, ...]:
+    shape, middle, cone = antipodal.body(geoms), np.asarray(centre), math.atan(friction)
+    proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper))
+    found = (_checked(shape, middle, grip, gripper, cone) for grip in proposed)
+    return tuple(sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name)))
+
+
+def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
+    """Grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
+    body = [g for g in geoms if not g.part]
     for i, geom in enumerate(body):
         for grip in _of_geom(geom, gripper):
             name = grip.name + (f" of geom {i}" if len(body) > 1 else "")
@@ -133,10 +146,23 @@ def candidates(thing: Thing, gripper: Gripper) -> Iterator[Grip]:
                 yield replace(grip, pose=drawn, name=f"{name}, shallow")
 
 
+def _across_parts(
+    shape: antipodal.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper
+) -> Iterator[Grip]:
+    """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
+    parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
+    for line in surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK) if parts else ():
+        at = "handle " if any(math.dist(line.middle, h.position) < NEAR_HANDLE for h in handles) else ""
+        for frame, name in surfaces.frames(line):
+            where = " ".join(f"{1000 * v:+.0f}" for v in line.middle)
+            for pose, how in antipodal.depths(shape, frame, gripper):
+                yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}")
+
+
 def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
     if geom.shape == "box":
         yield from _of_box(geom, gripper)
-    elif 2 * geom.size[0] + LEAST_SLACK <= gripper.opening[1]:
+    elif geom.shape != "convex" and 2 * geom.size[0] + LEAST_SLACK <= gripper.opening[1]:
         for pose, name in antipodal.round_frames(geom, gripper.depth - MARGIN):
             yield Grip(pose, 2 * geom.size[0], 0.0, name)
 
@@ -155,31 +181,38 @@ def why_none(thing: Thing, gripper: Gripper) -> str:
 
 
 def _thinnest(geom: Geom) -> float:
+    if geom.shape == "convex":
+        planes, corners = hull_planes(geom.corners), np.asarray(geom.corners)
+        return float(np.ptp(corners @ planes[:, :3].T, axis=0).min())
     return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
 
 
-def _checked(thing: Thing, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
+def _checked(shape: antipodal.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
     """The candidate on the whole shape; None where it does not fit, slips or is obstructed."""
-    found = antipodal.pinch(thing.geoms, grip.pose)
+    found = antipodal.pinch(shape, grip.pose)
     if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:
         return None
-    if not antipodal.clear(thing.geoms, found.pose, min(found.width + SLACK, gripper.opening[1]), gripper):
+    if not antipodal.clear(shape, found.pose, min(found.width + SLACK, gripper.opening[1]), gripper):
         return None
-    off = found.pose.inverse().apply(_centre(thing))
+    off = found.pose.inverse().apply(centre)
     lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
-    covered = antipodal.coverage(thing.geoms, found.pose, found.width, gripper)
+    covered = antipodal.coverage(shape, found.pose, found.width, gripper)
     return Grip(found.pose, found.width, lever, grip.name, found.slant, covered)
 
 
 def _centre(thing: Thing) -> Floats:
-    """The centre of mass of the body's geoms, of even density, in the thing's frame."""
-    body = [g for g in thing.geoms if not g.part]
+    """The centre of mass in the thing's frame: the stated one, else of the body's geoms with an even density."""
+    if thing.inertia is not None:
+        return np.asarray(thing.inertia.centre)
+    body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
     volume = np.array([_volume(g) for g in body])
     centre: Floats = volume @ np.array([g.pose.position for g in body]) / volume.sum()
     return centre
 
 
 def _volume(geom: Geom) -> float:
+    if geom.shape == "convex":
+        return hull_volume(geom.corners)
     r = geom.size[0]
     ball = 4 / 3 * math.pi * r**3
     if geom.shape == "box":

@@ -238,7 +238,7 @@ def _find_box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
 
 def _reach(shape: str, size: tuple[float, ...], pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Corners of the box around one geom: exact for boxes and spheres, never too small for the round ones."""
-    if shape == "box":
+    if shape in ("box", "convex"):  # a convex hull's size is that of the box around it
         half = np.asarray(size)
     elif shape == "sphere":
         half = np.full(3, size[0])

@@ -121,6 +121,9 @@ def lowest(thing: Thing, pose: Pose) -> float:
     """
     reach = []
     for geom in thing.geoms:
+        if geom.shape == "convex":
+            reach.append(float(pose.turn(geom.pose.apply(geom.corners))[:, 2].min()))
+            continue
         down = (Pose((0, 0, 0), pose.quaternion) * geom.pose).rotation[2]
         centre = float(pose.turn(geom.pose.position)[2])
         half = geom.size if geom.shape == "box" else (geom.size[0], geom.size[0], sum(geom.size))

@@ -18,8 +18,9 @@ import mujoco
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Pose
 from cramlite.robots import Robot
-from cramlite.world import Geom, Physics, RobotMount, Thing, World
+from cramlite.world import Geom, Inertia, Physics, RobotMount, Thing, World
 
+from ..shapes.hull import hull_volume
 from .index import Model
 
 ROBOT, PRODUCT, FURNITURE = (1, 7), (2, 7), (4, 3)
@@ -28,6 +29,7 @@ SHAPES = {
     "cylinder": (mujoco.mjtGeom.mjGEOM_CYLINDER, 2),
     "capsule": (mujoco.mjtGeom.mjGEOM_CAPSULE, 2),
     "sphere": (mujoco.mjtGeom.mjGEOM_SPHERE, 1),
+    "convex": (mujoco.mjtGeom.mjGEOM_MESH, 3),
 }
 # Contact time constant of things [s]; the least that holds is two time steps. With MuJoCo's 0.02 a product that falls
 # 0.4 m onto a 10 mm floor sinks in by 28 mm and stays there (46 of 60 drops); with 0.005 by 8 mm, and it comes out
@@ -71,7 +73,7 @@ def check(world: World, robots: Mapping[str, Robot]) -> None:
 
 def _check_thing(thing: Thing) -> None:
     if not thing.geoms:
-        raise UserError(f"thing '{thing.name}' has no geoms; give it at least one box, cylinder, capsule or sphere")
+        raise UserError(f"thing '{thing.name}' has no geoms; give it at least one box, cylinder, capsule, sphere or convex")
     if thing.mass is not None and not 1e-4 <= thing.mass < 1e4:
         raise UserError(f"thing '{thing.name}': mass {thing.mass} kg; it must lie between 0.0001 and 10000 kg")
     for i, geom in enumerate(thing.geoms):
@@ -81,6 +83,8 @@ def _check_thing(thing: Thing) -> None:
         count = SHAPES[geom.shape][1]
         if len(geom.size) != count or not all(0 < s < 100 for s in geom.size):
             raise UserError(f"{where}: a {geom.shape} needs {count} positive size(s) in metres, not {geom.size}")
+        if (geom.shape == "convex") != (len(geom.corners) >= 4):
+            raise UserError(f"{where}: a {geom.shape} with {len(geom.corners)} corners; only a convex hull has, 4 or more")
         friction = thing.friction if geom.friction is None else geom.friction
         if not 0 <= friction < 100:
             raise UserError(f"{where}: friction {friction}; it must not be negative")
@@ -129,10 +133,18 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, 
         body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
         if thing.movable:
             body.add_freejoint(name=thing.name)
+    if thing.inertia is not None and thing.movable:
+        _set_inertia(body, thing.mass or 0.0, thing.inertia)
     geoms = [part for i, g in enumerate(thing.geoms) for part in _solid(i, g, planning)]
     volume = sum(_volume(g) for _, g in geoms)
     for key, geom in geoms:
-        _add_geom(body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask, margin)
+        _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask, margin)
+
+
+def _set_inertia(body: Any, mass: float, inertia: Inertia) -> None:
+    """The stated one instead of what follows from the geoms."""
+    body.explicitinertial = True
+    body.mass, body.ipos, body.fullinertia = mass, inertia.centre, inertia.moments
 
 
 def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
@@ -161,6 +173,8 @@ def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
 def _volume(geom: Geom) -> float:
     """In units of which only the ratio matters, but right for each shape."""
     size = geom.size
+    if geom.shape == "convex":
+        return hull_volume(geom.corners)
     if geom.shape == "box":
         return 8 * size[0] * size[1] * size[2]
     ball = 4 / 3 * math.pi * size[0] ** 3
@@ -170,13 +184,17 @@ def _volume(geom: Geom) -> float:
 
 
 def _add_geom(
-    body: Any, thing: Thing, key: str, geom: Geom, mass: float, mask: tuple[int, int], margin: float
+    spec: Any, body: Any, thing: Thing, key: str, geom: Geom, mass: float, mask: tuple[int, int], margin: float
 ) -> None:
     friction = thing.friction if geom.friction is None else geom.friction
+    name, hull = f"{thing.name}/{geom.part or 'body'}/{key}", geom.shape == "convex"
+    if hull:
+        spec.add_mesh(name=name, uservert=[v for corner in geom.corners for v in corner])
     body.add_geom(
-        name=f"{thing.name}/{geom.part or 'body'}/{key}",
+        name=name,
+        meshname=name if hull else "",
         type=SHAPES[geom.shape][0],
-        size=[*geom.size, 0.0, 0.0][:3],
+        size=[0.0, 0.0, 0.0] if hull else [*geom.size, 0.0, 0.0][:3],
         pos=geom.pose.position,
         quat=geom.pose.quaternion,
         friction=[friction, 0.005, 0.0001],

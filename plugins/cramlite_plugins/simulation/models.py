@@ -16,6 +16,7 @@ from cramlite.geometry import Pose
 from cramlite.quantities import Length, Mass
 from cramlite.world import Feature, Geom, Thing
 
+from .mesh_model import mesh_thing
 from .vessels import bottle, bowl, can, mug
 
 Size = tuple[Length, Length, Length]
@@ -212,6 +213,7 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "bottle": bottle,
     "bowl": bowl,
     "mug": mug,
+    "mesh": mesh_thing,
 }
 
 
@@ -229,6 +231,9 @@ def make(model: str, name: str, pose: Pose, parameters: Mapping[str, object] | N
         if key not in valid:
             raise UserError(f"thing '{name}': model '{model}' has no parameter '{key}'; {nearest(key, valid)}")
     hints = get_type_hints(function, include_extras=True)
+    needed = [k for k, v in inspect.signature(function).parameters.items() if v.default is v.empty and k in valid]
+    if missing := [k for k in needed if k not in (parameters or {})]:
+        raise UserError(f"thing '{name}': model '{model}' needs '{missing[0]}'; write it under 'with'")
     checked = {k: _checked(name, k, v, hints[k]) for k, v in (parameters or {}).items()}
     return function(name, pose, **checked)
 

@@ -76,7 +76,7 @@ def _maker(name: str) -> ModelMaker:
 
         return hung(thing, hanger, depth, yaw)
 
-    return ModelMaker(name, make, hang)
+    return ModelMaker(name, make, hang, ("file",) if name == "mesh" else ())
 
 
 @hookimpl

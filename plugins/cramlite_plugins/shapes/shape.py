@@ -1,0 +1,162 @@
+"""A mesh file as what a thing is made of: convex parts, features, how its mass is spread; kept by content."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cramlite.errors import UserError
+from cramlite.geometry import Floats, Pose
+from cramlite.world import Feature, Geom
+
+VERSION = 1  # of what is kept: raise it when parts or features of the same file change
+FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they are cut
+SIMPLER = 1e-4  # [m]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What follows from a mesh file alone.
+
+    Args:
+        geoms: convex parts; those about a hole to hang by are parts of that feature.
+        features: holes and handles that were found.
+        volume: [m3].
+        centre: of an even mass [m].
+        moments: (xx, yy, zz, xy, xz, yz) about the centre for a density of 1 [m5].
+        notes: for people.
+    """
+
+    geoms: tuple[Geom, ...]
+    features: tuple[Feature, ...]
+    volume: float
+    centre: tuple[float, float, float]
+    moments: tuple[float, float, float, float, float, float]
+    notes: tuple[str, ...] = ()
+
+
+def shape_of(path: Path, scale: float = 1.0) -> Shape:
+    """The shape of a mesh file; the same for the same content, wherever the file is.
+
+    It is kept in ``$XDG_CACHE_HOME/cramlite/shapes`` (``~/.cache`` without it), or computed anew where that cannot be
+    written.
+
+    Raises:
+        UserError: the file cannot be used (``files.read``, ``files.closed``).
+    """
+    from .files import _check_file
+
+    _check_file(path)
+    key = hashlib.sha256(path.read_bytes() + f"|{path.suffix}|{scale!r}|{VERSION}".encode()).hexdigest()
+    return _shape(key, path, scale)
+
+
+@lru_cache(maxsize=64)
+def _shape(key: str, path: Path, scale: float) -> Shape:
+    from pydantic import TypeAdapter, ValidationError
+
+    kept, adapter = _folder() / f"{key}.json", TypeAdapter(Shape)
+    try:
+        return adapter.validate_json(kept.read_bytes())
+    except (OSError, ValidationError):
+        shape = compute(path, scale)
+        _keep(kept, adapter.dump_json(shape))
+        return shape
+
+
+def compute(path: Path, scale: float = 1.0) -> Shape:
+    """``shape_of`` without what was kept."""
+    from . import files
+
+    found = files.closed(files.read(path, scale), f"mesh '{path.name}'")
+    return from_mesh(found.mesh, found.notes)
+
+
+def from_mesh(mesh: Any, notes: Sequence[str] = ()) -> Shape:
+    """The shape of a closed trimesh.Trimesh [m].
+
+    Raises:
+        UserError: it encloses no volume.
+    """
+    from . import convex, openings
+    from .hull import hull_volume
+
+    if mesh.volume < 1e-10:
+        raise UserError(f"the mesh encloses {1e9 * mesh.volume:.3f} mm3, which is nothing; give the shape a thickness")
+    simple, said = _simplified(mesh)
+    found = openings.openings(simple)
+    bores = [o.bore for o in found if o.round]
+    hulls = convex.parts(simple.vertices, simple.faces, bores)
+    geoms = tuple(_geom(h, _part(h, found)) for h in hulls)
+    added = sum(hull_volume(g.corners) for g in geoms) / mesh.volume - 1
+    built = f"{len(geoms)} convex parts, {100 * added:+.1f} % volume; " + (
+        ", ".join(f"{o.feature.name} of {2000 * o.bore.radius:.1f} mm" for o in found) or "no holes"
+    )
+    mass = mesh.moment_inertia
+    moments = (mass[0, 0], mass[1, 1], mass[2, 2], mass[0, 1], mass[0, 2], mass[1, 2])
+    return Shape(
+        geoms, tuple(o.feature for o in found), float(mesh.volume), _three(mesh.center_mass),
+        tuple(float(v) for v in moments), (*notes, *said, built),  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
+    if len(mesh.faces) <= FINE:
+        return mesh, ()
+    import trimesh
+
+    from .convex import solid
+
+    less = solid(mesh.vertices, mesh.faces).simplify(SIMPLER).to_mesh64()
+    simple = trimesh.Trimesh(np.asarray(less.vert_properties)[:, :3], np.asarray(less.tri_verts), process=False)
+    return simple, (f"{len(mesh.faces):,} faces simplified to {len(simple.faces):,} within {1000 * SIMPLER:g} mm",)
+
+
+def _part(corners: Floats, found: Sequence[Any]) -> str:
+    """The hole that a part was cut about: hands keep off it, and what touches it touches the hole."""
+    from .convex import RIM, SECTORS
+
+    for opening in found:
+        bore = opening.bore
+        if opening.round and opening.feature.type == "vrps:Hole":
+            off = corners - bore.centre
+            along = off @ bore.axis
+            out = np.linalg.norm(off - along[:, None] * bore.axis, axis=1)
+            widest = RIM * bore.radius / np.cos(np.pi / SECTORS) + 1e-5
+            if out.max() <= widest and np.abs(along).max() <= bore.half + 1e-5:
+                return str(opening.feature.name)
+    return ""
+
+
+def _geom(corners: Floats, part: str) -> Geom:
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    centre = np.round((low + high) / 2, 6)
+    local = np.round(corners - centre, 6)
+    return Geom("convex", _three(np.abs(local).max(axis=0)), Pose(_three(centre)), part, corners=tuple(map(_three, local)))
+
+
+def _three(values: Any) -> tuple[float, float, float]:
+    return (float(values[0]), float(values[1]), float(values[2]))
+
+
+def _folder() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "cramlite" / "shapes"
+
+
+def _keep(path: Path, data: bytes) -> None:
+    """Written whole or not at all, so that another process never reads half of it."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:
+            file.write(data)
+        os.replace(file.name, path)
+    except OSError:
+        return
