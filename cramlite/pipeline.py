@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from . import __version__
-from .engine import Engine, Solution
+from .engine import Engine, Setting, Solution
 from .errors import NoSolution, PluginError, UserError
 from .explain import as_json, failure_text, solution_text
 from .resources import find_scenario

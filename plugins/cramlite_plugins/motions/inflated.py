@@ -53,6 +53,8 @@ def inflated(model: Any, moved: Floats, distance: float) -> Inflated:
     grown.geom_size[:] = model.geom_size + by * used[kinds]
     grown.geom_rbound[:] = model.geom_rbound + by * CORNER
     grown.geom_aabb[:, 3:] = model.geom_aabb[:, 3:] + by
+    hulls = model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)
+    grown.geom_margin[:] = np.where(hulls, by, model.geom_margin)  # of pairs with a convex hull the margin misses none
     grown.body_margin[:] = distance
     grown.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)  # its boxes are those of the model as it was
     _mask(grown, moved)

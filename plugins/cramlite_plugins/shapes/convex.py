@@ -201,7 +201,7 @@ def _corners(piece: Any) -> Floats | None:
     """Corners of the hull of a piece; None for a sliver."""
     from scipy.spatial import ConvexHull, QhullError
 
-    points = np.round(np.asarray(piece.hull().simplify(1e-4).to_mesh64().vert_properties)[:, :3] / FINEST) * FINEST
+    points = np.round(np.asarray(piece.hull().simplify(2e-5).to_mesh64().vert_properties)[:, :3] / FINEST) * FINEST
     try:
         hull = ConvexHull(points)
     except (QhullError, ValueError):

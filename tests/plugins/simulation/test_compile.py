@@ -221,7 +221,7 @@ def test_the_hole_is_a_hole() -> None:
     assert hits(0.0055) == 36
 
 
-@pytest.mark.parametrize("name", sorted(MODELS))
+@pytest.mark.parametrize("name", sorted(set(MODELS) - {"mesh"}))  # which takes a file: tests/plugins/shapes
 def test_every_registered_model_compiles(name: str) -> None:
     made = make(name, "it", Pose((0, 0, 1)))
     assert compile_world(World((made,)), {}).things["it"].body > 0
