@@ -20,9 +20,11 @@ from .plugin_types import Backend, Candidate
 from .proof import assemble, conflict_of, prove
 from .registry import Registry
 from .robots import Robot
-from .scenario import Scenario, TaskSpec
+from .scenario import Scenario
+from .scenario_tasks import RuleSpec, TaskSpec
 from .scenario_world import build_world, real_world
-from .search import Budget, Search, State
+from .search import Budget, Search
+from .state import State
 from .trace import Trace
 from .verdict import Verdict
 from .world import World
@@ -183,7 +185,7 @@ class Engine:
 
     def resolve(
         self,
-        goal: Scenario | Episode | Sequence[TaskSpec] | TaskSpec,
+        goal: Scenario | Episode | Sequence[TaskSpec | RuleSpec] | TaskSpec | RuleSpec,
         *,
         world: Setting | None = None,
         seed: int = 0,

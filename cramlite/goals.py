@@ -7,35 +7,64 @@ from dataclasses import replace
 
 from .designators import Object
 from .errors import UserError, nearest
-from .plan import Plan, TaskCall, build_plan
-from .scenario import ObjectSpec, Scenario, TaskSpec
+from .flow import Kind
+from .plan import Call, Plan, RuleCall, TaskCall, build_plan, task_calls
+from .scenario import ObjectSpec, Scenario
+from .scenario_tasks import Path, RuleSpec, TaskSpec
 from .tasks import TaskType, task_type
 from .world import World
 
+Entry = TaskSpec | RuleSpec
+Goal = Scenario | Sequence[Entry] | Entry
 
-def plan_from_tasks(
-    name: str, goal: Scenario | Sequence[TaskSpec] | TaskSpec, tasks: Mapping[str, TaskType], world: World
-) -> Plan:
+
+def plan_from_tasks(name: str, goal: Goal, tasks: Mapping[str, TaskType], world: World) -> Plan:
     """The plan of a goal, its names checked against task types and world.
 
     Raises:
         UserError: an unknown task, role, parameter or object; a scenario's with file and line.
     """
     objects = dict(goal.spec.objects) if isinstance(goal, Scenario) else {}
-    calls = [_call(task, place, tasks, objects, world) for task, place in _listed(goal)]
-    fillers = dict.fromkeys(f for c in calls for f in c.roles.values())
+
+    def called(entry: Entry, path: Path) -> Call:
+        where = goal.where(*path) + ": " if isinstance(goal, Scenario) else ""
+        if isinstance(entry, TaskSpec):
+            return _call(entry, where, tasks, objects, world)
+        branches = tuple(
+            tuple(called(e, (*path, *p)) for e, p in zip(branch, paths, strict=True))
+            for branch, paths in zip(entry.do, entry.paths, strict=True)
+        )
+        return _ruled(entry, where, branches)
+
+    calls = [called(entry, path) for entry, path in _listed(goal)]
+    fillers = dict.fromkeys(f for c in task_calls(calls) for f in c.roles.values())
     return build_plan(name, calls, {f: _object(f, objects, world) for f in fillers})
 
 
-def _listed(goal: Scenario | Sequence[TaskSpec] | TaskSpec) -> list[tuple[TaskSpec, str]]:
-    """Tasks, each with where it stands, "file:line: " or nothing."""
-    if isinstance(goal, TaskSpec):
-        return [(goal, "")]
+def _listed(goal: Goal) -> list[tuple[Entry, Path]]:
+    """Tasks, each with where it stands in the scenario."""
+    if isinstance(goal, Entry):
+        return [(goal, ())]
     if not isinstance(goal, Scenario):
-        return [(task, "") for task in goal]
+        return [(task, ()) for task in goal]
     if goal.spec.designator is not None:
-        return [(goal.spec.designator, goal.where("designator") + ": ")]
-    return [(task, goal.where("tasks", k) + ": ") for k, task in enumerate(goal.spec.tasks or ())]
+        return [(goal.spec.designator, ("designator",))]
+    return [(task, ("tasks", k)) for k, task in enumerate(goal.spec.tasks or ())]
+
+
+def _ruled(entry: RuleSpec, where: str, branches: tuple[tuple[Call, ...], ...]) -> RuleCall:
+    kinds: Mapping[str, Kind] = {
+        "sequence": "sequence", "try_in_order": "attempts" if entry.at == "run" else "try_in_order",
+        "try_all": "try_all", "parallel": "parallel", "repeat": "repeat", "retry": "attempts", "monitor": "monitor",
+    }  # fmt: skip
+    watched = {"force_n": entry.force, "slip_m": entry.slip, "time_s": entry.time}
+    parameters = {k: v for k, v in watched.items() if v is not None}
+    if entry.rule == "repeat":
+        parameters["times"] = entry.times
+    for change in entry.changes:
+        for call in task_calls(branches[0]):
+            _check_parameters(call.task, change, where)
+    return RuleCall(entry.rule, kinds[entry.rule], branches, parameters, entry.changes)
 
 
 def _call(
@@ -57,13 +86,17 @@ def _check_call(call: TaskCall) -> None:
     for role in call.roles:
         if role not in names:
             raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
-    parameters = [p.name for p in call.task.parameters]
-    for name in call.parameters or {}:
-        if name not in parameters:
-            raise UserError(f"Task '{call.task.task}' has no parameter '{name}'; {nearest(name, parameters)}.")
+    _check_parameters(call.task, call.parameters or {})
     for needed in call.task.roles:
         if needed.required and not needed.effector and needed.name not in call.roles:
             raise UserError(f"Task '{call.task.task}' needs a filler for its role '{needed.name}'.")
+
+
+def _check_parameters(task: TaskType, given: Mapping[str, float], where: str = "") -> None:
+    valid = [p.name for p in task.parameters]
+    for name in given:
+        if name not in valid:
+            raise UserError(f"{where}Task '{task.task}' has no parameter '{name}'; {nearest(name, valid)}.")
 
 
 def _object(name: str, objects: Mapping[str, ObjectSpec], world: World) -> Object:

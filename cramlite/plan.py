@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
+from typing import Any
 
-from .designators import Action, Location, Object
+from .designators import Action, Designator, Location, Object
 from .episode import Entity, Episode
+from .flow import Compound, Kind, compound, retry
 from .tasks import TaskType
 
 HOME = Location("home", "home")
@@ -27,7 +30,15 @@ class Plan:
     actions: tuple[Action, ...]
 
     def __str__(self) -> str:
-        return " -> ".join(a.task.split(":")[-1] for a in self.actions)
+        return " -> ".join(_title(a) for a in self.actions)
+
+
+def _title(action: Action) -> str:
+    """The task, or the rule with its tasks."""
+    if not isinstance(action, Compound):
+        return action.task.split(":")[-1]
+    parts = " | ".join(", ".join(_title(p) for p in b if isinstance(p, Action)) for b in action.branches)
+    return f"{action.kind}({parts})"
 
 
 @dataclass(frozen=True)
@@ -37,6 +48,36 @@ class TaskCall:
     task: TaskType
     roles: Mapping[str, str]
     parameters: Mapping[str, float] | None = None
+
+
+@dataclass(frozen=True)
+class RuleCall:
+    """Calls under a rule of the plan language.
+
+    Args:
+        rule: as the scenario has it; it becomes part of the compound's name.
+        parameters: of the compound.
+        changes: of a retry: the parameters of each further attempt.
+    """
+
+    rule: str
+    kind: Kind
+    branches: tuple[tuple[Call, ...], ...]
+    parameters: Mapping[str, float]
+    changes: tuple[Mapping[str, float], ...] = ()
+
+
+Call = TaskCall | RuleCall
+
+
+def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[TaskCall]:
+    """The tasks, those under rules included, in order; with or without those that the search may leave out."""
+    for call in calls:
+        if isinstance(call, TaskCall):
+            yield call
+        elif alternatives or call.kind != "try_in_order":
+            for branch in call.branches:
+                yield from task_calls(branch, alternatives=alternatives)
 
 
 def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode) -> Plan:
@@ -53,37 +94,62 @@ def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode) ->
     return build_plan(name, calls, objects)
 
 
-def build_plan(name: str, calls: Sequence[TaskCall], objects: Mapping[str, Object]) -> Plan:
+def build_plan(name: str, calls: Sequence[Call], objects: Mapping[str, Object]) -> Plan:
     """A plan of task calls whose fillers are keys of ``objects``; other fillers (the effector) are left out."""
     constrained = dict(objects)
-    for call in calls:
+    for call in task_calls(calls):
         for role, filler in call.roles.items():
             declared = call.task.role(role)
             if filler in constrained and declared is not None and not declared.effector:
                 constrained[filler] = declared.constrain(constrained[filler])
-    actions = [
-        Action(
-            f"{k}.{call.task.task.split(':')[-1]}",
-            call.task.task,
-            {r: constrained[f] for r, f in call.roles.items() if f in constrained},
-            parameters=call.parameters or {},
-        )
-        for k, call in enumerate(calls, 1)
-    ]
-    ordered = sorted(constrained.values(), key=lambda o: (o.part_of is not None, o.name))
-    return Plan(name, tuple(ordered), tuple(_with_goals(actions, [c.task for c in calls])))
+    numbers, types = count(1), {c.task.task: c.task for c in task_calls(calls)}
+    actions = [_action(call, constrained, numbers) for call in calls]
+    always = {f for c in task_calls(calls, alternatives=False) for f in c.roles.values()}
+    needed = {constrained[f].part_of for f in always if f in constrained} | always
+    ordered = _in_order(o for filler, o in constrained.items() if filler in needed or o.name in needed)
+    return Plan(name, ordered, _with_goals(actions, types, HOME)[0])
 
 
-def _with_goals(actions: Sequence[Action], types: Sequence[TaskType]) -> Iterable[Action]:
-    """A free motion leads to where the next task begins; the last one leads home."""
-    goal = HOME
+def _in_order(objects: Iterable[Object]) -> tuple[Object, ...]:
+    """Wholes before their parts."""
+    return tuple(sorted(objects, key=lambda o: (o.part_of is not None, o.name)))
+
+
+def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], inside: str = "") -> Action:
+    """The designator of a call, numbered in order; parts of attempts belong to their compound."""
+    if isinstance(call, TaskCall):
+        roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
+        name = f"{inside}{next(numbers)}.{call.task.task.split(':')[-1]}"
+        return Action(name, call.task.task, roles, parameters=call.parameters or {})
+    name = f"{inside}{next(numbers)}.{call.rule}"
+    within = f"{name}/" if call.kind == "attempts" and not call.changes else inside
+    branches: tuple[tuple[Designator, ...], ...]
+    branches = tuple(tuple(_action(c, objects, numbers, within) for c in branch) for branch in call.branches)
+    if call.kind == "try_in_order":  # what only one alternative is about is looked for when that one is tried
+        used = [{f for c in task_calls(b) for f in c.roles.values() if f in objects} for b in call.branches]
+        branches = tuple((*_in_order(objects[f] for f in u), *b) for u, b in zip(used, branches, strict=True))
+    if call.changes:
+        part = branches[0][0]
+        assert isinstance(part, Action)  # a retry is of one task
+        return retry(name, part, *call.changes)
+    return compound(call.kind, name, branches, **call.parameters)
+
+
+def _with_goals(
+    actions: Sequence[Any], types: Mapping[str, TaskType], goal: Location
+) -> tuple[tuple[Any, ...], Location]:
+    """A free motion leads to where the next task begins, the last one to ``goal``; and where the first one begins."""
     result: list[Action] = []
-    for action, task in zip(reversed(actions), reversed(types), strict=True):
-        if task.leads_on:
-            action = replace(action, goal=goal)
-        goal = task.begins_at(action) or goal
+    for action in reversed(actions):
+        if isinstance(action, Compound):
+            done = [_with_goals(branch, types, goal) for branch in action.branches]
+            action, goal = replace(action, branches=tuple(branch for branch, _ in done)), done[0][1]
+        elif isinstance(action, Action):
+            if types[action.task].leads_on:
+                action = replace(action, goal=goal)
+            goal = types[action.task].begins_at(action) or goal
         result.append(action)
-    return reversed(result)
+    return tuple(reversed(result)), goal
 
 
 def _effectors(episode: Episode) -> set[str]:

@@ -13,7 +13,8 @@ from .plan import Plan
 from .plugin_types import Backend, Candidate
 from .program import Program, Snapshot
 from .robots import Robot
-from .search import Conflict, State
+from .search import Conflict
+from .state import State
 from .verdict import COSTS, Finding, Verdict
 from .world import World
 

@@ -14,6 +14,7 @@ UNITS: dict[str, dict[str, float]] = {
     "angle": {"rad": 1.0, "deg": math.pi / 180},
     "mass": {"kg": 1.0, "g": 0.001},
     "force": {"N": 1.0},
+    "time": {"s": 1.0, "ms": 0.001},
 }
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]*)\s*")
 
@@ -23,7 +24,7 @@ def parse_quantity(value: Any, kind: str) -> float:
 
     Args:
         value: a number (already SI) or text such as "50 mm".
-        kind: "length", "angle", "mass" or "force".
+        kind: "length", "angle", "mass", "force" or "time".
 
     Raises:
         ValueError: not a finite number, or a unit of another kind; says which units are right.
@@ -43,8 +44,8 @@ def parse_quantity(value: Any, kind: str) -> float:
     return number * units.get(unit, 1.0)
 
 
-_A = {"length": "a length", "angle": "an angle", "mass": "a mass", "force": "a force"}
-_EXAMPLES = {"length": "50 mm", "angle": "20 deg", "mass": "0.3 kg", "force": "10 N"}
+_A = {"length": "a length", "angle": "an angle", "mass": "a mass", "force": "a force", "time": "a time"}
+_EXAMPLES = {"length": "50 mm", "angle": "20 deg", "mass": "0.3 kg", "force": "10 N", "time": "5 s"}
 
 
 def _parser(kind: str) -> Callable[[Any], float]:
@@ -54,3 +55,5 @@ def _parser(kind: str) -> Callable[[Any], float]:
 Length = Annotated[float, BeforeValidator(_parser("length"))]
 Angle = Annotated[float, BeforeValidator(_parser("angle"))]
 Mass = Annotated[float, BeforeValidator(_parser("mass"))]
+Force = Annotated[float, BeforeValidator(_parser("force"))]
+Time = Annotated[float, BeforeValidator(_parser("time"))]

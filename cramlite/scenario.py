@@ -7,12 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from .errors import UserError
 from .geometry import Pose
 from .quantities import Angle, Length
+from .scenario_tasks import RuleSpec, TaskEntry, TaskSpec
 from .yaml_file import explain_validation, line_of, load_yaml
+
+__all__ = ["RuleSpec", "Scenario", "ScenarioSpec", "TaskSpec", "read_scenario"]
 
 
 class _Spec(BaseModel):
@@ -104,27 +107,6 @@ class ObjectSpec(_Spec):
     features: tuple[str, ...] = ()
     affords: tuple[str, ...] = ()
     entity: str | None = None
-
-
-def _task_spec(value: Any) -> Any:
-    """{task: T, Role: filler, parameters: {...}} with roles beside the task's name."""
-    if isinstance(value, str):
-        return {"task": value}
-    if not isinstance(value, Mapping) or "task" not in value:
-        raise ValueError("a task is a name, or a mapping with 'task' and its roles")
-    own = {"task", "parameters"}
-    return {"roles": {k: v for k, v in value.items() if k not in own}, **{k: value[k] for k in own if k in value}}
-
-
-class TaskSpec(_Spec):
-    """A task with its roles."""
-
-    task: str
-    roles: dict[str, str] = Field(default_factory=dict)
-    parameters: dict[str, float] = Field(default_factory=dict)
-
-
-TaskEntry = Annotated[TaskSpec, BeforeValidator(_task_spec)]
 
 
 class PhysicsSpec(_Spec):

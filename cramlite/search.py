@@ -11,28 +11,20 @@ from __future__ import annotations
 import hashlib
 import heapq
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from .answers import Context, Grounding, Refused
-from .belief import Belief
 from .designators import Action, Designator, Late, Location, Motion, Object
 from .errors import Unresolvable
-from .program import AnyStep, Section
+from .flow import Compound, Mark, Way, ways
+from .program import Section
 from .registry import Registry
+from .state import Effect, Item, State, passed
 from .tasks import Decomposition, TaskType
 from .trace import Trace
 
-
-@dataclass(frozen=True)
-class Effect:
-    """Stands in the agenda behind an action's steps: its effects on the belief come about here."""
-
-    action: Action
-
-
 Conflict = frozenset[str]
-Item = Designator | Effect
 HOOKS: dict[type, str] = {
     Action: "resolve_action",
     Object: "resolve_object",
@@ -58,21 +50,6 @@ class Budget:
     proofs: int = 8
     samples: int = 4000
     sequences: int = 12
-
-
-@dataclass(frozen=True)
-class State:
-    """A node of the search: what is done, and what is still to do."""
-
-    agenda: tuple[Item, ...]
-    belief: Belief
-    bindings: Mapping[str, Any] = field(default_factory=dict)
-    steps: tuple[AnyStep, ...] = ()
-    sections: tuple[Section, ...] = ()
-    actions: tuple[Action, ...] = ()
-    opened: Mapping[str, int] = field(default_factory=dict)
-    motions: frozenset[str] = frozenset()
-    choices: tuple[tuple[str, str], ...] = ()
 
 
 class BudgetSpent(Exception):
@@ -126,22 +103,36 @@ class Search:
             try:
                 closed = self._close(state, item, rest)
             except Exception as error:
-                fault = self.registry.fault(self.owners[item.action.task], "effects", item.action.name, error)
+                fault = self.registry.fault(
+                    self.owners.get(item.action.task, "engine"), "effects", item.action.name, error
+                )
                 self.trace.add(parent, item.action.name, str(item.action), "fault", fault.plugin, str(fault))
                 return frozenset(name for name, _ in state.choices)
             return (yield from self._descend(closed, parent))
+        if isinstance(item, Mark):
+            return (yield from self._passed(state, item, parent))
         if not isinstance(item, Action | Motion) and item.name in state.bindings:
             return (yield from self._descend(replace(state, agenda=rest), parent))
         if isinstance(item, Motion) and item.to and item.to.name not in state.bindings:
             return (yield from self._descend(replace(state, agenda=(item.to, *state.agenda)), parent))
         return (yield from self._choose(item, replace(state, agenda=rest), parent))
 
+    def _passed(self, state: State, mark: Mark, parent: int) -> Generator[State, Conflict | None, Conflict]:
+        """Go on behind a mark; how branches end depends on everything in them."""
+        try:
+            after = passed(state, mark)
+        except Unresolvable as impossible:
+            self.trace.add(parent, mark.compound.name, str(mark.compound), "impossible", "engine", impossible.reason)
+            return frozenset(name for name, _ in state.choices)
+        return (yield from self._descend(after, parent))
+
     def _choose(self, item: Designator, state: State, parent: int) -> Generator[State, Conflict | None, Conflict]:
         """Try the alternatives of one designator; return the choices that its failure depends on."""
         node = self.trace.add(parent, item.name, str(item), "asked", "engine", "")
-        conflict: set[str] = set()
+        conflict = {f.compound.name for f in state.frames}  # without them it would not be asked for
         tried = 0
-        for plugin, answer in self._alternatives(item, state, node, conflict):
+        answers = _ways(item) if isinstance(item, Compound) else self._alternatives(item, state, node, conflict)
+        for plugin, answer in answers:
             key = answer.key or _key(answer.value)
             choices = (*state.choices, (item.name, key))
             if (nogood := self._nogood(choices)) is not None:
@@ -150,7 +141,7 @@ class Search:
                     node, item.name, key, "nogood", "engine", "the same combination failed before", answer.cost
                 )
                 continue
-            if tried == CAPS[type(item)]:
+            if tried == _cap(item):
                 self.trace.add(
                     node, item.name, "", "capped", "engine", f"{tried} alternatives tried, the rest left out"
                 )
@@ -176,7 +167,7 @@ class Search:
         context = replace(
             self.context,
             bindings=state.bindings,
-            agenda=tuple(i for i in state.agenda if not isinstance(i, Effect)),
+            agenda=tuple(i for i in state.agenda if not isinstance(i, Effect | Mark)),
             seed=derive_seed(self.context.seed, state.choices, item.name),
         )
         streams, faults = [], len(self.registry.faults)
@@ -232,7 +223,7 @@ class Search:
     def _apply(self, item: Designator, answer: Grounding, state: State, choices: tuple[tuple[str, str], ...]) -> State:
         after = replace(state, choices=choices, belief=answer.belief or state.belief)
         if isinstance(item, Action):
-            way: Decomposition = answer.value
+            way: Decomposition | Way = answer.value
             opened = {**state.opened, item.name: len(state.steps)}
             return replace(after, agenda=(*way.steps, Effect(item), *state.agenda), opened=opened)
         bindings = {**state.bindings, item.name: answer.value}
@@ -244,16 +235,14 @@ class Search:
     def _close(self, state: State, effect: Effect, rest: tuple[Item, ...]) -> State:
         """The end of an action: its effects on the belief, its section of the program."""
         action = ground_roles(effect.action, state.bindings)
-        belief = self.tasks[action.task].effects(action, state.belief)
         section = Section(action.name, describe(action), state.opened[action.name], len(state.steps))
         top = "/" not in action.name
-        return replace(
-            state,
-            agenda=rest,
-            belief=belief,
-            sections=(*state.sections, section) if top else state.sections,
-            actions=(*state.actions, action) if top else state.actions,
-        )
+        if top and not state.folding and not (isinstance(action, Compound) and not action.decided_at_run_time):
+            state = replace(state, sections=(*state.sections, section))
+        if isinstance(action, Compound):
+            return replace(state, agenda=rest)
+        belief = self.tasks[action.task].effects(action, state.belief)
+        return replace(state, agenda=rest, belief=belief, actions=(*state.actions, action) if top else state.actions)
 
     def _nogood(self, choices: tuple[tuple[str, str], ...]) -> Conflict | None:
         """The names of the choices in a combination that failed before and is made again with the last choice."""
@@ -276,7 +265,20 @@ def ground_roles(action: Action, bindings: Mapping[str, Any]) -> Action:
 def describe(action: Action) -> str:
     """A line for people: the task and its objects."""
     fillers = ", ".join(f"{k} {v.entity or v.name}" for k, v in action.roles.items())
+    if isinstance(action, Compound):
+        return str(action)
     return f"{action.task.split(':')[-1]}" + (f": {fillers}" if fillers else "")
+
+
+def _ways(item: Compound) -> Iterator[tuple[str, Grounding]]:
+    """A compound's ways, which the engine itself knows."""
+    for way in ways(item):
+        yield "engine", Grounding(way, way.reason, way.cost, key=way.reason)
+
+
+def _cap(item: Designator) -> int:
+    """How many alternatives are tried; those of a compound were written down and are all meant."""
+    return len(item.branches) if isinstance(item, Compound) else CAPS[type(item)]
 
 
 def _domain(item: Designator, state: State) -> set[str]:

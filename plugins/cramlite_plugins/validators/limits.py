@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cramlite import Candidate, Finding, MoveJoints, Validator, hookimpl
-from cramlite.program import AnyStep, Joints
+from cramlite.program import AnyStep, Joints, walk
 from cramlite.verdict import Cost
 
 OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
@@ -24,7 +24,7 @@ class JointLimits:
     def check(self, candidate: Candidate) -> Iterable[Finding]:
         robot = candidate.robot
         worst = np.inf
-        for step in candidate.program.steps:
+        for step in walk(candidate.program.steps):
             for joints in _targets(step):
                 for name, value, (low, high) in zip(robot.joints, joints, robot.limits, strict=True):
                     margin = min(value - low, high - value)

@@ -1,0 +1,128 @@
+"""The way back to where a control step began, from wherever its steps may have ended.
+
+The plan language asks for it: before an attempt is made again, at the end of a round, after the first of several has
+succeeded. Steps that cannot fail come first in most attempts (a transfer); from all later ones the arm goes straight back
+to where those ended, and from there the same way as it came.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+from cramlite import (
+    Answers,
+    Belief,
+    Context,
+    Grounding,
+    Motion,
+    MoveJoints,
+    MoveLinear,
+    SetGripper,
+    SetPayload,
+    Unresolvable,
+    Wait,
+    ZeroSensor,
+    hookimpl,
+)  # fmt: skip
+from cramlite.program import AnyStep, Joints, walk
+
+SURE = (MoveJoints, MoveLinear, SetPayload, ZeroSensor, Wait)
+"""Steps that cannot fail; nor does a gripper that expects nothing, unless it does not answer."""
+SPEED, ACCELERATION = 0.05, 0.5  # straight back [m/s, m/s2]: half as fast as other straight motions, out of contact
+
+
+@hookimpl
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    return _back(motion, belief, context) if motion.kind == "back" else None
+
+
+def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
+    start: Belief = motion.parameters["to"]
+    after = list(walk(motion.parameters["after"]))
+    _check_hand(motion, start, after)
+    lead, rest = _split(after)
+    pivot = _ends(lead)[-1] if _ends(lead) else start.joints
+    _check_lines(motion, start, context, pivot, _ends(rest))
+    steps = [*_open(motion, start, after), *_straight(motion, context, pivot, rest), *_retraced(motion, start, context, lead)]
+    kept = replace(start, poses=belief.poses) if belief.poses.keys() == start.poses.keys() else start
+    reason = f"straight to where {len(rest)} steps began, then back the way of {len(lead)}"
+    yield Grounding(tuple(steps), reason, 0.0, kept, key="back")
+
+
+def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
+    """What is held must be the same again: nobody can say where something is that was let go or taken in between."""
+    grips = [k for k, s in enumerate(after) if isinstance(s, SetGripper)]
+    if start.held and grips:
+        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again")
+    taken = next((k for k in grips if after[k].expect == "object"), None)  # type: ignore[union-attr]
+    if taken is not None and any(not _sure(s) for s in after[taken + 1 :]):
+        raise Unresolvable(f"'{motion.name}': what was taken hold of may be anywhere when a later step has failed")
+
+
+def _sure(step: AnyStep) -> bool:
+    return isinstance(step, SURE) or (isinstance(step, SetGripper) and step.expect == "any")
+
+
+def _split(after: list[AnyStep]) -> tuple[list[AnyStep], list[AnyStep]]:
+    """The steps that cannot fail at the beginning, and the others."""
+    count = next((k for k, s in enumerate(after) if not _sure(s)), len(after))
+    return after[:count], after[count:]
+
+
+def _ends(steps: Iterable[AnyStep]) -> list[Joints]:
+    """Joint positions at which steps end."""
+    found: list[Joints] = []
+    for step in steps:
+        found += step.path if isinstance(step, MoveJoints) else [q for q in (getattr(step, "joints", ()),) if q]
+    return found
+
+
+def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints, ends: list[Joints]) -> None:
+    from cramlite_plugins.experts.reach import make_scene, touched
+
+    from .kinematics import forward
+    from .linear import straight
+    from .planner import Refusal
+
+    scene = make_scene(start, context, touched(motion.may_touch, context), clearance=0.0)
+    target = forward(context.robot, pivot)
+    for q in ends:
+        found = straight(scene, context.robot, q, [target])
+        if isinstance(found, Refusal):
+            raise Unresolvable(f"'{motion.name}': no way back to where it began: {found.reason}")
+
+
+def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnyStep]:
+    from .gripping import PADS_SPEED
+
+    last = next((s for s in reversed(after) if isinstance(s, SetGripper)), None)
+    if last is not None and start.held is None:
+        yield SetGripper(start.opening, PADS_SPEED, last.force, origin=motion.name, comment="as wide as before")
+
+
+def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnyStep]) -> Iterator[AnyStep]:
+    """To the pose first, so that what was gripped or touched is left straight; then to the very joint position."""
+    from .kinematics import forward
+
+    if _ends(rest):
+        target = forward(context.robot, pivot)
+        yield MoveLinear(target, SPEED, ACCELERATION, pivot, origin=motion.name, comment=motion.reason)
+
+
+def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
+    """The motions at the beginning, the last one first."""
+    from .kinematics import forward
+
+    here = start.joints
+    back: list[AnyStep] = []
+    for step in lead:
+        if isinstance(step, MoveJoints):
+            path = (*reversed(step.path[:-1]), here)
+            back.append(replace(step, path=path, origin=motion.name, comment=motion.reason))
+        elif isinstance(step, MoveLinear):
+            target = forward(context.robot, here)
+            back.append(replace(step, target=target, joints=here, origin=motion.name, comment=motion.reason))
+        here = (_ends([step]) or [here])[-1]
+    yield from reversed(back)
+
