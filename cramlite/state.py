@@ -132,7 +132,7 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
 
 def _differ(one: Belief, other: Belief) -> str:
     """What makes two beliefs different for what comes after; empty when nothing does."""
-    apart = max(abs(a - b) for a, b in zip(one.joints, other.joints, strict=True))
+    apart = max((abs(a - b) for a, b in zip(one.joints, other.joints, strict=True)), default=0.0)
     held = [b.held.thing if b.held else "nothing" for b in (one, other)]
     if held[0] != held[1]:
         return f"'{held[0]}' is held after one, '{held[1]}' after the other"

@@ -25,8 +25,8 @@ from .tasks import Decomposition, TaskType
 from .world import Geom, RobotMount, Thing, World
 
 KINDS = (
-    "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert", "payload",
-    "zero_sensor", "hold",
+    "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert", "force_extract",
+    "compliant_slide", "payload", "zero_sensor", "hold", "back",
 )  # fmt: skip
 """Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``)."""
 
