@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from interpretation_samples import SHOP, action, episode, hanger_episode, state, track
 
+from cramlite.engine import Engine
 from cramlite.episode import Entity, Episode, Event
 from cramlite.errors import UserError
 from cramlite.geometry import Pose
@@ -351,6 +352,36 @@ def test_the_gripper_opens_or_closes(first: float, last: float, task: str) -> No
     sample = episode([], [action("soma:PhysicalAction", 0, 1.9)], {"hand": track((0, 0, 0, 0), (2, 0, 0, 0))}, opening)
     found = tasks(read(sample).actions[0])
     assert found == {task}
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "held", "opens"),
+    [
+        (0.05, 0.1, False, True),  # it has let go of a thing, and opens on
+        (0.05, 0.1, True, False),  # it lets go of a thing by this
+        (0.05, 0.07, False, False),  # it does not end open
+        (0.078, 0.1, False, False),  # it was open
+        (0.01, 0.1, True, True),  # closed, whatever it holds
+    ],
+)
+def test_an_empty_hand_opens_on(first: float, last: float, held: bool, opens: bool) -> None:
+    opening = np.array([(0, first), (0.5, first), (1.5, last), (2, last)])
+    states = [state("grasp", "hand", "box", 0, 1.5)] if held else []
+    events = [action("soma:PhysicalAction", 0, 1.9), *states]
+    sample = episode([BOX], events, {"hand": track((0, 0, 0, 0), (2, 0, 0, 0))}, opening)
+    assert ("artm:OpenGripperTask" in tasks(read(sample).actions[0])) is opens
+
+
+@pytest.mark.parametrize("name", ["fetch_from_hanger", "hang_onto_hanger"])
+def test_the_shipped_demonstrations_have_no_hole(name: str) -> None:
+    assert not read(Engine().read_episode(data_folder("scenarios") / name / "demonstration")).holes
+
+
+def test_what_opens_on_is_a_hole_without_the_rule() -> None:
+    demonstration = Engine().read_episode(data_folder("scenarios") / "fetch_from_hanger" / "demonstration")
+    others = [r for r in RULES if r.task != "artm:OpenGripperTask"]
+    (hole,) = interpret(demonstration, others, TAXONOMY).holes
+    assert at(read(demonstration), hole.start).named("artm:OpenGripperTask")
 
 
 @pytest.mark.parametrize(("first", "last", "task"), [(0.0, 0.3, "soma:Opening"), (0.3, 0.0, "soma:Closing")])
