@@ -1,38 +1,42 @@
-"""Paths into and between the compartments of a cluttered shelf: how many, how fast, how long, and whether Coal agrees.
+"""Pick and place in a cluttered shelf: how many, how fast, how long, and whether Coal agrees.
 
-Run: python tests/benchmarks/planning.py [--problems 50] [--seed 0]
+    python tests/benchmarks/planning.py --problems 100 --peer /tmp/peer
 
-A problem goes from one free tool pose in the shelf to another; both have a free inverse solution by construction,
-so each has a true goal. Times are of the complete path (inverse kinematics, planned, shortened, checked, timed),
-also in units of one raw collision check on the same machine, because other load changes milliseconds but hardly ratios.
+A problem goes from one free tool pose in the shelf to another; each has a known true goal. Times are CPU time of the
+complete trajectory (inverse kinematics, planned, shortened, corners rounded and checked, timed); Coal then looks at it
+as it is executed, every 0.01 rad. ``--peer DIR`` lets sscbirrt solve the same problems, in an environment of its own
+that is made in DIR (planning_peer.py).
 """
 
 from __future__ import annotations
 
 import argparse
-import statistics
+import json
+import subprocess
 import sys
 import time
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path as File
+from typing import Any
 
 import mujoco
 import numpy as np
+from planning_problems import Problem, mjcf, problem
 
 sys.path.insert(0, str(File(__file__).parents[1] / "plugins" / "motions"))
 
 import coal_check
-from scenes import TABLE, box, make
 
-from cramlite.geometry import Pose
-from cramlite.world import Thing
+from cramlite.geometry import Floats
+from cramlite_plugins.motions.blends import rounded, zone
 from cramlite_plugins.motions.kinematics import inverse
 from cramlite_plugins.motions.planner import Path, plan, resampled
-from cramlite_plugins.motions.scene import Scene
-from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.motions.scene import CLEARANCE, Scene
 
-Joints = tuple[float, ...]
 SPEED, ACCELERATION = 1.57, 3.0  # of the planners' comparison [rad/s, rad/s2]
+PEER = ("sscbirrt==3.15.0", "mujoco==3.14.0")
+STEP = 0.01  # of Coal's check [rad]
 
 
 @dataclass(frozen=True)
@@ -46,64 +50,37 @@ class Result:
     reason: str = ""
 
 
-def shelf(rng: np.random.Generator) -> tuple[Thing, ...]:
-    """Two boards, two sides, a back and a post, and six boxes standing on table and board."""
-    walls = (
-        TABLE,
-        box("back", (0.4, 0.01, 0.35), (0.45, 0.72, 0.34)),
-        box("board", (0.4, 0.14, 0.01), (0.45, 0.57, 0.34)),
-        box("top", (0.4, 0.14, 0.01), (0.45, 0.57, 0.69)),
-        box("left", (0.01, 0.14, 0.35), (0.05, 0.57, 0.34)),
-        box("right", (0.01, 0.14, 0.35), (0.85, 0.57, 0.34)),
-        box("post", (0.01, 0.14, 0.16), (0.45, 0.57, 0.17)),
-    )
-    clutter = []
-    for k in range(6):
-        half = rng.uniform((0.02, 0.02, 0.03), (0.04, 0.04, 0.07))
-        floor = -0.01 if k % 2 else 0.35
-        place = (float(rng.uniform(0.1, 0.8)), float(rng.uniform(0.5, 0.68)), floor + float(half[2]) + 0.001)
-        clutter.append(box(f"box{k}", (float(half[0]), float(half[1]), float(half[2])), place, 0.2))
-    return (*walls, *clutter)
-
-
-def stand(scene: Scene, rng: np.random.Generator) -> tuple[Pose, Joints]:
-    """A tool pose in the shelf or before it that has a free inverse solution, and that solution."""
-    while True:
-        inside = rng.random() < 0.75
-        low, high = ((0.12, 0.42, 0.06), (0.78, 0.56, 0.6)) if inside else ((0.2, 0.1, 0.1), (0.6, 0.3, 0.5))
-        position = rng.uniform(low, high)
-        axis = np.array((0.0, 1.0, 0.0)) + rng.normal(0, 0.15, 3) if inside else np.array((0.1, 0.2, -1.0))
-        pose = Pose.from_axes(position.tolist(), axis, rng.normal(0, 1, 3))
-        free = [q for q in inverse(UR5E, pose)[:24] if scene.free(q)]
-        if free:
-            return pose, free[0]
-
-
-def solve(number: int, seed: int) -> Result:
+def solve(task: Problem, seed: int) -> Result:
     """One problem, its path checked by Coal."""
-    rng = np.random.default_rng((seed, number))
-    scene = make(*shelf(rng))
-    (_, start), (goal, _) = stand(scene, rng), stand(scene, rng)
-    assert scene.checks is not None
+    scene = task.scene
     scene.checks[0], before = 0, time.process_time()
-    goals = inverse(UR5E, goal, seed=start)
-    found = plan(scene, start, goals, seed=number, speed=SPEED, acceleration=ACCELERATION)
-    seconds = time.process_time() - before
-    checks = scene.checks[0]
+    goals = inverse(scene.robot, task.goal, seed=task.start)
+    found = plan(scene, task.start, goals, seed=seed, speed=SPEED, acceleration=ACCELERATION)
+    seconds, checks = time.process_time() - before, scene.checks[0]
     if not isinstance(found, Path):
         return Result(seconds, None, checks, 0.0, found.reason)
-    return Result(seconds, found, checks, smallest(scene, found))
+    return Result(seconds, found, checks, smallest(scene, executed(scene, found)))
 
 
-def smallest(scene: Scene, path: Path) -> float:
-    """The smallest distance along the path for Coal, every 0.01 rad [m]."""
+def executed(scene: Scene, path: Path) -> Iterator[Floats]:
+    """Joint positions of the path with its corners rounded."""
+    zones = []
+    for (a, corner, b), radius in zip(zip(path.points, path.points[1:], path.points[2:], strict=False), path.radii, strict=True):
+        found = [zone(scene.tip, corner, other, radius) if radius > 0 else 0.0 for other in (a, b)]
+        zones.append((float(found[0] or 0.0), float(found[1] or 0.0)))
+    for section in rounded(path.points, zones, [(SPEED, ACCELERATION)] * (len(path.points) - 1)):
+        count = max(1, int(SPEED * section.length / STEP))
+        yield from (section.at(section.length * k / count) for k in range(count + 1))
+
+
+def smallest(scene: Scene, positions: Iterator[Floats] | Sequence[Floats]) -> float:
+    """The smallest distance for Coal [m]."""
     solids, checked = coal_check.shapes(scene), coal_check.pairs(scene)
-    return min(min(coal_check.distances(scene, q, solids, checked).values()) for q in resampled(path.points, 0.01))
+    return min(min(coal_check.distances(scene, q, solids, checked).values()) for q in positions)
 
 
-def raw_check(count: int = 2000) -> float:
-    """Seconds of one mj_kinematics and mj_collision in such a shelf."""
-    scene = make(*shelf(np.random.default_rng(0)))
+def raw_check(scene: Scene, count: int = 2000) -> float:
+    """CPU seconds of one mj_kinematics and mj_collision."""
     model, data = scene.compiled.model, scene.data
     positions = np.random.default_rng(1).uniform(-3, 3, (count, 6))
     before = time.process_time()
@@ -114,32 +91,62 @@ def raw_check(count: int = 2000) -> float:
     return (time.process_time() - before) / count
 
 
+def peer(tasks: Sequence[Problem], folder: File) -> list[dict[str, Any]]:
+    """sscbirrt's answers, from a virtual environment that is made when there is none."""
+    python = folder / "bin" / "python"
+    if not python.exists():
+        subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+        subprocess.run([str(python), "-m", "pip", "install", "-q", *PEER], check=True)
+    problems = [
+        {
+            "mjcf": mjcf(t.scene), "start": t.start, "goals": inverse(t.scene.robot, t.goal, seed=t.start), "seed": k,
+            "speed": SPEED, "acceleration": ACCELERATION, "clearance": CLEARANCE,
+        }
+        for k, t in enumerate(tasks)
+    ]  # fmt: skip
+    (folder / "problems.json").write_text(json.dumps(problems))
+    script = File(__file__).with_name("planning_peer.py")
+    subprocess.run([str(python), str(script), str(folder / "problems.json"), str(folder / "answers.json")], check=True)
+    answers: list[dict[str, Any]] = json.loads((folder / "answers.json").read_text())
+    return answers
+
+
+def line(name: str, milliseconds: Sequence[float], durations: Sequence[float], distances: Sequence[float]) -> None:
+    """One row of the comparison."""
+    half, most = np.quantile(milliseconds, (0.5, 0.95))
+    print(
+        f"{name}: solved {len(durations)} of {len(milliseconds)}; complete {half:.0f} ms median, {most:.0f} ms p95; "
+        f"duration {np.mean(durations):.2f} s mean, {np.median(durations):.2f} s median; collisions by Coal "
+        f"{sum(d <= 0 for d in distances)}, smallest distance {1e3 * min(distances):.1f} mm"
+    )
+
+
 def main() -> None:
     """Print the figures."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--problems", type=int, default=50)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--problems", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--peer", type=File, help="folder for sscbirrt's environment")
     options = parser.parse_args()
-    unit = raw_check()
-    results = [solve(k, options.seed) for k in range(options.problems)]
-    solved = [r for r in results if r.path is not None]
-    times = np.array([r.seconds for r in results])
+    tasks = [problem(k, options.seed) for k in range(options.problems)]
+    results = [solve(t, k) for k, t in enumerate(tasks)]
     paths = [r.path for r in results if r.path is not None]
-    half, most = float(np.median(times)), float(np.quantile(times, 0.95))
-    lasting = [p.duration for p in paths]
-    print(f"solved {len(solved)} of {len(results)}")
-    print(f"complete path {half * 1e3:.0f} ms median, {most * 1e3:.0f} ms p95")
-    print(f"  = {half / unit:.0f} and {most / unit:.0f} raw checks of {unit * 1e6:.0f} us")
-    print(f"state checks {statistics.median(r.checks for r in results):.0f} median; ", end="")
-    print(f"{1e6 * times.sum() / sum(r.checks for r in results):.0f} us each, planner included")
-    print(f"duration {statistics.mean(lasting):.2f} s mean, {statistics.median(lasting):.2f} s median; ", end="")
-    print(f"first solutions {statistics.mean(p.first for p in paths):.2f} s")
-    print(f"straight joint lines {sum(p.samples == 0 for p in paths)}")
-    print(f"collisions by Coal {sum(r.distance <= 0 for r in solved)}; ", end="")
-    print(f"smallest distance {min(r.distance for r in solved) * 1e3:.1f} mm")
+    line("cramlite", [1e3 * r.seconds for r in results], [p.duration for p in paths], [r.distance for r in results if r.path])
+    checks = sum(r.checks for r in results)
+    print(f"  straight joint lines {sum(p.samples == 0 for p in paths)}; first solutions {np.mean([p.first for p in paths]):.2f} s")
+    corners = [r for p in paths for r in p.radii]
+    print(f"  corners {len(corners)}, of them stops {sum(r == 0 for r in corners)}; {checks} state checks of ", end="")
+    print(f"{1e6 * sum(r.seconds for r in results) / checks:.0f} us, planner included; raw {1e6 * raw_check(tasks[0].scene):.0f} us")
     for number, r in enumerate(results):
         if r.path is None:
-            print(f"problem {number}: {r.reason}")
+            print(f"  problem {number}: {r.reason}")
+    if options.peer:
+        answers = peer(tasks, options.peer)
+        good = [(t, a) for t, a in zip(tasks, answers, strict=True) if "duration" in a]
+        far = [smallest(t.scene, resampled([tuple(q) for q in a["path"]], STEP)) for t, a in good]
+        line("sscbirrt", [a["ms"] for a in answers], [a["duration"] for _, a in good], far)
+        both = [r.path.duration / a["duration"] for r, a in zip(results, answers, strict=True) if r.path and "duration" in a]
+        print(f"  duration of ours / theirs on the same problem: {np.mean(both):.2f} mean, {np.median(both):.2f} median")
 
 
 if __name__ == "__main__":

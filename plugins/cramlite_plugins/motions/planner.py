@@ -45,7 +45,7 @@ class Space(Protocol):
         """Whether the arm is inside its limits and keeps its clearance there."""
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
-        """Whether the straight joint-space line is free."""
+        """Whether the straight joint-space line from a free position is free."""
 
     def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:
         """The fraction of the straight joint-space line where it is first blocked; None when it is free."""

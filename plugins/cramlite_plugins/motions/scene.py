@@ -38,15 +38,15 @@ Position = Sequence[float] | Floats
 Pairs = frozenset[frozenset[str]]
 Near = list[tuple[int, int, float]]
 
-HORIZON = 0.04  # distances above this are not told apart [m]
+HORIZON = 0.05  # distances above this are not told apart [m]
 CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
 KEPT = 0.3  # share of the needed distance that is kept between two checks, too
-LEVELS = (0.02, HORIZON)  # further distances that one check can rule out at once [m]
+LEVELS = (0.012, 0.025, HORIZON)  # further distances that one check can rule out at once [m]
 TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
-CHUNK = 0.5  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
+CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
 
 
 @dataclass(frozen=True)
@@ -93,8 +93,8 @@ class Scene:
         return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
 
     def line_free(self, a: Position, b: Position) -> bool:
-        """Whether the straight joint-space line is free; its ends and the longest intervals are looked at first."""
-        if not (self.free(b) and self.free(a)):
+        """Whether the straight joint-space line from a free position is free; its end and the longest intervals first."""
+        if not self.free(b):
             return False
         line = _Line(a, b)
         rest = deque(line.parts())
@@ -145,7 +145,8 @@ class Scene:
 
     def relaxed(self, anchors: Sequence[Position]) -> Scene:
         """The same scene, asking near each of these positions for no more clearance than there is at it."""
-        return replace(self, anchors=tuple(self._anchor(q) for q in anchors))
+        found = [self._anchor(q) for q in anchors]
+        return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
 
     def at(self, poses: Mapping[str, Pose]) -> Scene:
         """The same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
@@ -181,7 +182,7 @@ class Scene:
         return [(g, h, measure(model, data, g, h, FAR, None)) for g, h in level.near(data) if need[g, h] > -np.inf]
 
     def _needed(self, q: Position, g: int, h: int) -> float:
-        need = float(self.need[g, h])
+        need: float = self.need.item(g, h)
         for position, closer in self.anchors:
             if (g, h) in closer and max(abs(x - y) for x, y in zip(q, position, strict=True)) < NEAR:
                 need = min(need, closer[g, h])
@@ -205,7 +206,7 @@ class Scene:
             if d < need:
                 return None
             if not open_ and rates is not None:
-                open_ = d - half * rates.between(g, h) < min(need, KEPT * need)
+                open_ = d - half * rates.between[g, h] < min(need, KEPT * need)
         if not open_ or (high - low) * line.size < SMALLEST:
             return []
         if rates is None:
@@ -239,20 +240,16 @@ class Scene:
         lever = (np.sqrt(np.maximum(square, 0.0)) + self.compiled.model.geom_rbound[:, None]) * self.moved
         grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
         rates: Floats = (lever + grown[:, None] * self.moved) * way
-        return _Rates(rates, self.still, float(rates.sum(axis=1).max()))
+        alone = rates @ self.still.T  # joints that move both do not count
+        return _Rates(alone + alone.T, float(rates.sum(axis=1).max()))
 
 
 @dataclass(frozen=True)
 class _Rates:
-    """How far geoms move over a whole line: by each joint (geoms, joints), and at most [m]."""
+    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
 
-    each: Floats
-    still: Floats
+    between: Floats
     most: float
-
-    def between(self, g: int, h: int) -> float:
-        """How far two geoms may move towards one another: joints that move both do not count."""
-        return float(self.each[g] @ self.still[h] + self.each[h] @ self.still[g])
 
 
 Part = tuple[float, float, _Rates | None]
