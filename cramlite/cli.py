@@ -88,6 +88,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     controller.add_argument("--idle", type=float, default=600.0, help="close after this time without a client")
     controller.add_argument("--seed", type=int, default=0)
+    check = _add(commands, "check", _check, "check a scenario, a rule file or a program without running it")
+    check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")
+    schema = _add(commands, "schema", _schema, "print the JSON Schema of scenario or rule files")
+    schema.add_argument("kind", choices=["scenario", "rule"])
     tasks = _add(commands, "tasks", _tasks, "list the task types")
     tasks.add_argument("--json", action="store_true")
     plugins = _add(commands, "plugins", _plugins, "list the plugins, with their faults")
@@ -229,6 +233,20 @@ def _controller(arguments: argparse.Namespace) -> int:
         plugins=arguments.plugin,
         block=arguments.block,
     )
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from .checking import check_file
+
+    return check_file(arguments.file, plugins=arguments.plugin, block=arguments.block)
+
+
+def _schema(arguments: argparse.Namespace) -> int:
+    from .explain import as_json
+    from .schema import SCHEMAS
+
+    print(as_json(SCHEMAS[arguments.kind]()))
+    return 0
 
 
 def _tasks(arguments: argparse.Namespace) -> int:

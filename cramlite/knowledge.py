@@ -14,6 +14,7 @@ from .resources import data_folder
 if TYPE_CHECKING:
     from .experts import Expert
     from .ontology import Taxonomy
+    from .phases import Predicate
     from .plugin_types import Backend, ModelMaker, Simulator, Validator
     from .robots import Robot
     from .rules import Rule
@@ -90,14 +91,17 @@ class Knowledge:
 
         return load_taxonomy(self.ontology_paths)
 
+    @property
+    def predicates(self) -> list[Predicate]:
+        return [p for _, p in self.registry.collect("predicates")]
+
     @cached_property
     def rules(self) -> tuple[Rule, ...]:
         from .rules import load_rules
 
-        predicates = [p for _, p in self.registry.collect("predicates")]
         shipped = sorted(data_folder("task_rules").glob("*.yaml"))
         own = [task.rule_file for task in self.tasks.values() if task.rule_file is not None]
-        return load_rules([*shipped, *own], predicates, self.taxonomy)
+        return load_rules([*shipped, *own], self.predicates, self.taxonomy)
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:

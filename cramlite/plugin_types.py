@@ -86,6 +86,10 @@ class Simulator(Protocol):
         """Run a program's text on the controller model. It sees the text and the world, nothing else."""
         ...
 
+    def inspect(self, text: str) -> Iterable[tuple[int, str]]:
+        """Lines of a program's text that are doubtful, and why; raise UserError if it cannot run at all."""
+        ...
+
     def serve(
         self,
         world: World,

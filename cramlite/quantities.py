@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, WithJsonSchema
 
 UNITS: dict[str, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 0.01, "mm": 0.001},
@@ -52,8 +52,16 @@ def _parser(kind: str) -> Callable[[Any], float]:
     return lambda value: parse_quantity(value, kind)
 
 
-Length = Annotated[float, BeforeValidator(_parser("length"))]
-Angle = Annotated[float, BeforeValidator(_parser("angle"))]
-Mass = Annotated[float, BeforeValidator(_parser("mass"))]
-Force = Annotated[float, BeforeValidator(_parser("force"))]
-Time = Annotated[float, BeforeValidator(_parser("time"))]
+def _schema(kind: str) -> WithJsonSchema:
+    """What an editor should accept: a number, or text with a unit of this kind."""
+    units = "|".join(u for u in UNITS[kind])
+    pattern = rf"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*({units})?\s*$"
+    text = f"{_A[kind]}: a number in {next(iter(UNITS[kind]))}, or text such as '{_EXAMPLES[kind]}'"
+    return WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": pattern}], "description": text})
+
+
+Length = Annotated[float, BeforeValidator(_parser("length")), _schema("length")]
+Angle = Annotated[float, BeforeValidator(_parser("angle")), _schema("angle")]
+Mass = Annotated[float, BeforeValidator(_parser("mass")), _schema("mass")]
+Force = Annotated[float, BeforeValidator(_parser("force")), _schema("force")]
+Time = Annotated[float, BeforeValidator(_parser("time")), _schema("time")]

@@ -27,6 +27,15 @@ class MujocoSimulator:
 
         return execute(text, world, robots, mount=mount, seed=seed)
 
+    def inspect(self, text: str) -> Iterable[tuple[int, str]]:
+        from .ur_functions import known_functions
+        from .urscript import load
+        from .urscript.doubts import doubts
+        from .urscript.kinds import wrong_kinds
+
+        tree = load(text, known_functions()).tree
+        return [(d.line, d.text) for d in (*wrong_kinds(tree), *doubts(tree))]
+
     def serve(
         self,
         world: World,

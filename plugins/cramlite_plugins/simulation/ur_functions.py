@@ -34,6 +34,16 @@ NAMES = (
 )  # fmt: skip
 
 
+def known_functions() -> Library:
+    """Every function that a program may call, for checking it: they are bound to no controller and must not be called."""
+    from .virtual_ur.registers import Registers
+
+    bare = {cls: object.__new__(cls) for cls in (Functions, Sockets, Streaming, Settings)}
+    names = ((Functions, NAMES), (Sockets, SOCKETS), (Streaming, STREAMING), (Settings, SETTINGS))
+    own = {name: getattr(bare[cls], name) for cls, listed in names for name in listed}
+    return {**PURE, **own, **Registers(lambda: 0.0).library()}
+
+
 class Functions:
     """The functions of one run.
 

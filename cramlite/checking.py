@@ -1,0 +1,94 @@
+"""Checking files without running anything: ``cramlite check``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .errors import UserError
+from .resources import find_scenario
+
+if TYPE_CHECKING:
+    from .scenario import Scenario
+
+
+def check_file(name: str, plugins: Sequence[Path] = (), block: Sequence[str] = ()) -> int:
+    """Check a scenario, a rule file or a program, and print what was found.
+
+    Returns:
+        0 if nothing stands against it; doubts about a program are printed and do not count.
+
+    Raises:
+        UserError: the first thing that is wrong, with file and line.
+    """
+    path = Path(name)
+    if path.suffix in (".ttl", ".owl", ".rdf"):
+        raise UserError(f"'{path}' is an ontology; 'cramlite ontology check {path}' checks it.")
+    if path.suffix in (".script", ".urscript"):
+        return _check_program(path, plugins, block)
+    if path.suffix in (".yaml", ".yml") and path.is_file() and _is_rule(path):
+        return _check_rule(path, plugins, block)
+    return _check_scenario(find_scenario(name), plugins, block)
+
+
+def _is_rule(path: Path) -> bool:
+    from .yaml_file import load_yaml
+
+    data = load_yaml(path)
+    return isinstance(data, dict) and "task" in data and "scenario" not in data
+
+
+def _check_rule(path: Path, plugins: Sequence[Path], block: Sequence[str]) -> int:
+    from .knowledge import Knowledge
+    from .registry import Registry
+    from .rules import load_rules
+
+    knowledge = Knowledge(Registry(tuple(plugins), tuple(block)))
+    (rule,) = load_rules([path], knowledge.predicates, knowledge.taxonomy)
+    print(f"{path}: the rule of {rule.task}, {len(rule.clauses)} conditions, roles {', '.join(rule.roles) or 'none'}")
+    return 0
+
+
+def _check_scenario(path: Path, plugins: Sequence[Path], block: Sequence[str]) -> int:
+    from .pipeline import make_engine
+    from .scenario import read_scenario
+
+    scenario = read_scenario(path)
+    engine = make_engine(scenario, plugins, block)
+    setting = engine.setting(scenario)
+    things = len(setting.world.things)
+    start = _start(scenario)
+    if scenario.spec.demonstration is None:
+        from .goals import plan_from_tasks
+
+        start = f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world)}"
+    print(f"{path}: '{scenario.name}' starts from {start}; robot {setting.robot.type}, {things} things, "
+          f"code by {setting.backend.name}")  # fmt: skip
+    return 0
+
+
+def _start(scenario: Scenario) -> str:
+    name = scenario.spec.demonstration or ""
+    place = scenario.beside(name)
+    if not place.exists():
+        raise UserError(
+            f"{scenario.where('demonstration')}: there is no episode at '{place}'; record one with 'cramlite record'."
+        )
+    return f"the demonstration '{name}'"
+
+
+def _check_program(path: Path, plugins: Sequence[Path], block: Sequence[str]) -> int:
+    from .knowledge import Knowledge
+    from .registry import Registry
+
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"The program '{path}' cannot be read: {error}.") from error
+    simulator = Knowledge(Registry(tuple(plugins), tuple(block))).simulator
+    doubts = list(simulator.inspect(text))
+    for line, doubt in doubts:
+        print(f"{path}:{line}: {doubt}")
+    print(f"{path}: {len(text.splitlines())} lines, every name and call is known, {len(doubts) or 'no'} doubts")
+    return 0

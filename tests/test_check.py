@@ -1,0 +1,125 @@
+"""``cramlite check`` and ``cramlite schema``, as processes."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import jsonschema
+import pytest
+from conftest import ROOT
+from ruamel.yaml import YAML
+
+SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
+RULES = sorted((ROOT / "task_rules").glob("*.yaml"))
+BAD_PROGRAM = """def p():
+  movej([0, -90, 90, 0, 0, 0])
+  movel(p[550, 0, 300, 0, 3.14, 0])
+  movel(p[0.5, 0, 0.3, 0, 180, 0])
+  while not is_steady():
+    sync()
+  end
+  sleep("long")
+  if 1:
+    textmsg("one")
+  end
+  halt
+  textmsg("never")
+end
+"""
+
+
+def cramlite(*words: object) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "cramlite.cli", *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def schema(kind: str) -> object:
+    return json.loads(cramlite("schema", kind).stdout)
+
+
+def plain(path: Path) -> object:
+    return YAML(typ="safe").load(path)
+
+
+@pytest.mark.parametrize("kind", ["scenario", "rule"])
+def test_what_is_shipped_fits_its_schema(kind: str) -> None:
+    validator = jsonschema.Draft202012Validator(schema(kind))
+    files = SCENARIOS if kind == "scenario" else RULES
+    assert files
+    for path in files:
+        assert not list(validator.iter_errors(plain(path))), path
+
+
+@pytest.mark.parametrize(
+    ("kind", "change"),
+    [
+        ("scenario", {"robot": 3}),
+        ("scenario", {"no_such_key": 1}),
+        ("scenario", {"unknown_error": {"thing": "hook", "position": "5 apples"}}),
+        ("scenario", {"tasks": [{"Patient": "without a task"}]}),
+        ("rule", {"when": []}),
+        ("rule", {"pre": "grasps(G, P)"}),
+        ("rule", {"roles": {"patient": "soma:Patient"}}),
+    ],
+)
+def test_what_is_wrong_does_not_fit(kind: str, change: dict[str, object]) -> None:
+    data = plain((SCENARIOS if kind == "scenario" else RULES)[0])
+    assert isinstance(data, dict)
+    assert list(jsonschema.Draft202012Validator(schema(kind)).iter_errors({**data, **change}))
+
+
+@pytest.mark.parametrize("name", ["fetch_from_hanger", "place_on_shelf", ROOT / "task_rules" / "grasping.yaml"])
+def test_what_is_right_passes(name: object) -> None:
+    done = cramlite("check", name)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("model: ", "modell: ", "modell"),
+        ("type: ur5e", "type: ur5x", "no robot 'ur5x'"),
+        ("task: PickUp", "task: PickUpp", "PickUpp"),
+    ],
+)
+def test_a_scenario_that_is_wrong_is_explained_with_its_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    text = (ROOT / "scenarios" / "place_on_shelf.yaml").read_text()
+    assert old in text
+    path = tmp_path / "mine.yaml"
+    path.write_text(text.replace(old, new, 1))
+    done = cramlite("check", path)
+    assert done.returncode == 2 and said in done.stderr and f"{path}:" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_a_rule_that_is_wrong_is_explained_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "mine.yaml"
+    path.write_text((ROOT / "task_rules" / "grasping.yaml").read_text().replace("grasps(", "graspz("))
+    done = cramlite("check", path)
+    assert done.returncode == 2 and "graspz" in done.stderr and f"{path}:" in done.stderr
+
+
+def test_doubts_about_a_program_have_their_lines(tmp_path: Path) -> None:
+    path = tmp_path / "p.script"
+    path.write_text(BAD_PROGRAM)
+    done = cramlite("check", path)
+    assert done.returncode == 0, done.stderr
+    wanted = {
+        2: "degrees", 3: "millimetres", 4: "degrees", 5: "time-out", 8: "a string", 9: "condition", 13: "never reached",
+    }  # fmt: skip
+    for line, said in wanted.items():
+        assert any(f":{line}: " in x and said in x for x in done.stdout.splitlines()), (line, said, done.stdout)
+
+
+def test_a_program_that_calls_what_there_is_not_fails(tmp_path: Path) -> None:
+    path = tmp_path / "p.script"
+    path.write_text("def p():\n  mooveJ([0])\nend\n")
+    done = cramlite("check", path)
+    assert done.returncode == 2 and "line 2" in done.stderr and "mooveJ" in done.stderr
+
+
+def test_an_ontology_is_sent_to_its_own_check() -> None:
+    done = cramlite("check", ROOT / "ontologies" / "tasks.ttl")
+    assert done.returncode == 2 and "ontology check" in done.stderr
