@@ -1,27 +1,24 @@
-"""What stands on, touches and lies in what, from shapes and poses: boxes around things, aligned with the world's axes.
+"""What stands on, touches and lies in what, from shapes and poses: boxes around things, turned as they are.
 
-A box around a turned or round thing is larger than the thing, so these are conclusions, and their events are marked
+A box around a round or hollow thing is larger than the thing, so these are conclusions, and their events are marked
 ``inferred``: what is recorded of contacts is always preferred (motion.py asks here only where nothing is).
 """
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 
-from cramlite.episode import Entity, Episode, Event
+from cramlite.episode import Episode, Event
 from cramlite.geometry import Floats
 from cramlite.world import Geom
 
 from ..shapes.hull import hull_planes
-from .entities import bounds
+from .oriented_box import OrientedBox, box_of, gap, over, within
 
 #: An underside this near to a top face [m] stands on it; trackers and drawn models are about this exact.
 NEAR = 0.015
-#: Boxes nearer than this touch [m].
+#: OrientedBoxes nearer than this touch [m].
 TOUCH = 0.005
-Box = tuple[Floats, Floats]
 
 
 def resting(episode: Episode, held: list[tuple[str, float, float]]) -> list[Event]:
@@ -72,25 +69,19 @@ def _at_rest(episode: Episode, name: str, span: tuple[float, float]) -> list[Eve
     return [Event("", type_, "state", *span, roles, True) for type_, roles in states]
 
 
-def encloses(outer: Box, inner: Box) -> bool:
+def encloses(outer: OrientedBox, inner: OrientedBox) -> bool:
     """Whether a thing lies in another: seen from above it is inside, and its lower half at least is below the rim."""
-    above = np.all(outer[0][:2] <= inner[0][:2] + TOUCH) and np.all(inner[1][:2] <= outer[1][:2] + TOUCH)
-    middle = (inner[0][2] + inner[1][2]) / 2
-    return bool(above and outer[0][2] - TOUCH <= inner[0][2] and middle <= outer[1][2])
+    middle = (inner.low + inner.high) / 2
+    return within(inner, outer, TOUCH) and outer.low - TOUCH <= inner.low and middle <= outer.high
 
 
-def gap(a: Box, b: Box) -> float:
-    """Distance of two boxes [m]; 0 where they overlap."""
-    return float(np.linalg.norm(np.maximum(0.0, np.maximum(a[0] - b[1], b[0] - a[1]))))
-
-
-def _hollow(episode: Episode, name: str, box: Box, time: float) -> bool:
+def _hollow(episode: Episode, name: str, box: OrientedBox, time: float) -> bool:
     """Whether there is room in a thing: no primitive of its shape fills the place. Of a shape that is not known, only the
     extents, there must be: solid things do not lie in each other."""
     pose = episode.pose_at(name, time)
     if pose is None:
         return False
-    centre = pose.inverse().apply((box[0] + box[1]) / 2)
+    centre = pose.inverse().apply(box.centre)
     return not any(_inside(g, g.pose.inverse().apply(centre)) for g in episode.entity(name).geoms)
 
 
@@ -110,29 +101,8 @@ def _inside(geom: Geom, point: Floats) -> bool:
     )
 
 
-def _under(box: Box, boxes: dict[str, Box]) -> str | None:
+def _under(box: OrientedBox, boxes: dict[str, OrientedBox]) -> str | None:
     """The thing whose top is nearest to the underside of another, within NEAR, and that overlaps it seen from above."""
-    gaps = []
-    for name, around in boxes.items():
-        height = abs(float(box[0][2] - around[1][2]))
-        over = np.all(box[0][:2] < around[1][:2]) and np.all(around[0][:2] < box[1][:2])
-        if over and height < NEAR:
-            gaps.append((height, name))
-    return min(gaps)[1] if gaps else None
-
-
-def box_of(episode: Episode, entity: Entity, time: float) -> Box | None:
-    """Lowest and highest corner of an entity in the world, around its primitives; where only its size is known, that is
-    taken as centred on its frame. None if its pose or extents are unknown."""
-    pose = episode.pose_at(entity.name, time)
-    if pose is None or (entity.size is None and not entity.geoms):
-        return None
-    if entity.geoms:
-        low, high = (np.array(c) for c in zip(*(bounds(g) for g in entity.geoms), strict=True))
-        low, high = low.min(axis=0), high.max(axis=0)
-    else:
-        high = np.array(entity.size) / 2
-        low = -high
-    corners = np.array(list(itertools.product(*zip(low, high, strict=True))))
-    world: Floats = pose.apply(corners)
-    return world.min(axis=0), world.max(axis=0)
+    heights = {name: abs(box.low - around.high) for name, around in boxes.items()}
+    near = [(height, name) for name, height in heights.items() if height < NEAR and over(box, boxes[name])]
+    return min(near)[1] if near else None

@@ -10,6 +10,8 @@ import numpy as np
 from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.phases import Phase, Predicate, Row
 
+from ..episodes.entities import bounds
+
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
 NEAR = 0.15
@@ -226,7 +228,7 @@ def _find_box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
     if entity is None:
         return None
     if entity.geoms:
-        corners = [_reach(g.shape, g.size, g.pose) for g in entity.geoms]
+        corners = [bounds(g) for g in entity.geoms]
         low = np.min([c[0] for c in corners], axis=0)
         high = np.max([c[1] for c in corners], axis=0)
         return _vector(low), _vector(high)
@@ -234,18 +236,6 @@ def _find_box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
         return None
     half = np.asarray(entity.size) / 2
     return _vector(-half), _vector(half)
-
-
-def _reach(shape: str, size: tuple[float, ...], pose: Pose) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of the box around one geom: exact for boxes and spheres, never too small for the round ones."""
-    if shape in ("box", "convex"):  # a convex hull's size is that of the box around it
-        half = np.asarray(size)
-    elif shape == "sphere":
-        half = np.full(3, size[0])
-    else:
-        half = np.array([size[0], size[0], size[1] + (size[0] if shape == "capsule" else 0.0)])
-    reach = half if shape == "sphere" else np.abs(pose.rotation) @ half
-    return np.asarray(pose.position) - reach, np.asarray(pose.position) + reach
 
 
 def _over(point: Vector3, low: Vector3, high: Vector3) -> bool:
