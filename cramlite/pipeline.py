@@ -173,13 +173,13 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     """The stages' values, each in its file."""
     from pydantic import TypeAdapter
 
-    from .program import Program
+    from .program_text import write_program
     from .world import World
 
     candidate = solution.candidate
     assert candidate.code is not None
     run.write(f"program{candidate.code.suffix}", candidate.code.text)
-    run.write("program.json", TypeAdapter(Program).dump_json(candidate.program, indent=1))
+    run.write("program.json", write_program(candidate.program))
     run.write("world.json", TypeAdapter(World).dump_json(solution.setting.real or candidate.world, indent=1))
     run.write("plan.json", as_json(candidate.plan))
     run.write("verdict.json", as_json(solution.verdict))

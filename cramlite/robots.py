@@ -20,6 +20,7 @@ class Gripper:
         mass: [kg].
         tcp: the pinch point in the flange frame; tcp z is the approach direction, tcp y the closing direction.
         force: lowest and highest grip force that can be commanded [N].
+        speed: lowest and highest speed of the pads towards each other that can be commanded [m/s].
     """
 
     type: str
@@ -29,6 +30,7 @@ class Gripper:
     mass: float
     tcp: Pose
     force: tuple[float, float]
+    speed: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,7 @@ class Robot:
         payload: [kg], gripper included.
         gripper: what is bolted to the flange.
         sensor: where the force-torque sensor is, e.g. "flange", "axia80"; None if there is none.
-        backend: the robot's native language by backend name.
+        backend: who writes its programs, by backend name: its native language, where there is one.
         mjcf: returns the model of arm and gripper as MJCF text. Names in it: joints and position actuators as in
             ``joints``; bodies as the links; actuator "gripper" (0 open .. 255 closed); sites "flange", "tcp", "ft";
             sensors "ft_force", "ft_torque"; pad geoms "left_pad*" and "right_pad*".

@@ -23,7 +23,7 @@ from cramlite_plugins.simulation.compile import Compiled, compile_world
 from cramlite_plugins.simulation.models import block, table
 from cramlite_plugins.simulation.vessels import bottle, bowl, can, mug
 
-HAND = Gripper("hand", (0.0, 0.10), (0.020, 0.030), 0.063, 0.5, Pose(), (40.0, 40.0))
+HAND = Gripper("hand", (0.0, 0.10), (0.020, 0.030), 0.063, 0.5, Pose(), (40.0, 40.0), (0.1, 0.1))
 TABLE = Geom("box", (0.5, 0.5, 0.02), Pose((0.5, 0.0, -0.02)))
 HELD = 0.020
 KINDS = ("block", "can", "bottle", "bowl", "mug", "ball", "cross")

@@ -121,8 +121,7 @@ def _path(step: ForceMove | CompliantSlide) -> list[str]:
 def _grip(step: SetGripper, gripper: Gripper) -> str:
     low, high = gripper.opening
     position = count((high - step.opening) / (high - low))
-    # Robotiq 2F-85: pad speed 20 .. 150 mm/s, the instruction manual's "Specifications".
-    speed = count((step.speed - 0.020) / (0.150 - 0.020))
+    speed = count((step.speed - gripper.speed[0]) / (gripper.speed[1] - gripper.speed[0]))
     force = count((step.force - gripper.force[0]) / (gripper.force[1] - gripper.force[0]))
     wanted = f'"{step.expect}", {number(step.timeout)}, "{label(step.origin)}"'
     return f"move_gripper({position}, {speed}, {force}, {wanted})  # {step.opening * 1000:.1f} mm, {step.force:.0f} N"

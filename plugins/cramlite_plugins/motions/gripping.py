@@ -12,6 +12,7 @@ from cramlite import (
     Belief,
     Context,
     Estimate,
+    Gripper,
     Grounding,
     Held,
     Motion,
@@ -22,7 +23,7 @@ from cramlite import (
 )  # fmt: skip
 
 Found = Iterator[Grounding]
-PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s
+PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
 LET_GO, DROPPED = 0.005, 0.1  # standard deviation of where a released thing is, in place and fallen [m]
 
 
@@ -47,7 +48,7 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     width = place.values.get("width_m", 0.0)
     force = float(np.clip(motion.parameters.get("force_n", gripper.force[0]), *gripper.force))
     expect = motion.parameters.get("expect", "any")
-    step = SetGripper(gripper.opening[0], PADS_SPEED, force, expect, origin=motion.name, comment=motion.reason)
+    step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=motion.reason)
     held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
     yield Grounding(
         (step,), f"close on {1000 * width:.0f} mm with {force:.0f} N", 0.0, belief.grasped(held), key="close"
@@ -63,8 +64,13 @@ def _open(motion: Motion, belief: Belief, context: Context) -> Found:
         return
     expect = motion.parameters.get("expect", "any")
     after = _let_go(motion, belief, context, opening) if belief.held else replace(belief, opening=opening)
-    step = SetGripper(opening, PADS_SPEED, gripper.force[0], expect, origin=motion.name, comment=motion.reason)
+    step = SetGripper(opening, _speed(gripper), gripper.force[0], expect, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"open to {1000 * opening:.0f} mm", 0.0, after, key="open")
+
+
+def _speed(gripper: Gripper) -> float:
+    low, high = gripper.speed
+    return min(max(PADS_SPEED, low), high)
 
 
 def _opening(motion: Motion, context: Context) -> float:

@@ -1,4 +1,4 @@
-"""Kinematics of arms with six joints: forward, Jacobian and all branches of the inverse.
+"""Kinematics of arms: forward, Jacobian, and the inverse: all branches with six joints, many solutions with more.
 
 Frames: poses are of the tool centre point (tcp, the pinch point of the gripper) in the
 robot's base frame. Joint positions are tuples in the order of ``robot.joints`` [rad].
@@ -20,6 +20,8 @@ import numpy as np
 
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
+
+from . import numeric_inverse
 
 Joints = tuple[float, ...]
 Table = tuple[tuple[float, float, float], ...]
@@ -92,8 +94,13 @@ def condition(robot: Robot, q: Sequence[float]) -> float:
     return float(np.linalg.svd(scaled, compute_uv=False)[-1])
 
 
-def polish(robot: Robot, target: Pose, q: Sequence[float], steps: int = 6) -> Joints | None:
-    """Newton's method from a near solution: q += J^+ twist.
+def polish(
+    robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None
+) -> Joints | None:
+    """Newton's method from a near solution: q += J^+ twist, the shortest step where there are several.
+
+    Args:
+        held: a joint that stays where it is.
 
     Returns:
         Joint positions with an error below 1e-6 m and 1e-6 rad; None where they do not converge.
@@ -105,7 +112,10 @@ def polish(robot: Robot, target: Pose, q: Sequence[float], steps: int = 6) -> Jo
         error = twist(end, goal)
         if (size := float(np.abs(error).max())) < POLISH_M or step == steps:
             return tuple(map(float, joints)) if size < EXACT else None
-        joints = joints + np.linalg.lstsq(_jacobian(chain, end), error, rcond=1e-6)[0]
+        columns = _jacobian(chain, end)
+        if held is not None:
+            columns[:, held] = 0.0
+        joints = joints + np.linalg.lstsq(columns, error, rcond=1e-6)[0]
     return None
 
 
@@ -119,10 +129,11 @@ def _solver(rows: Table) -> Any:
 
 
 def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
-    """All joint positions that bring the tcp to a pose.
+    """Joint positions that bring the tcp to a pose: all of them with six joints, many with more.
 
-    Every branch of the analytic solution is polished below 1e-6 m, and every whole turn
-    that stays inside the joint limits is a solution of its own.
+    Every branch of the analytic solution (``numeric_inverse`` for other arms, where the position nearest to the seed is
+    looked for as well) is polished below 1e-6 m, and every whole turn that stays inside the joint limits is a solution
+    of its own.
 
     Args:
         target: of the tcp in the base frame.
@@ -135,16 +146,35 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
     Raises:
         ValueError: the robot has no DH table.
     """
-    wrist = (target * robot.gripper.tcp.inverse()).matrix
     near = robot.home if seed is None else tuple(seed)
+    if len(table(robot)) == 6:
+        branches = _analytic(robot, target)
+    else:
+        own = polish(robot, target, near, steps=12)
+        branches = [*_numeric(robot, target), *([own] if own and numeric_inverse.inside(robot, own) else [])]
+    turned = [w for branch in branches for w in _turns(robot, branch)]
+    far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
+    return tuple(turned[k] for k in np.argsort(far, kind="stable"))
+
+
+def _analytic(robot: Robot, target: Pose) -> list[Joints]:
+    wrist = (target * robot.gripper.tcp.inverse()).matrix
     branches: list[Joints] = []
     for raw in np.atleast_2d(_solver(table(robot)).IK(wrist).Q):
         found = polish(robot, target, raw) if raw.size else None
         if found is not None and not any(_same(found, b) for b in branches):
             branches.append(found)
-    turned = [w for branch in branches for w in _turns(robot, branch)]
-    far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
-    return tuple(turned[k] for k in np.argsort(far, kind="stable"))
+    return branches
+
+
+@lru_cache(maxsize=1024)
+def _numeric(robot: Robot, target: Pose) -> tuple[Joints, ...]:
+    """Remembered: a search asks for the same few poses again and again, from different seeds."""
+
+    def exact(q: Sequence[float], held: int | None) -> Joints | None:
+        return polish(robot, target, q, steps=8, held=held)
+
+    return tuple(numeric_inverse.solutions(robot, target * robot.gripper.tcp.inverse(), exact))
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
@@ -168,14 +198,18 @@ def _turns(robot: Robot, q: Joints) -> list[Joints]:
 def reach_shortfall(robot: Robot, target: Pose) -> str:
     """Why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach.
 
-    For an arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
+    For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the
     offset along joint 4 span around the shoulder (Hawkins, Analytic Inverse Kinematics for the
-    Universal Robots UR-5/UR-10 Arms, 2013).
+    Universal Robots UR-5/UR-10 Arms, 2013). For other arms the root of the last axis lies within what the joints
+    before it span around joint 2 (``numeric_inverse.span``).
     """
     rows = table(robot)
-    wrist = target * robot.gripper.tcp.inverse() * Pose((0.0, 0.0, -rows[5][1]))
+    wrist = target * robot.gripper.tcp.inverse() * Pose((0.0, 0.0, -rows[-1][1]))
     x, y, z = wrist.position
+    if len(rows) != 6:
+        out, most = math.hypot(x, y, z - rows[0][1]), numeric_inverse.span(robot)
+        return f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'" if out > most else ""
     around, side = math.hypot(x, y), abs(rows[1][1] + rows[2][1] + rows[3][1])
     if around < side:
         return f"wrist centre {around:.3f} m < {side:.3f} m from the base axis of '{robot.type}'"

@@ -35,11 +35,12 @@ class Link:
     Args:
         name: of the body.
         mass: [kg].
-        com: centre of mass in Denavit-Hartenberg frame i [m].
-        inertia: (ixx, iyy, izz, ixy, ixz, iyz) about the centre of mass, axes of frame i [kg m2].
+        com: centre of mass in Denavit-Hartenberg frame i [m], or in the body's own frame if ``own``.
+        inertia: (ixx, iyy, izz, ixy, ixz, iyz) about the centre of mass, axes of that frame [kg m2].
         torque: limit of its joint [Nm].
         kp: position gain of its servo [Nm/rad]; the velocity gain is 0.04 kp.
         shape: its cylinders.
+        own: mass data are in the body's frame, as in a URDF, not in the Denavit-Hartenberg frame.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Link:
     torque: float
     kp: float
     shape: tuple[Cylinder, ...] = field(default_factory=tuple)
+    own: bool = False
 
 
 def forward(dh: tuple[Row, ...], q: Floats | tuple[float, ...]) -> Pose:
@@ -73,6 +75,7 @@ def arm_mjcf(
     limits: tuple[tuple[float, float], ...],
     base: tuple[Cylinder, ...],
     tool: tuple[str, str],
+    apart: tuple[tuple[str, str], ...] = (),
 ) -> str:
     """The MJCF text of an arm with its tool.
 
@@ -81,6 +84,7 @@ def arm_mjcf(
         dh, limits: as in ``cramlite.robots.Robot``.
         base: shape of the part that does not move.
         tool: (body element for the flange, elements beside worldbody) of the gripper.
+        apart: pairs of bodies whose shapes overlap although the real ones never meet.
     """
     inner = f'<site name="flange"/>{tool[0]}'
     for i in reversed(range(len(links))):
@@ -90,7 +94,8 @@ def arm_mjcf(
         f' forcerange="{-k.torque} {k.torque}"/>'
         for j, k, (lo, hi) in zip(joints, links, limits, strict=True)
     )
-    skip = f'<contact><exclude body1="base_link" body2="{links[0].name}"/></contact>'
+    pairs = (("base_link", links[0].name), *apart)
+    skip = "<contact>" + "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in pairs) + "</contact>"
     still = "".join(_geom(c, "base_link", i) for i, c in enumerate(base))
     return (
         f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><worldbody>'
@@ -113,7 +118,7 @@ def _body(i: int, dh: tuple[Row, ...], link: Link, joint: str, limit: tuple[floa
 
 def _inertial(row: Row, link: Link) -> str:
     """Mass and inertia, moved from Denavit-Hartenberg frame i to the body frame."""
-    a, _, alpha = row
+    a, _, alpha = (0.0, 0.0, 0.0) if link.own else row
     turn = Pose((a, 0, 0), (math.cos(alpha / 2), math.sin(alpha / 2), 0, 0))
     xx, yy, zz, xy, xz, yz = link.inertia
     m = turn.rotation @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.rotation.T

@@ -1,4 +1,4 @@
-"""A virtual UR controller: it holds a commanded joint position, moves it, and watches the arm.
+"""A virtual arm controller: it holds a commanded joint position, moves it, and watches the arm.
 
 It knows its nominal kinematics (the Denavit-Hartenberg table), the joint encoders, the wrist sensor and
 the gripper, like a real one; it never reads where objects are. Control runs at 125 Hz over 4 physics steps of
@@ -19,6 +19,7 @@ from cramlite.robots import Robot
 
 from .compile import unstable
 from .force_mode import ForceMode
+from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
 from .index import RobotIndex
 from .nominal_arm import NominalArm, cross
@@ -59,6 +60,7 @@ class Controller:
         base: where the robot is bolted down, for the direction of gravity.
         noise, seed: of the wrist sensor.
         steps: physics steps of a control cycle; 1 is the 500 Hz of an e-Series controller.
+        drive: what moves the gripper: itself, or with the registers of a make's server in front of it.
     """
 
     def __init__(
@@ -71,6 +73,7 @@ class Controller:
         noise: float = 0.0,
         seed: int = 0,
         steps: int = STEPS,
+        drive: type[GripperDrive] = GripperServer,
     ) -> None:
         self.steps = steps
         self.model, self.data, self.index, self.safety = model, data, index, safety
@@ -79,7 +82,7 @@ class Controller:
         self.base = base
         self.up = base.inverse().turn((0.0, 0.0, 1.0))
         self.sensor = WristSensor(self.up, noise, seed)
-        self.gripper = GripperServer(index.robot.gripper, index, model)
+        self.gripper: GripperDrive = drive(index.robot.gripper, index, model)
         self.gripper_center = _gripper_center(model, data, index)
         self.period = steps * float(model.opt.timestep)
         self.servos, self.joints = list(index.actuators), list(index.joints)
@@ -98,6 +101,17 @@ class Controller:
         self.nominal = self.kinematics.forward(self.q)
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0}
         self._forget()
+
+    @property
+    def gripper_server(self) -> GripperServer:
+        """The gripper's registers.
+
+        Raises:
+            TypeError: it was made without.
+        """
+        if not isinstance(self.gripper, GripperServer):
+            raise TypeError("this controller moves its gripper without a server")
+        return self.gripper
 
     # What a program asks for
 

@@ -11,20 +11,25 @@ import pickle
 import subprocess
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Floats
+from cramlite.program_text import is_program_text
 from cramlite.robots import Robot
 from cramlite.rollout import Rollout
 from cramlite.world import World
 
 from .compile import Compiled, compile_world, unstable
 from .controller import Controller, ProtectiveStop, Safety
+from .gripper_drive import GripperDrive
+from .gripper_server import GripperServer
+from .program_machine import ProgramMachine, load_program
 from .recorder import Recorder
 from .ur_functions import Functions
 from .urscript import Halted, Limits, Machine, ScriptError, Stopped, load
@@ -45,54 +50,95 @@ def execute(
     safety: Safety | None = None,
     limits: Limits | None = None,
 ) -> Rollout:
-    """Run a URScript program from the robot's home posture to its end.
+    """Run a program from the robot's home posture to its end.
 
     Args:
-        text: the program.
+        text: the program: URScript, or a typed program as JSON, which begins with a brace.
         robots: descriptions by type, for the world's mounts.
         mount: name of the robot that runs the program.
         seed, force_noise: of the wrist sensor's noise; standard deviation [N].
         time_limit: of the program, in simulated time [s].
         settle: how long to go on recording after its end [s].
         safety: limits that end in a protective stop.
-        limits: limits of the interpreter.
+        limits: limits of the URScript interpreter.
 
     Returns:
         A rollout whose outcome is "finished", "halted" (the reason is the program's last message),
-        "protective stop", "timeout" or "error"; ``lines`` are those of the outermost function.
+        "protective stop", "timeout" or "error"; ``lines`` are those of the outermost function, or of the steps.
 
     Raises:
-        UserError: the text is no URScript, or the world has no such robot.
+        UserError: the text is no program for this robot, or the world has no such robot.
     """
     compiled = compile_world(world, robots)
     if mount not in compiled.robots:
         raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
-    run = _Run(compiled, mount, force_noise, seed, safety or Safety())
-    program = load(text, run.library)
+    typed = is_program_text(text)
+    drive = GripperDrive if typed else GripperServer
+    run = _Run(compiled, mount, force_noise, seed, safety or Safety(), drive)
+    machine = _typed(run, text) if typed else _urscript(run, text, limits)
     for _ in range(round(BEFORE / run.controller.period)):
         run.controller.hold()
     if reason := unstable(run.data):
         raise UserError(f"the world does not come to rest before the program starts: {reason}")
     run.start()
-    outcome, reason = run.play(Machine(program, run.library, limits), time_limit)
+    outcome, reason = run.play(machine, time_limit)
     for _ in range(round(settle / run.controller.period)):
         run.controller.hold()
         run.observe(0)
     return replace(run.recorder.rollout(outcome, reason), wrench=np.array(run.wrenches))
 
 
+class _Runner(Protocol):
+    """A program in execution, in whatever language it is written."""
+
+    main_line: int
+
+    @property
+    def finished(self) -> bool: ...
+    def cycle(self) -> None: ...
+    def remember(self) -> None:
+        """Once a cycle, when the arm has moved."""
+        ...
+
+    def close(self) -> None: ...
+
+
+class _Script(Machine):
+    """URScript, with what is checked once all threads of a cycle have run."""
+
+    def __init__(self, text: str, functions: Functions, limits: Limits | None) -> None:
+        library = functions.library()
+        super().__init__(load(text, library), library, limits)
+        self.functions = functions
+
+    def cycle(self) -> None:
+        super().cycle()
+        self.functions.check()
+
+    def remember(self) -> None:
+        self.functions.settings.remember()
+
+
+def _urscript(run: _Run, text: str, limits: Limits | None) -> _Runner:
+    return _Script(text, Functions(run.controller, run.log), limits)
+
+
+def _typed(run: _Run, text: str) -> _Runner:
+    return ProgramMachine(load_program(text, run.controller.arm), run.controller, run.log)
+
+
 class _Run:
     """One execution: controller, recorder and clock."""
 
-    def __init__(self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety) -> None:
+    def __init__(
+        self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety, drive: type[GripperDrive]
+    ) -> None:
         self.data = compiled.data()
         self.recorder = Recorder(compiled, mount)
         base = next(m.base for m in compiled.world.robots if m.name == mount)
         index = compiled.robots[mount]
-        self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed)
-        self.functions = Functions(self.controller, self.log)
-        self.library = self.functions.library()
-        self.machine: Machine | None = None
+        self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed, drive=drive)
+        self.machine: _Runner | None = None
         self.wrenches: list[Floats] = []
         self.peak = np.zeros(6)
 
@@ -117,17 +163,16 @@ class _Run:
     def log(self, text: str) -> None:
         self.recorder.message(float(self.data.time), text, self.machine.main_line if self.machine else 0)
 
-    def play(self, machine: Machine, time_limit: float) -> tuple[str, str]:
+    def play(self, machine: _Runner, time_limit: float) -> tuple[str, str]:
         """Cycle program and physics until either ends; the outcome and its reason."""
         self.machine = machine
         try:
             while self.data.time < time_limit:
                 machine.cycle()
-                self.functions.check()
                 if machine.finished:
                     return "finished", ""
                 self.controller.cycle()
-                self.functions.settings.remember()
+                machine.remember()
                 self.observe(machine.main_line)
             return "timeout", f"line {machine.main_line}: the program still ran after {time_limit:g} s"
         except Halted:
@@ -143,13 +188,16 @@ class _Run:
             machine.close()
 
 
-def execute_file(program: Path, world: Path, *, mount: str = "", seed: int = 0, **options: float) -> Rollout:
+def execute_file(
+    program: Path, world: Path, *, mount: str = "", seed: int = 0, plugins: Sequence[Path] = (), **options: float
+) -> Rollout:
     """Run a program in a process of its own, which is given two files and nothing else.
 
     Args:
-        program: URScript text.
+        program: URScript text, or a typed program as JSON.
         world: JSON of a ``cramlite.world.World`` (``pydantic.TypeAdapter(World).dump_json``).
         mount: name of the robot; by default the world's first.
+        plugins: files of further plugins, which may declare robots; installed ones are known.
         options: ``time_limit``, ``settle`` and ``force_noise`` of ``execute``.
 
     Raises:
@@ -158,6 +206,7 @@ def execute_file(program: Path, world: Path, *, mount: str = "", seed: int = 0, 
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "rollout"
         words = [str(program), str(world), "--out", str(out), "--mount", mount, "--seed", str(seed)]
+        words += [w for plugin in plugins for w in ("--plugin", str(plugin))]
         words += [w for name, value in options.items() for w in (f"--{name.replace('_', '-')}", str(value))]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         done = subprocess.run(
@@ -179,6 +228,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("world", type=Path)
     parser.add_argument("--mount", default="")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--plugin", type=Path, action="append", default=[], dest="plugins")
     for name, default in (("time-limit", 120.0), ("settle", 1.0), ("force-noise", 0.0)):
         parser.add_argument(f"--{name}", type=float, default=default)
     parser.add_argument("--out", type=Path, help="write the rollout here (pickle)")
@@ -197,10 +247,11 @@ def main(arguments: list[str] | None = None) -> int:
     return 0 if rollout.outcome == "finished" else 1
 
 
-def _execute_paths(program: Path, world: Path, *, mount: str, **options: float) -> Rollout:
+def _execute_paths(program: Path, world: Path, *, mount: str, plugins: Sequence[Path], **options: float) -> Rollout:
     from pydantic import TypeAdapter, ValidationError
 
-    from ..robots.arms import robots
+    from cramlite.knowledge import Knowledge
+    from cramlite.registry import Registry
 
     try:
         scene = TypeAdapter(World).validate_json(world.read_bytes())
@@ -210,7 +261,8 @@ def _execute_paths(program: Path, world: Path, *, mount: str, **options: float) 
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"cannot read a file: {error}") from None
     name = mount or (scene.robots[0].name if scene.robots else "")
-    return execute(text, scene, {r.type: r for r in robots()}, mount=name, **options)  # type: ignore[arg-type]
+    robots = Knowledge(Registry(tuple(plugins))).robots
+    return execute(text, scene, robots, mount=name, **options)  # type: ignore[arg-type]
 
 
 if __name__ == "__main__":

@@ -48,13 +48,13 @@ class Functions:
     """The functions of one run.
 
     Args:
-        controller: the arm.
+        controller: the arm, with a gripper behind its server.
         log: called with each line that the program writes.
     """
 
     def __init__(self, controller: Controller, log: Callable[[str], None]) -> None:
         self.arm, self.log = controller, log
-        self.sockets = Sockets(controller.gripper)
+        self.sockets = Sockets(controller.gripper_server)
         self.streaming = Streaming(controller)
         self.settings = Settings(controller)
         self.blending: list[tuple[Floats, tuple[float, float], float]] = []

@@ -223,7 +223,7 @@ async def _script(ports: Ports, reader: Reader, writer: Writer) -> None:
 
 
 async def _gripper(ports: Ports, reader: Reader, writer: Writer) -> None:
-    sockets = Sockets(ports.robot.arm.gripper)
+    sockets = Sockets(ports.robot.arm.gripper_server)
     while line := await _line(reader):
         writer.write(sockets.answer(line.decode("ascii", "replace").split()))
         await writer.drain()

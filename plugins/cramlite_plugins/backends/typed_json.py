@@ -1,0 +1,40 @@
+"""The typed program as JSON: the text of robots that have no native language here.
+
+What is written is what runs: the controller model reads this text and nothing else (``simulation.program_machine``).
+No robot takes it as it is; a driver for one performs the same steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Backend, Code, Program, Robot, hookimpl
+from cramlite.errors import UserError
+
+
+class TypedJson:
+    """Programs as JSON, for an arm of any make."""
+
+    name = "typed_json"
+    executable = True
+
+    def emit(self, program: Program, robot: Robot) -> Code:
+        """The program's text; ``origins`` lead from the line of each step to its origin.
+
+        Raises:
+            UserError: the program is for another robot.
+        """
+        from cramlite.program import walk
+        from cramlite.program_text import read_program, write_program
+
+        if program.robot_type != robot.type:
+            raise UserError(f"a program for '{program.robot_type}' is not one for '{robot.type}'")
+        text = write_program(program)
+        back = read_program(text)
+        origins = {back.lines[id(s)]: s.origin for s in walk(back.program.steps) if s.origin}
+        return Code("json", text, origins, ".json")
+
+
+@hookimpl
+def backends() -> Iterable[Backend]:
+    return [TypedJson()]
