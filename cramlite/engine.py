@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .answers import Context
 from .belief import Belief, Relation, initial_belief
@@ -29,6 +29,9 @@ from .trace import Trace
 from .verdict import Verdict
 from .world import World
 
+if TYPE_CHECKING:
+    from .looking import Look
+
 Progress = Callable[[str], None]
 Source = tuple[Interpretation | None, Episode | None]
 LISTED = 1000
@@ -47,6 +50,7 @@ class Setting:
         backend: who writes the code.
         seed: of everything that is drawn.
         real: the world that programs run in, where it differs from what is believed; never shown to plugins.
+        look: the picture that the belief comes from, where poses come from a camera.
     """
 
     name: str
@@ -56,10 +60,12 @@ class Setting:
     backend: Backend
     seed: int
     real: World | None = None
+    look: Look | None = None
 
     def belief(self) -> Belief:
         mount = self.world.robots[0]
-        return initial_belief(self.world, mount.name, self.robot.home, self.robot.gripper.opening[1], self.relations)
+        belief = initial_belief(self.world, mount.name, self.robot.home, self.robot.gripper.opening[1], self.relations)
+        return replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
 
 
 @dataclass(frozen=True)
@@ -170,6 +176,11 @@ class Engine:
         world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, self.knowledge.models, seed)
         self._check_world(scenario, world)
         real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
+        if scenario.spec.poses == "camera":
+            from .looking import look
+
+            seen = look(scenario, world, real or world, self.knowledge, seed)
+            return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen)
         return Setting(scenario.name, world, relations, robot, writer, seed, real)
 
     def _check_world(self, scenario: Scenario, world: World) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import PluginError, UserError, nearest
+from .geometry import Pose
 from .registry import Registry
 from .resources import data_folder
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from .robots import Robot
     from .rules import Rule
     from .tasks import TaskType
+    from .world import Thing
 
 
 class Knowledge:
@@ -61,6 +63,11 @@ class Knowledge:
         return self.registry.named("object_models", "name")
 
     @cached_property
+    def products(self) -> tuple[Thing, ...]:
+        """What perception can recognise, each at the origin, its name that of its model."""
+        return tuple(m.make(name=n, pose=Pose()) for n, m in self.models.items() if m.product)
+
+    @cached_property
     def backends(self) -> Mapping[str, Backend]:
         return self.registry.named("backends", "name")
 
@@ -71,6 +78,11 @@ class Knowledge:
     @cached_property
     def experts(self) -> tuple[Expert, ...]:
         return tuple(self.registry.named("experts", "name").values())
+
+    @cached_property
+    def expert_owners(self) -> Mapping[str, str]:
+        """Expert -> plugin."""
+        return {expert.name: plugin for plugin, expert in self.registry.collect("experts")}
 
     @cached_property
     def simulator(self) -> Simulator:

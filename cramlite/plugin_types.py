@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .episode import Episode
     from .ontology import Taxonomy
     from .rules import Rule
+    from .view import View
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,10 @@ class Simulator(Protocol):
         """Open the robot controller's ports on loopback until time is up; return why it ended."""
         ...
 
+    def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
+        """What a depth camera sees of a world in which nothing moves; raises UserError if there is no such camera."""
+        ...
+
     def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
         """Let a simulated person act."""
         ...
@@ -123,6 +128,21 @@ class Simulator(Protocol):
 
 
 @dataclass(frozen=True)
+class Camera:
+    """A depth camera.
+
+    Args:
+        pose: its optical frame (z forward, x right, y down) in the world, or in the flange frame of ``mount``.
+        mount: the robot whose flange it is on; None for one that is fixed.
+        joints: of that robot when it looks [rad].
+    """
+
+    pose: Pose
+    mount: str | None = None
+    joints: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
 class ModelMaker:
     """A parametric object model.
 
@@ -132,12 +152,14 @@ class ModelMaker:
             model to read (``cramlite.quantities``), which knows what kind of number it needs.
         hung: for models that can hang: the pose on a hanger (thing, hanger, depth [m], yaw [rad]).
         files: parameters that name files; they are given as paths, a scenario's from its own folder.
+        product: whether it is one thing with a look of its own, which perception can recognise without parameters.
     """
 
     name: str
     make: Callable[..., Thing]
     hung: Callable[..., Pose] | None = None
     files: tuple[str, ...] = ()
+    product: bool = False
 
 
 @dataclass(frozen=True)

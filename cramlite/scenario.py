@@ -78,7 +78,19 @@ class VarySpec(_Spec):
     thing: str
     position: Length = 0.0
     yaw: Angle = 0.0
+    model: list[str] = Field(default_factory=list)
     parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict, alias="with")
+
+
+class CameraSpec(_Spec):
+    """A depth camera: fixed at a pose of the world, or, with ``look``, on the robot's flange.
+
+    The pose is that of its optical frame: z forward, x to the right, y down.
+    """
+
+    at: PoseSpec = PoseSpec()
+    look: tuple[Angle, ...] = ()
+    query: str = ""
 
 
 class UnknownErrorSpec(_Spec):
@@ -135,6 +147,8 @@ class ScenarioSpec(_Spec):
     things: tuple[ThingSpec, ...]
     vary: tuple[VarySpec, ...] = ()
     unknown_error: UnknownErrorSpec | None = None
+    camera: CameraSpec | None = None
+    poses: Literal["known", "camera"] = "known"
     record: RecordSpec | None = None
     physics: PhysicsSpec = PhysicsSpec()
     ontologies: tuple[str, ...] = ()
@@ -151,6 +165,8 @@ class ScenarioSpec(_Spec):
                 "a scenario starts from exactly one of 'demonstration', 'tasks' and 'designator'; "
                 f"this one has {' and '.join(starts) or 'none'}"
             )
+        if self.poses == "camera" and self.camera is None:
+            raise ValueError("'poses: camera' needs a 'camera'")
         return self
 
 
@@ -213,6 +229,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "robot": RobotSpec,
         "vary": VarySpec,
         "unknown_error": UnknownErrorSpec,
+        "camera": CameraSpec,
         "record": RecordSpec,
         "objects": ObjectSpec,
         "physics": PhysicsSpec,

@@ -90,9 +90,10 @@ def _build(
     rng: Any,
     place: str,
 ) -> Thing:
-    if spec.model not in models:
-        raise UserError(f"{place}: no object model '{spec.model}'; {nearest(spec.model, models)}.")
-    maker = models[spec.model]
+    model = change.model[int(rng.integers(len(change.model)))] if change and change.model else spec.model
+    if model not in models:
+        raise UserError(f"{place}: no object model '{model}'; {nearest(model, models)}.")
+    maker = models[model]
     try:
         parameters = {k: _frozen(v) for k, v in spec.parameters.items()}
         if change:

@@ -171,6 +171,7 @@ SPECS = {
     "hangs_on": scenario.HangSpec,
     "vary": scenario.VarySpec,
     "objects": scenario.ObjectSpec,
+    "camera": scenario.CameraSpec,
     "unknown_error": scenario.UnknownErrorSpec,
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,

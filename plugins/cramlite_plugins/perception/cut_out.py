@@ -42,7 +42,7 @@ def corners_of(thing: Thing) -> Any:
 
 def half_extents(shape: str, size: tuple[float, ...]) -> tuple[float, float, float]:
     """Of the box around a primitive [m]."""
-    if shape == "box":
+    if shape in ("box", "convex"):
         return (size[0], size[1], size[2])
     if shape == "sphere":
         return (size[0],) * 3

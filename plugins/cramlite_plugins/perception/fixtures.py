@@ -44,7 +44,7 @@ def _to_geom(p: Floats, geom: Geom) -> Floats:
     """Distances to a primitive in its own frame, 0 inside."""
     import numpy as np
 
-    if geom.shape == "box":
+    if geom.shape in ("box", "convex"):
         return np.asarray(np.linalg.norm(np.maximum(np.abs(p) - np.array(geom.size), 0.0), axis=1))
     if geom.shape == "sphere":
         return np.asarray(np.maximum(np.linalg.norm(p, axis=1) - geom.size[0], 0.0))

@@ -101,7 +101,7 @@ def best_fit(inputs: Inputs) -> Mapping[str, Any]:
 def _said(fits: Sequence[Fit], models: Mapping[str, Thing]) -> Mapping[str, Any]:
     best = fits[0]
     sure = min(1.0, best.score)
-    lost = [f for f in fits[1:]]
+    lost = list(fits[1:])
     classes = {models[f.model].type: f for f in reversed(fits)}
     own = models[best.model].type
     return {

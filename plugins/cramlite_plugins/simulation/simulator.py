@@ -10,6 +10,8 @@ from cramlite import Episode, ModelMaker, Robot, Rollout, Simulator, World, hook
 
 if TYPE_CHECKING:
     from cramlite import Pose, Thing
+    from cramlite.plugin_types import Camera
+    from cramlite.view import View
 
 
 class MujocoSimulator:
@@ -52,6 +54,11 @@ class MujocoSimulator:
         from .virtual_ur.serve import serve
 
         return serve(VirtualRobot(world, robots, mount, say, seed=seed), host, seconds=seconds, idle=idle, ready=say)
+
+    def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
+        from .looking import look
+
+        return look(world, robots, camera, seed=seed)
 
     def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
         from .demonstration import demonstrate

@@ -1,0 +1,42 @@
+"""The knowledge base of products: each entry of ``products.yaml`` is an object model, and known to perception."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+from cramlite import ModelMaker, Pose, Thing, hookimpl
+
+
+@lru_cache(maxsize=1)
+def entries() -> Mapping[str, Mapping[str, Any]]:
+    """Name -> model, class and parameters."""
+    from ruamel.yaml import YAML
+
+    found: Mapping[str, Mapping[str, Any]] = YAML(typ="safe").load((files(__package__) / "products.yaml").read_text())
+    return found
+
+
+def _maker(name: str) -> ModelMaker:
+    def make(*, name: str, pose: Pose, entry: str = name, **parameters: object) -> Thing:
+        from dataclasses import replace
+
+        from cramlite_plugins.simulation.models import make as make_thing
+
+        known = entries()[entry]
+        thing = make_thing(known["model"], name, pose, {**known.get("with", {}), **parameters})
+        return replace(thing, type=known.get("type", thing.type))
+
+    def hang(thing: Thing, hanger: Thing, depth: float, yaw: float) -> Pose:
+        from cramlite_plugins.simulation.models import hung
+
+        return hung(thing, hanger, depth, yaw)
+
+    return ModelMaker(name, make, hang, product=True)
+
+
+@hookimpl
+def object_models() -> Iterable[ModelMaker]:
+    return [_maker(name) for name in entries()]
