@@ -13,6 +13,7 @@ from .world import RobotMount
 
 if TYPE_CHECKING:
     from .ontology import Taxonomy
+    from .plugin_types import Camera
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,7 @@ class Context:
         agenda: what is still to be resolved, in order; experts may look ahead, never change it.
         taxonomy: classes and affordances.
         seed: derived from scenario, choice path and attempt; the only randomness a plugin may use.
+        camera: that the robot may look with; None where there is none.
         samples: how many samples a sampling planner may draw (counted work, never seconds).
     """
 
@@ -75,3 +77,4 @@ class Context:
     agenda: tuple[Designator, ...] = ()
     seed: int = 0
     samples: int = 4000
+    camera: Camera | None = None

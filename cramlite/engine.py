@@ -24,7 +24,7 @@ from .scenario import Scenario
 from .scenario_tasks import RuleSpec, TaskSpec
 from .scenario_world import build_world, real_world
 from .search import Budget, Search
-from .state import State
+from .state import Item, State
 from .trace import Trace
 from .verdict import Verdict
 from .world import World
@@ -66,6 +66,14 @@ class Setting:
         mount = self.world.robots[0]
         belief = initial_belief(self.world, mount.name, self.robot.home, self.robot.gripper.opening[1], self.relations)
         return replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
+
+    def start(self, plan: Plan) -> State:
+        """Where the search begins: at home, or where the robot stands since it looked, with the steps that led there."""
+        agenda: tuple[Item, ...] = (*plan.objects, *plan.actions)
+        done = self.look.state if self.look else None
+        if done is None:
+            return State(agenda, self.belief())
+        return replace(done, agenda=agenda, belief=self.belief().moved(done.belief.joints), choices=())
 
 
 @dataclass(frozen=True)
@@ -179,7 +187,7 @@ class Engine:
         if scenario.spec.poses == "camera":
             from .looking import look
 
-            seen = look(scenario, world, real or world, self.knowledge, seed)
+            seen = look(scenario, world, real or world, robot, self.knowledge, seed)
             return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen)
         return Setting(scenario.name, world, relations, robot, writer, seed, real)
 
@@ -279,11 +287,11 @@ class Engine:
     ) -> Iterator[tuple[Candidate, Verdict]]:
         mount = setting.world.robots[0]
         context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
+        context = replace(context, camera=setting.look.camera if setting.look else None)
         search = Search(
             self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress
         )
-        start = State((*plan.objects, *plan.actions), setting.belief())
-        states = search.solve(start)
+        states = search.solve(setting.start(plan))
         conflict, proofs = None, 0
         while proofs < budget.proofs:
             try:
@@ -291,7 +299,7 @@ class Engine:
             except StopIteration:
                 return
             proofs += 1
-            candidate = assemble(setting.name, plan, start, state, setting.robot, setting.world, self.knowledge)
+            candidate = assemble(setting.name, plan, setting.belief(), state, setting.robot, setting.world, self.knowledge)
             for step in candidate.program.steps:
                 self.registry.notify("on_step", step=step, candidate=candidate)
             progress(f"candidate program {proofs} of {len(candidate.program.steps)} steps: running its text")

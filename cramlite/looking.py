@@ -10,8 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from .belief import Estimate, Relation
-from .object_query import ObjectQuery, parse_query
+from .belief import Estimate, Relation, initial_belief
+from .designators import Action, Location
+from .errors import NoSolution
+from .object_query import RELATIONS, ObjectQuery, parse_query
 from .perception import Perceived, Percept, perceive
 from .plugin_types import Camera
 from .scenario import Scenario
@@ -19,6 +21,8 @@ from .world import Thing, World
 
 if TYPE_CHECKING:
     from .knowledge import Knowledge
+    from .robots import Robot
+    from .state import State
     from .view import View
 
 WANTED = ("type", "relations", "pose", "instance")
@@ -41,6 +45,8 @@ class Look:
         relations: facts about these.
         estimates: of the perceived poses.
         real: the world as it is; things that were recognised have the names they are believed under.
+        camera: that took the picture.
+        state: what the robot did before: the steps to the view; None for a fixed camera.
     """
 
     view: View
@@ -49,30 +55,71 @@ class Look:
     relations: tuple[Relation, ...]
     estimates: Mapping[str, Estimate]
     real: World
+    camera: Camera
+    state: State | None = None
 
 
-def look(scenario: Scenario, world: World, real: World, knowledge: Knowledge, seed: int) -> Look:
-    """Take a picture of the real world and believe what the experts say of it.
+def look(scenario: Scenario, world: World, real: World, robot: Robot, knowledge: Knowledge, seed: int) -> Look:
+    """Bring the camera to where it sees the places that the query names, take a picture of the real world, and believe
+    what the experts say of it.
 
     Args:
         world: as the scenario describes it; of this, only furniture is believed.
 
     Raises:
-        UserError: no camera, a wrong query.
+        UserError: a wrong query.
         NoPipeline: the experts cannot answer it.
+        NoSolution: the camera cannot be brought there.
     """
-    camera = camera_of(scenario)
-    assert camera is not None
+    camera, fixtures = camera_of(scenario), tuple(t for t in world.things if not t.movable)
+    assert camera is not None and scenario.spec.camera is not None
+    query = replace(parse_query(scenario.spec.camera.query, knowledge.taxonomy), wanted=WANTED)
+    furniture, state = replace(world, things=fixtures), None
+    if camera.mount is not None:
+        state = go_and_look(places_of(query, furniture, knowledge), furniture, robot, camera, knowledge, seed)
+        camera = replace(camera, joints=state.belief.joints)
     view = knowledge.simulator.look(real, knowledge.robots, camera, seed=seed)
-    fixtures = tuple(t for t in world.things if not t.movable)
-    spec = scenario.spec.camera
-    query = replace(parse_query(spec.query if spec else "", knowledge.taxonomy), wanted=WANTED)
     perceived = ask(query, view, fixtures, knowledge)
     seen = {n: (t, p) for p in perceived.answers if (found := _believed(p, knowledge)) for n, t in [found]}
-    believed = World((*fixtures, *(t for t, _ in seen.values())), world.robots, world.physics)
+    believed = replace(world, things=(*fixtures, *(t for t, _ in seen.values())))
     estimates = {name: _estimate(percept) for name, (_, percept) in seen.items()}
     relations = tuple(dict.fromkeys(r for name, (_, percept) in seen.items() for r in _facts(name, percept, fixtures)))
-    return Look(view, perceived, believed, relations, estimates, renamed(real, believed))
+    return Look(view, perceived, believed, relations, estimates, renamed(real, believed), camera, state)
+
+
+def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
+    """The furniture that a query names, by name or class; all that something can hang from or stand in, else."""
+    classes = knowledge.taxonomy
+    wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
+    known = [classes.resolve(w) for w in wanted]
+    named = [t.name for t in furniture.things if t.name in wanted or any(k and classes.is_a(t.type, k) for k in known)]
+    return tuple(named or [t.name for t in furniture.things if t.feature("vrps:Peg") or t.feature("cram:Cavity")])
+
+
+def go_and_look(
+    around: tuple[str, ...], furniture: World, robot: Robot, camera: Camera, knowledge: Knowledge, seed: int
+) -> State:
+    """The task LookingFor, resolved in a world of which only furniture is known: the motion to where the camera sees
+    some places, as program steps.
+
+    Raises:
+        NoSolution: it cannot be brought there, with the nearest miss.
+    """
+    from .answers import Context
+    from .explain import failure_text
+    from .search import Search
+    from .state import State
+    from .trace import Trace
+
+    mount, trace = furniture.robots[0], Trace()
+    belief = initial_belief(furniture, mount.name, robot.home, robot.gripper.opening[1])
+    context = Context(robot, mount, {}, knowledge.taxonomy, seed=seed, camera=camera)
+    search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace)
+    view = Location("view", "view", parameters={"around": around})
+    found = next(search.solve(State((Action("0.LookingFor", "soma:LookingFor", goal=view),), belief)), None)
+    if found is None:
+        raise NoSolution(f"The camera cannot be brought to a view of {', '.join(around)}.\n" + failure_text(trace, []))
+    return found
 
 
 def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, **more: Any) -> Perceived:
@@ -90,11 +137,11 @@ def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: 
 
 
 def camera_of(scenario: Scenario) -> Camera | None:
-    """The scenario's camera: with joints to look from it is on the robot's flange."""
+    """The scenario's camera."""
     spec = scenario.spec.camera
     if spec is None:
         return None
-    return Camera(spec.at.pose(), scenario.spec.robot.name if spec.look else None, spec.look)
+    return Camera(spec.at.pose(), scenario.spec.robot.name if spec.mount == "flange" else None)
 
 
 def _believed(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .belief import Belief
 from .knowledge import Knowledge
 from .plan import Plan
 from .plugin_types import Backend, Candidate
@@ -20,10 +21,9 @@ from .world import World
 
 
 def assemble(
-    name: str, plan: Plan, start: State, end: State, robot: Robot, world: World, knowledge: Knowledge
+    name: str, plan: Plan, belief: Belief, end: State, robot: Robot, world: World, knowledge: Knowledge
 ) -> Candidate:
-    """The typed program of a fully grounded state."""
-    belief = start.belief
+    """The typed program of a fully grounded state; ``belief`` is that of the beginning."""
     used = sorted({str(v).split("/")[0] for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
         Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses

@@ -83,13 +83,13 @@ class VarySpec(_Spec):
 
 
 class CameraSpec(_Spec):
-    """A depth camera: fixed at a pose of the world, or, with ``look``, on the robot's flange.
+    """A depth camera: on the robot's flange, or fixed in the world.
 
     The pose is that of its optical frame: z forward, x to the right, y down.
     """
 
+    mount: Literal["flange", "world"] = "flange"
     at: PoseSpec = PoseSpec()
-    look: tuple[Angle, ...] = ()
     query: str = ""
 
 

@@ -1,0 +1,29 @@
+"""soma:LookingFor: bring the camera to where something that is not yet found would be seen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, Unresolvable, hookimpl
+
+
+class LookingFor(TaskType):
+    task = "soma:LookingFor"
+    aliases = ("LookFor", "Searching")
+    roles = (Role("Patient", required=False),)
+    summary = "bring the camera to where something would be seen"
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        patient = action.roles.get("Patient")
+        if action.goal is None and patient is None:
+            raise Unresolvable("nobody says where to look, or for what")
+        name = patient.name if patient else ""
+        view = action.goal or Location(f"view({name})", "view", name)
+        where = ", ".join(view.parameters.get("around", ())) or (patient.entity if patient else "")
+        move = Motion(action.inside("look"), "transfer", view, reason=f"the camera sees {where}; the picture is taken here")
+        yield Decomposition((view, move), f"the camera to a view of {where}")
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [LookingFor()]
