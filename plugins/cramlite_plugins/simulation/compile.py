@@ -22,12 +22,12 @@ from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
 # MuJoCo would append every warning to MUJOCO_LOG.TXT in the user's folder; they are counted in MjData.warning, where
 # ``unstable`` looks.
 mujoco.set_mju_user_warning(lambda _message: None)
-BAD = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
+BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("QPOS", "QVEL", "QACC"))
 
 
 def unstable(data: Data) -> str:
     """Why the simulation can no longer be believed, as a clause; empty while it can."""
-    if any(data.warning[int(kind)].number for kind in BAD):
+    if data.warning.number[BAD[0] : BAD[-1] + 1].any():
         return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
     return ""
 

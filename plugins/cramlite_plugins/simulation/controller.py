@@ -279,11 +279,14 @@ class Controller:
     def _check_command(self, goal: Floats) -> None:
         if goal is self.q:
             return
-        for i in np.flatnonzero((goal < self.limits[0]) | (goal > self.limits[1])):
+        outside = (goal < self.limits[0]) | (goal > self.limits[1])
+        if outside.any():
+            i = int(outside.argmax())
             low, high = self.arm.limits[i]
             raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {goal[i]:.3f} rad, outside {low:.3f} .. {high:.3f}")
         rate = np.abs(goal - self.q) / self.period
-        for i in np.flatnonzero(rate > self.fastest):
+        if (rate > self.fastest).any():
+            i = int((rate / self.fastest).argmax())
             most = self.arm.velocity[i]
             raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {most:.2f} rad/s")
 
@@ -317,16 +320,21 @@ class Controller:
         error = np.abs(self.q - self.actual_joints())
         i, j = int(torque.argmax()), int(error.argmax())
         s = self.safety
-        self._limit("force", force > s.force, s.force_time, f"force {force:.0f} N > {s.force:.0f} N")
-        full = f"joint '{self.arm.joints[i]}' at its torque limit of {self.torques[i]:.0f} Nm"
-        self._limit("torque", bool(torque[i] > 0.99), s.torque_time, full)
-        late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
-        self._limit("tracking", bool(error[j] > s.tracking), s.tracking_time, late)
+        if self._lasts("force", force > s.force, s.force_time):
+            self._stop_for("force", f"force {force:.0f} N > {s.force:.0f} N")
+        if self._lasts("torque", bool(torque[i] > 0.99), s.torque_time):
+            self._stop_for("torque", f"joint '{self.arm.joints[i]}' at its torque limit of {self.torques[i]:.0f} Nm")
+        if self._lasts("tracking", bool(error[j] > s.tracking), s.tracking_time):
+            late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
+            self._stop_for("tracking", late)
 
-    def _limit(self, name: str, exceeded: bool, patience: float, reason: str) -> None:
+    def _lasts(self, name: str, exceeded: bool, patience: float) -> bool:
+        """Whether a limit has been exceeded for longer than it may be."""
         self.over[name] = self.over[name] + self.period if exceeded else 0.0
-        if self.over[name] > patience:
-            raise ProtectiveStop(f"{reason} for {self.over[name] * 1000:.0f} ms")
+        return self.over[name] > patience
+
+    def _stop_for(self, name: str, reason: str) -> None:
+        raise ProtectiveStop(f"{reason} for {self.over[name] * 1000:.0f} ms")
 
     def _forget(self) -> None:
         self._measured = False

@@ -38,6 +38,7 @@ class NominalArm:
         self.links = np.zeros((len(rows), 4, 4))
         self.links[:, 2, 1], self.links[:, 2, 2], self.links[:, 2, 3], self.links[:, 3, 3] = sa, ca, rows[:, 1], 1.0
         self.tcp = robot.gripper.tcp.matrix
+        self.base, self.damping = np.eye(4), DAMPING * np.eye(6)
 
     def frames(self, q: Floats) -> Floats:
         """(n + 1, 4, 4): the base, then the frame of each joint up to the flange."""
@@ -45,7 +46,7 @@ class NominalArm:
         m[:, 0, 0], m[:, 0, 1], m[:, 0, 2], m[:, 0, 3] = c, -s * self.ca, s * self.sa, self.a * c
         m[:, 1, 0], m[:, 1, 1], m[:, 1, 2], m[:, 1, 3] = s, c * self.ca, -c * self.sa, self.a * s
         out = np.empty((len(m) + 1, 4, 4))
-        out[0] = np.eye(4)
+        out[0] = self.base
         for i in range(len(m)):
             np.matmul(out[i], m[i], out=out[i + 1])
         return out
@@ -85,7 +86,7 @@ class NominalArm:
             if np.abs(error).max() < CLOSE:
                 return q
             j = _columns(frames, end[:3, 3])
-            q = q + j.T @ np.linalg.solve(j @ j.T + DAMPING * np.eye(6), error)
+            q = q + j.T @ np.linalg.solve(j @ j.T + self.damping, error)
         return None
 
 

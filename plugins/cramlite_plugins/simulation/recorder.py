@@ -12,6 +12,7 @@ from cramlite.rollout import Message, Rollout, Touch
 
 from .compile import Compiled
 from .index import Data, EffectorIndex, Model, Owner, RobotIndex
+from .nominal_arm import cross
 
 GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
 WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
@@ -106,16 +107,16 @@ def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
     else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
     """
     sums: dict[tuple[str, str], list[float]] = {}
-    force = np.zeros(6)
+    force, geoms, frames = np.zeros(6), data.contact.geom.tolist(), data.contact.frame
     for i in range(data.ncon):
-        one, two = (compiled.owners[g] for g in data.contact.geom[i])
+        one, two = compiled.owners[geoms[i][0]], compiled.owners[geoms[i][1]]
         if one.name == two.name:
             continue
         mujoco.mj_contactForce(compiled.model, data, i, force)
         if force[0] < WEAKEST:
             continue
         # the frame's rows are the contact axes; the force is the one of the first geom on the second
-        lift = float(data.contact.frame[i].reshape(3, 3)[:, 2] @ force[:3])
+        lift = float(frames[i, 2::3] @ force[:3])
         first, second = _name(one, effector), _name(two, effector)
         flip = (one.kind == "thing", first) > (two.kind == "thing", second)
         pair = (second, first) if flip else (first, second)
@@ -143,5 +144,5 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
     mass = model.body_mass[bodies]
     weight = np.array([0.0, 0.0, -GRAVITY * mass.sum()])
     arm = mass @ data.xipos[bodies] / mass.sum() - data.site_xpos[index.ft]
-    return np.concatenate([force + weight, torque + np.cross(arm, weight)])
+    return np.concatenate([force + weight, torque + cross(arm, weight)])
 
