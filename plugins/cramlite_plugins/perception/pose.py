@@ -15,9 +15,9 @@ from .outline import Outline
 from .pose_score import Scores, judge
 from .pose_starts import Scene, scenes, slid, starts_for
 
-COARSE = Stage(points=120, iterations=10, reach=(0.05, 0.015), beside=0.5, slack=0.002)
-MIDDLE = Stage(points=250, iterations=8, reach=(0.02, 0.008), beside=0.5, slack=0.001, outline=200, weight=0.5)
-FINE = Stage(points=1200, iterations=8, reach=(0.010, 0.006), beside=0.5, slack=0.001, outline=900, weight=0.5)
+COARSE = Stage(points=120, iterations=10, reach=(0.05, 0.015), beside=0.5, slack=0.003)
+MIDDLE = Stage(points=250, iterations=8, reach=(0.02, 0.008), beside=0.5, slack=0.003, outline=200, weight=0.5)
+FINE = Stage(points=1200, iterations=8, reach=(0.010, 0.006), beside=0.5, slack=0.003, outline=900, weight=0.5)
 """Coarse to fine. Twice the points or iterations of any stage changes no figure of tests/benchmarks/perception_pose.py."""
 LEAST = 30
 """Points of a mask below which no pose is tried: a face of 30 pixels leaves more than 5 degrees open."""
@@ -89,25 +89,26 @@ def estimate(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -
     if len(parts) > 1 and scores.score.max(initial=0.0) < SURE:
         starts = starts.joined(_search(view, model, prior, everything))
         scores = judge(model, everything.points, outline, starts)
-    return _distinct(model, prior, _hypotheses(view, starts, scores))
+    return distinct(model, prior, hypotheses(view, starts, scores))
 
 
 def _search(view: View, model: PoseModel, prior: Prior, scene: Scene) -> Starts:
     """The best few poses for some of a mask's points; possibly none."""
     points, outline = scene.points, Outline.of(view, scene.mask)
     starts = register(model, points, starts_for(view.camera, model, prior, points), COARSE, outline)
-    starts = _best(model, points, outline, _allowed(view, prior, starts), 6, 250)
-    starts = _best(model, points, outline, slid(model, outline, starts), 8, 250)
+    starts = best(model, points, outline, allowed(view, prior, starts), 6, 250)
+    starts = best(model, points, outline, slid(model, outline, starts), 8, 250)
     starts = register(model, points, starts, MIDDLE, outline)
-    starts = _best(model, points, outline, starts, 3, 400)
+    starts = best(model, points, outline, starts, 3, 400)
     if len(starts):
-        turned = _allowed(view, prior, _turned(model, starts.pick([0])))
+        turned = allowed(view, prior, _turned(model, starts.pick([0])))
         starts = starts.joined(register(model, points, turned, MIDDLE, outline))
-        starts = register(model, points, _best(model, points, outline, starts, KEPT, 400), FINE, outline)
-    return _allowed(view, prior, starts)
+        starts = register(model, points, best(model, points, outline, starts, KEPT, 400), FINE, outline)
+    return allowed(view, prior, starts)
 
 
-def _best(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, count: int, surface: int) -> Starts:
+def best(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, count: int, surface: int) -> Starts:
+    """The ``count`` starts that judge best."""
     if len(starts) <= 1:
         return starts
     order = np.argsort(-judge(model, scene, outline, starts, surface).score, kind="stable")
@@ -122,9 +123,9 @@ def _turned(model: PoseModel, starts: Starts) -> Starts:
     return Starts(np.asarray(turns @ starts.turn[0]), shift)
 
 
-def _allowed(view: View, prior: Prior, starts: Starts) -> Starts:
-    """Those that keep to the prior's limits for results."""
-    keep = np.ones(len(starts), bool)
+def allowed(view: View, prior: Prior, starts: Starts) -> Starts:
+    """Those that are numbers and keep to the prior's limits for results."""
+    keep = np.isfinite(starts.turn).all((1, 2)) & np.isfinite(starts.shift).all(1)
     for a in prior.alignments:
         keep &= alignment_error(view.camera, starts.turn, a) <= a.after
     return starts.pick(keep)
@@ -134,11 +135,12 @@ def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Float
     """(H,): angle [rad] between the nearest of the axes and the directions."""
     axes, directions = np.array(alignment.axes), np.array(alignment.directions)
     in_model = np.einsum("hij,dj->hdi", turn, camera.inverse().turn(directions))
-    cosine = np.einsum("hdi,ai->hda", in_model, axes).reshape(len(turn), -1)
-    return np.asarray(np.arccos(np.clip(cosine.max(1, initial=-1.0), -1, 1)))
+    cosine = np.einsum("hdi,ai->hda", in_model, axes).max(axis=(1, 2), initial=-1.0)
+    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))
 
 
-def _hypotheses(view: View, starts: Starts, scores: Scores) -> list[PoseHypothesis]:
+def hypotheses(view: View, starts: Starts, scores: Scores) -> list[PoseHypothesis]:
+    """Poses in the world with their reasons, best first."""
     found = []
     for i in np.argsort(-scores.score, kind="stable"):
         in_camera = _pose(starts.turn[i], starts.shift[i])
@@ -160,7 +162,7 @@ def _pose(turn: Floats32, shift: Floats32) -> Pose:
     return Pose.from_matrix(matrix)
 
 
-def _distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
+def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
     """Without repetitions of one pose (3 mm, 3 degrees), and with the symmetric ones of the best."""
     kept: list[PoseHypothesis] = []
     for h in found:

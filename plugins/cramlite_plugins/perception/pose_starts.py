@@ -23,6 +23,9 @@ VOXEL = 0.008
 """Edge of the voxels whose neighbourhood makes one cluster [m]: five pixels at 0.6 m."""
 SMALL = 0.03
 """Share of a mask's points below which a cluster is noise."""
+DEEP = 0.6
+"""Points farther than this from the middle of a mask along the ray are not the object's [m]: what is that large is no
+product, and the grid of voxels stays small."""
 STARTS = 24
 
 
@@ -37,16 +40,16 @@ class Scene:
 def scenes(view: View, mask: Mask) -> list[Scene]:
     """The largest connected part of a mask's points, and then all of its parts together, if an occluder splits it.
 
-    Parts are what single linkage on voxels makes. Pixels without depth stay in the mask.
+    Parts are what single linkage on voxels makes. Pixels without depth stay in the mask: an
+    occluder's stereo shadow falls on the object.
     """
     measured = view.valid & mask
-    points = view.points(mask).astype(np.float32)
-    if len(points) == 0:
+    if not measured.any():
         return []
+    near = measured & (np.abs(view.depth - np.median(view.depth[measured])) < DEEP)
+    points = view.points(near).astype(np.float32)
     cells = ((points - points.min(0)) / VOXEL).astype(np.int64)
-    shape = np.minimum(cells.max(0) + 1, 400)
-    cells = np.minimum(cells, shape - 1)
-    filled = np.zeros(shape, bool)
+    filled = np.zeros(cells.max(0) + 1, bool)
     filled[tuple(cells.T)] = True
     labels, _ = ndimage.label(filled, np.ones((3, 3, 3)))
     label = labels[tuple(cells.T)]
@@ -56,7 +59,7 @@ def scenes(view: View, mask: Mask) -> list[Scene]:
     found = []
     for keep in chosen[: 1 if large.sum() < 2 else 2]:
         cleaned = mask & ~measured
-        cleaned[measured] = keep
+        cleaned[near] = keep
         found.append(Scene(points[keep], cleaned))
     return found
 
@@ -74,8 +77,9 @@ def starts_for(camera: Pose, model: PoseModel, prior: Prior, scene: Floats32) ->
         turn = np.array([p.rotation @ base.T for p in cube_rotations()], np.float32)
     middle = scene.mean(0)
     rays = turn @ (middle / np.linalg.norm(middle))
-    facing = np.maximum(0, -(rays @ model.normals.T))
-    visible = (facing @ model.points) / np.maximum(facing.sum(1), 1e-6)[:, None]
+    which = np.linspace(0, len(model.points) - 1, 800).astype(np.int64)
+    facing = np.maximum(0, -(rays @ model.normals[which].T))
+    visible = (facing @ model.points[which]) / np.maximum(facing.sum(1), 1e-6)[:, None]
     return Starts(turn, np.asarray(visible - turn @ middle, dtype=np.float32))
 
 

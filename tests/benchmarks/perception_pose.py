@@ -1,0 +1,132 @@
+"""6D poses of products on hangers from one noisy depth image: ours, the paper's recipe, one ICP, Open3D and small_gicp.
+
+The views are those of pose_views.py; every method is given the same ones, the same masks and the same prior (upright).
+Right: under 5 degrees and 5 mm, of symmetric poses the nearest. CPU time is that of one core, model preparation left out
+(it is done once a product).
+
+    OMP_NUM_THREADS=1 python tests/benchmarks/perception_pose.py --set test --easy 120 --hard 120
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import argparse
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pose_views
+from seeds import wilson
+
+from cramlite.errors import UserError
+from cramlite_plugins.perception import pose_libraries, pose_recipes
+from cramlite_plugins.perception.models import PoseModel
+from cramlite_plugins.perception.pose import UPRIGHT, PoseHypothesis, estimate
+
+METHODS: dict[str, Callable[..., list[PoseHypothesis]]] = {
+    "ours": estimate,
+    "small_gicp, 24 point-to-plane": pose_libraries.small_gicp_pose,
+    "Open3D, 24 point-to-plane": pose_libraries.open3d_pose,
+    "paper: PCA, 12 point-to-point": pose_recipes.paper,
+    "one point-to-plane ICP, upright": pose_recipes.one_plane_icp,
+    "one point-to-point ICP": pose_recipes.one_icp,
+}
+RIGHT = (0.005, math.radians(5))
+CONFIDENT = 0.6
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Errors of the best pose: centre and hole [m], rotation [rad]; its score; CPU time [s]."""
+
+    metres: float
+    angle: float
+    hole: float
+    score: float
+    seconds: float
+
+    @property
+    def right(self) -> bool:
+        return self.metres < RIGHT[0] and self.angle < RIGHT[1]
+
+
+def run(method: Callable[..., list[PoseHypothesis]], sample: pose_views.Sample) -> Outcome:
+    """One method on one view."""
+    model = pose_views.model_of(sample.product)
+    begin = time.process_time()
+    found = method(sample.view, sample.mask, model, UPRIGHT)
+    seconds = time.process_time() - begin
+    if not found:
+        return Outcome(math.inf, math.pi, math.inf, 0.0, seconds)
+    metres, angle = model.difference(found[0].pose, sample.truth)
+    return Outcome(metres, angle, _hole(model, found[0], sample), found[0].score, seconds)
+
+
+def _hole(model: PoseModel, found: PoseHypothesis, sample: pose_views.Sample) -> float:
+    """How far the hole is from where it is [m], of symmetric poses the nearest."""
+    hole = next(f.pose for f in model.features if f.type == "vrps:Hole")
+    truth = (sample.truth * hole).position
+    return min(math.dist((found.pose * s * hole).position, truth) for s in model.symmetries)
+
+
+def prepare(samples: list[pose_views.Sample]) -> None:
+    """What is made once a product: grids, twins and trees."""
+    for sample in samples:
+        model = pose_views.model_of(sample.product)
+        _ = model.grid, model.twins, model.tree
+
+
+def row(name: str, outcomes: list[Outcome]) -> str:
+    """One line of the table."""
+    right = sum(o.right for o in outcomes)
+    low, high = wilson(right, len(outcomes))
+    wrong = sum(not o.right and o.score > CONFIDENT for o in outcomes) / len(outcomes)
+    angle, metres, hole = (np.array([getattr(o, k) for o in outcomes]) for k in ("angle", "metres", "hole"))
+    cpu = np.array([o.seconds for o in outcomes]) * 1000
+    return (
+        f"| {name} | {right / len(outcomes):.3f} ({low:.3f} to {high:.3f}) | {np.degrees(np.median(angle)):.2f} deg / "
+        f"{1000 * np.median(metres):.2f} mm | {1000 * np.median(hole):.2f} / "
+        f"{1000 * np.quantile(hole, 0.95, method='lower'):.1f} mm | {wrong:.3f} | {cpu.mean():.0f} / "
+        f"{np.quantile(cpu, 0.95):.0f} ms |"
+    )
+
+
+def table(title: str, samples: list[pose_views.Sample], names: list[str]) -> None:
+    """Run the methods and print the table."""
+    prepare(samples)
+    seen = [s.visibility for s in samples]
+    print(
+        f"\n{title}: {len(samples)} views, seeds {samples[0].seed} to {samples[-1].seed}, visibility {np.mean(seen):.2f} on average"
+    )
+    print(
+        "| method | under 5 deg and 5 mm (95 %) | median | hole, median / p95 | wrong with score > .6 | CPU, mean / p95 |"
+    )
+    print("|---|---|---|---|---|---|")
+    for name in names:
+        try:
+            print(row(name, [run(METHODS[name], s) for s in samples]), flush=True)
+        except UserError as error:
+            print(f"| {name} | not run: {error} | | | | |", flush=True)
+
+
+def main() -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--set", choices=("development", "test"), default="development")
+    parser.add_argument("--easy", type=int, default=24)
+    parser.add_argument("--hard", type=int, default=24)
+    parser.add_argument("--methods", nargs="*", default=list(METHODS), metavar="NAME", help=", ".join(METHODS))
+    arguments = parser.parse_args()
+    first = pose_views.TEST if arguments.set == "test" else pose_views.DEVELOPMENT
+    for title, count, hard in (("EASY", arguments.easy, False), ("HARD", arguments.hard, True)):
+        if count:
+            table(title, [pose_views.sample(first + k, hard) for k in range(count)], arguments.methods)
+
+
+if __name__ == "__main__":
+    main()
