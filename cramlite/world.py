@@ -140,12 +140,28 @@ class Physics:
 
 
 @dataclass(frozen=True)
+class Disturbance:
+    """What a real robot has and a planned one has not; drawn by cramlite/twin.py, applied by the simulator.
+
+    Args:
+        force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].
+        force_drift: how fast its zero wanders, sensor axes [N/s].
+        links: displacement of each link of the first robot from its nominal place [m].
+    """
+
+    force_noise: float = 0.0
+    force_drift: Vector3 = (0.0, 0.0, 0.0)
+    links: tuple[Vector3, ...] = ()
+
+
+@dataclass(frozen=True)
 class World:
     """Everything a simulator needs, and nothing about how it is solved."""
 
     things: tuple[Thing, ...]
     robots: tuple[RobotMount, ...] = ()
     physics: Physics = Physics()
+    disturbance: Disturbance = Disturbance()
 
     def thing(self, name: str) -> Thing:
         """The thing of that name.

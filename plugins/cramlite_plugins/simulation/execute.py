@@ -6,6 +6,7 @@ through its own text and its sensors.
 
 from __future__ import annotations
 
+import math
 import os
 import pickle
 import subprocess
@@ -19,7 +20,7 @@ from typing import Protocol
 import numpy as np
 
 from cramlite.errors import UserError, nearest
-from cramlite.geometry import Floats
+from cramlite.geometry import Floats, Vector3
 from cramlite.program_text import is_program_text
 from cramlite.robots import Robot
 from cramlite.rollout import Rollout
@@ -133,11 +134,14 @@ class _Run:
     def __init__(
         self, compiled: Compiled, mount: str, noise: float, seed: int, safety: Safety, drive: type[GripperDrive]
     ) -> None:
+        index, off = compiled.robots[mount], compiled.world.disturbance
+        displace(compiled, mount, off.links)
         self.data = compiled.data()
         self.recorder = Recorder(compiled, mount)
         base = next(m.base for m in compiled.world.robots if m.name == mount)
-        index = compiled.robots[mount]
+        noise = math.hypot(noise, off.force_noise)
         self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed, drive=drive)
+        self.controller.sensor.drift[:3] = off.force_drift
         self.machine: _Runner | None = None
         self.wrenches: list[Floats] = []
         self.peak = np.zeros(6)
@@ -186,6 +190,13 @@ class _Run:
             return "error", f"line {machine.main_line}: {error}"
         finally:
             machine.close()
+
+
+def displace(compiled: Compiled, mount: str, links: Sequence[Vector3]) -> None:
+    """Move the links of a robot off their nominal places [m]: the controller goes on to reckon with those."""
+    model = compiled.model
+    for name, off in zip(compiled.robots[mount].robot.joints, links, strict=False):
+        model.body_pos[model.jnt_bodyid[model.joint(f"{mount}/{name}").id]] += off
 
 
 def execute_file(

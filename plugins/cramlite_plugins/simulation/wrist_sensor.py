@@ -7,6 +7,8 @@ Inertia stays in: 3 to 9 N in fast free motion (docs/explanation/simulation.md).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from cramlite.geometry import Floats
@@ -24,10 +26,12 @@ class WristSensor:
     Args:
         up: unit vector against gravity, in the base frame.
         noise: standard deviation of each raw reading [N]; torques get a twentieth of it [Nm].
+        drift: how fast the zero of the forces wanders, sensor axes [N/s].
     """
 
-    def __init__(self, up: Floats, noise: float, seed: int) -> None:
+    def __init__(self, up: Floats, noise: float, seed: int, drift: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
         self.up, self.noise = up, noise
+        self.drift, self.wandered = np.array([*drift, 0.0, 0.0, 0.0]), np.zeros(6)
         self.random = np.random.default_rng(seed)
         self.raw = np.zeros(6)
         self.bias = np.zeros(6)
@@ -37,6 +41,8 @@ class WristSensor:
 
     def feed(self, reading: Floats, period: float) -> None:
         """One control cycle's mean reading (6,): force and torque of the wrist on the tool, sensor axes."""
+        self.wandered = self.wandered + period * self.drift
+        reading = reading + self.wandered
         if self.noise:
             reading = reading + self.random.normal(0.0, self.noise, 6) * ([1.0] * 3 + [0.05] * 3)
         share = period / (SMOOTHING + period) if self.started else 1.0
