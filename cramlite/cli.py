@@ -92,6 +92,18 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")
     schema = _add(commands, "schema", _schema, "print the JSON Schema of scenario or rule files")
     schema.add_argument("kind", choices=["scenario", "rule"])
+    experiment = _add(commands, "experiment", _experiment, "run an experiment and print its tables")
+    experiment.add_argument("experiment", help="a file, its folder, or the name of a shipped one")
+    experiment.add_argument("--set", default="main", metavar="NAME", help="which demonstrations (default main)")
+    experiment.add_argument("--short", action="store_true", help="only the first of each object, against thresholds")
+    experiment.add_argument("--without", metavar="ABLATION", help="take something away, e.g. force_control or search")
+    experiment.add_argument("--workers", type=int, default=2, help="processes (default 2)")
+    experiment.add_argument("--out", type=Path, help="run directory; default runs/EXPERIMENT-SET")
+    experiment.add_argument("--no-pictures", action="store_true", help="draw no pictures of the outcomes")
+    experiment.add_argument(
+        "--keep-baseline", action="store_true", help="store these tables to compare later ones with"
+    )
+    experiment.add_argument("--json", action="store_true")
     tasks = _add(commands, "tasks", _tasks, "list the task types")
     tasks.add_argument("--json", action="store_true")
     plugins = _add(commands, "plugins", _plugins, "list the plugins, with their faults")
@@ -230,6 +242,24 @@ def _controller(arguments: argparse.Namespace) -> int:
         seconds=arguments.seconds,
         idle=arguments.idle,
         seed=arguments.seed,
+        plugins=arguments.plugin,
+        block=arguments.block,
+    )
+
+
+def _experiment(arguments: argparse.Namespace) -> int:
+    from .experiment.command import experiment_command
+
+    return experiment_command(
+        arguments.experiment,
+        set_name=arguments.set,
+        short=arguments.short,
+        without=arguments.without,
+        workers=arguments.workers,
+        out=arguments.out,
+        pictures=not arguments.no_pictures,
+        keep_baseline=arguments.keep_baseline,
+        json_output=arguments.json,
         plugins=arguments.plugin,
         block=arguments.block,
     )

@@ -8,7 +8,8 @@ and ends (no reach, path or physics is asked):
    begins (or ends) holds (or does not hold) for the sequence only if the chosen reading of that action says so too.
 2. What began and lasted to the end of the demonstration is explained: the chosen reading says that it begins.
 3. What the sequence itself begins it also ends, where the demonstration saw it end.
-4. A reading by which something happens explains every end that another reading of the same action explains. A reading by which nothing happens need not: an end that shows just behind a pause is the doing of what follows.
+4. A reading by which something happens explains every end that another reading of the same action explains. A
+   reading by which nothing happens need not: an end that shows just behind a pause is the doing of what follows.
 """
 
 from __future__ import annotations

@@ -119,6 +119,7 @@ class Engine:
         files: plugin modules to load by path.
         blocked, preferred: names of plugins.
         ontologies: further ontology files.
+        rules: a folder of rule files that stands for all others.
 
     Example:
         >>> from cramlite import Engine, read_scenario          # doctest: +SKIP
@@ -132,9 +133,10 @@ class Engine:
         blocked: Sequence[str] = (),
         preferred: Sequence[str] = (),
         ontologies: Sequence[Path] = (),
+        rules: Path | None = None,
     ) -> None:
         self.registry = Registry(tuple(files), tuple(blocked), tuple(preferred))
-        self.knowledge = Knowledge(self.registry, ontologies)
+        self.knowledge = Knowledge(self.registry, ontologies, rules)
 
     def read_episode(self, path: Path) -> Episode:
         """Read an episode in any format that a plugin reads.
@@ -254,7 +256,9 @@ class Engine:
                 continue
             progress(f"candidate {number}: {plan}")
             proven = False
-            for candidate, verdict in self._prove_plan(plan, world, budget, trace, progress):
+            for candidate, verdict in self.attempts(plan, world, budget, trace, progress):
+                if not verdict.passed:
+                    continue
                 proven = True
                 yield Solution(number, candidate, verdict, trace, world, *source)
             if not proven:
@@ -282,9 +286,10 @@ class Engine:
             calls = [TaskCall(self.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
             yield plan_from_episode(world.name, calls, episode), (found, episode)
 
-    def _prove_plan(
-        self, plan: Plan, setting: Setting, budget: Budget, trace: Trace, progress: Progress
+    def attempts(
+        self, plan: Plan, setting: Setting, budget: Budget, trace: Trace, progress: Progress = lambda _: None
     ) -> Iterator[tuple[Candidate, Verdict]]:
+        """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
         mount = setting.world.robots[0]
         context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
         context = replace(context, camera=setting.look.camera if setting.look else None)
@@ -306,9 +311,7 @@ class Engine:
             candidate, verdict = prove(candidate, self.knowledge, setting.backend, setting.seed, setting.real)
             outcome = "proven" if verdict.passed else "failed"
             trace.add(0, "proof", str(plan), outcome, setting.backend.name, verdict.reason)  # type: ignore[arg-type]
-            conflict = None
-            if verdict.passed:
-                yield candidate, verdict
-            else:
+            if not verdict.passed:
                 progress(f"refused: {verdict.reason}")
-                conflict = conflict_of(verdict, state)
+            yield candidate, verdict
+            conflict = None if verdict.passed else conflict_of(verdict, state)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from .errors import NoSolution, UserError
 from .explain import as_json, rollout_json, rollout_text
 from .resources import find_scenario
+from .rollout_file import save_rollout
 from .scenario import read_scenario
 from .scenario_world import build_world, real_world
 
@@ -33,7 +34,7 @@ def execute_program(
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
         world: the ``world.json`` of a run directory, or a scenario, whose world with this seed is taken.
-        out: folder for the recorded run: ``execution.json`` and ``episode/``.
+        out: folder for the recorded run: ``execution.json``, ``rollout.npz`` and ``episode/``.
 
     Returns:
         0 when the program came to its end.
@@ -132,6 +133,7 @@ def _write(out: Path, rollout: Rollout, name: str, knowledge: Any) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         (out / "execution.json").write_text(as_json(rollout_json(rollout)))
+        save_rollout(rollout, out / "rollout.npz")
     except OSError as error:
         raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
     knowledge.simulator.save_episode(knowledge.simulator.episode(rollout, name), out / "episode")

@@ -29,11 +29,12 @@ class Knowledge:
     Args:
         registry: whose plugins are asked.
         ontologies: further ontology files, beside the shipped ones and those of plugins.
+        rules: a folder of rule files that stands for the shipped ones and those of plugins.
     """
 
-    def __init__(self, registry: Registry, ontologies: Iterable[Path] = ()) -> None:
+    def __init__(self, registry: Registry, ontologies: Iterable[Path] = (), rules: Path | None = None) -> None:
         self.registry = registry
-        self._ontologies = tuple(ontologies)
+        self._ontologies, self._rules = tuple(ontologies), rules
 
     @cached_property
     def task_owners(self) -> Mapping[str, str]:
@@ -111,6 +112,8 @@ class Knowledge:
     def rules(self) -> tuple[Rule, ...]:
         from .rules import load_rules
 
+        if self._rules is not None:
+            return load_rules([self._rules], self.predicates, self.taxonomy)
         shipped = sorted(data_folder("task_rules").glob("*.yaml"))
         own = [task.rule_file for task in self.tasks.values() if task.rule_file is not None]
         return load_rules([*shipped, *own], self.predicates, self.taxonomy)

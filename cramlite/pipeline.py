@@ -12,6 +12,7 @@ from typing import Any
 
 from . import __version__
 from .engine import Engine, Setting, Solution
+from .episode import Episode
 from .errors import NoSolution, PluginError, UserError
 from .explain import as_json, failure_text, solution_text
 from .resources import find_scenario
@@ -97,21 +98,30 @@ def record_demonstration(
         UserError: the scenario says nothing about recording, or the folder is not empty.
     """
     scenario = read_scenario(find_scenario(name))
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    episode = record_episode(scenario, make_engine(scenario, plugins, block), seed=seed, out=out)
+    print(
+        f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
+    )
+    return 0
+
+
+def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) -> Episode:
+    """Record a demonstration of a scenario into a folder.
+
+    Raises:
+        UserError: the scenario says nothing about recording.
+    """
     recipe = scenario.spec.record
     if recipe is None:
         raise UserError(f"{scenario.path}: has no 'record' section, which says what a person should do in which world.")
-    if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
-    engine = make_engine(scenario, plugins, block)
     world, _ = build_world(scenario, recipe.things, recipe.vary, engine.knowledge.models, seed)
     simulator = engine.knowledge.simulator
     rollout = simulator.demonstrate(replace(world, robots=()), recipe.script, seed=seed)
     episode = simulator.episode(rollout, scenario.name)
     simulator.save_episode(episode, out)
-    print(
-        f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
-    )
-    return 0
+    return episode
 
 
 def make_engine(scenario: Scenario, plugins: Sequence[Path] = (), block: Sequence[str] = ()) -> Engine:

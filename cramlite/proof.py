@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -57,7 +57,7 @@ def prove(
     Returns:
         The candidate with code and rollout as far as they came to be, and the verdict.
     """
-    findings = _judge(candidate, knowledge, rollout=False)
+    findings = judge(candidate, knowledge, rollout=False)
     if any(not f.passed for f in findings):
         return candidate, Verdict(tuple(findings))
     try:
@@ -82,15 +82,23 @@ def prove(
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
     candidate = replace(candidate, rollout=rollout, episode=episode)
-    return candidate, Verdict((*findings, *_judge(candidate, knowledge, rollout=True)))
+    return candidate, Verdict((*findings, *judge(candidate, knowledge, rollout=True)))
 
 
-def _judge(candidate: Candidate, knowledge: Knowledge, *, rollout: bool) -> list[Finding]:
-    """Findings of all validators of the wanted kind; a cost class that objects spares the dearer ones."""
+def judge(
+    candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
+) -> list[Finding]:
+    """Findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
+
+    Args:
+        rollout: ask those that look at what happened, or those that look at the program.
+        only: names of validators; None asks all.
+    """
     findings: list[Finding] = []
     for cost in COSTS:
         for validator in knowledge.validators:
-            if validator.cost == cost and (cost == "rollout") == rollout:
+            wanted = only is None or validator.name in only
+            if wanted and validator.cost == cost and (cost == "rollout") == rollout:
                 findings += _ask(validator, candidate, knowledge)
         if any(not f.passed for f in findings):
             break

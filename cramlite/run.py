@@ -63,19 +63,25 @@ class RunDirectory:
         self._save(complete=True)
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file whole: through a temporary one, so that an interruption leaves no half of it."""
-        target = self.path / name
-        temporary = target.with_name(f".{target.name}.part")
-        data = content.encode() if isinstance(content, str) else content
-        try:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            temporary.write_bytes(data)
-            temporary.replace(target)
-        except OSError as error:
-            raise UserError(
-                f"'{target}' cannot be written: {error.strerror}. What was written before is kept."
-            ) from error
-        return target
+        """Write a file of the run, whole."""
+        return write_whole(self.path / name, content)
+
+
+def write_whole(target: Path, content: str | bytes) -> Path:
+    """Write a file whole: through a temporary one, so that an interruption leaves no half of it.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    temporary = target.with_name(f".{target.name}.part")
+    data = content.encode() if isinstance(content, str) else content
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary.write_bytes(data)
+        temporary.replace(target)
+    except OSError as error:
+        raise UserError(f"'{target}' cannot be written: {error.strerror}. What was written before is kept.") from error
+    return target
 
 
 def content_key(*paths: Path) -> str:

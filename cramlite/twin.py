@@ -35,8 +35,8 @@ class OffSpec(_Spec):
     """
 
     thing: str
-    position: Length = Field(0.0, ge=0.0)
-    angle: Angle = Field(0.0, ge=0.0)
+    position: Length = Field(default=0.0, ge=0.0)
+    angle: Angle = Field(default=0.0, ge=0.0)
 
 
 class TwinSpec(_Spec):
@@ -47,11 +47,11 @@ class TwinSpec(_Spec):
     """
 
     things: tuple[OffSpec, ...] = ()
-    friction: float = Field(0.0, ge=0.0, lt=1.0)
-    mass: float = Field(0.0, ge=0.0, lt=1.0)
-    force_noise: float = Field(0.0, ge=0.0)
-    force_drift: float = Field(0.0, ge=0.0)
-    kinematics: Length = Field(0.0, ge=0.0)
+    friction: float = Field(default=0.0, ge=0.0, lt=1.0)
+    mass: float = Field(default=0.0, ge=0.0, lt=1.0)
+    force_noise: float = Field(default=0.0, ge=0.0)
+    force_drift: float = Field(default=0.0, ge=0.0)
+    kinematics: Length = Field(default=0.0, ge=0.0)
 
 
 def twin(
@@ -91,7 +91,9 @@ def _moved(
     known, names = {o.thing: o for o in offs}, [t.name for t in world.things]
     for name in known:
         if name not in names:
-            raise UserError(f"The twin displaces '{name}', which is no thing of '{scenario.name}'; {nearest(name, names)}.")
+            raise UserError(
+                f"The twin displaces '{name}', which is no thing of '{scenario.name}'; {nearest(name, names)}."
+            )
     found: dict[str, Pose] = {}
     for thing in world.things:  # a thing stands behind what it hangs on
         off = known.get(thing.name, OffSpec(thing=thing.name))

@@ -1,0 +1,92 @@
+"""``cramlite experiment``: run what is left, print the tables, write the files."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from ..errors import NoSolution
+from ..explain import as_json
+from ..run import write_whole
+from .page import page
+from .report import BASELINE, against_baseline, baseline, below, text, to_csv, to_json
+from .results import DemonstrationResult
+from .run import Order, check_workers, run_experiment, run_key, speak
+from .spec import Experiment, find_experiment, read_experiment
+from .tables import Tables, tables
+
+
+def experiment_command(
+    name: str,
+    *,
+    set_name: str = "main",
+    short: bool = False,
+    without: str | None = None,
+    workers: int = 2,
+    out: Path | None = None,
+    pictures: bool = True,
+    keep_baseline: bool = False,
+    json_output: bool = False,
+    plugins: Sequence[Path] = (),
+    block: Sequence[str] = (),
+) -> int:
+    """Run an experiment to its end.
+
+    Returns:
+        0; with ``short`` only if the thresholds are reached.
+
+    Raises:
+        NoSolution: a threshold of ``--short`` is not reached.
+        UserError: the experiment or its directory cannot be used.
+    """
+    experiment = read_experiment(find_experiment(name))
+    experiment.ablation(without)
+    own = (tuple(p.resolve() for p in plugins), tuple(block))
+    what = _what(set_name, short, without)
+    place = out or Path("runs") / f"{experiment.spec.experiment}-{what}"
+    order = Order(experiment, set_name, place, check_workers(workers), short, without, pictures, *own)
+    results = run_experiment(order, speak)
+    whole = tables(results, experiment.spec.published if set_name == "main" and not short else None)
+    stored = experiment.beside(BASELINE)
+    changes = against_baseline(whole, stored, what)
+    data = _write(order, whole, results, changes)
+    print(data if json_output else text(whole, _title(experiment, what)) + "\n" + "\n".join(["baseline:", *changes]))
+    print(f"Files: {place}/tables.json, candidates.csv, report.html") if not json_output else None
+    if keep_baseline:
+        _store(stored, what, whole)
+    missed = below(whole, experiment.spec.thresholds) if short and without is None else []
+    if missed:
+        raise NoSolution(f"'{name}' --short misses what it must reach: {'; '.join(missed)}. See {place}/report.html.")
+    return 0
+
+
+def _what(set_name: str, short: bool, without: str | None) -> str:
+    return "-".join([set_name, *(["short"] if short else []), *([f"without_{without}"] if without else [])])
+
+
+def _title(experiment: Experiment, what: str) -> str:
+    return f"{experiment.spec.title} ({what})"
+
+
+def _write(order: Order, whole: Tables, results: tuple[DemonstrationResult, ...], changes: list[str]) -> str:
+    """The three files; gives the JSON."""
+    spec = order.experiment.spec
+    data = as_json(to_json(whole, results, run_key(order)))
+    what = _what(order.set_name, order.short, order.without)
+    about = [
+        f"{len(results)} demonstrations, set '{order.set_name}': {order.experiment.choose(order.set_name).about}",
+        f"Taken away: {order.experiment.ablation(order.without).about}.",
+    ]
+    if spec.published:
+        about.append(f"Published figures: {spec.published.source}")
+    write_whole(order.out / "tables.json", data)
+    write_whole(order.out / "candidates.csv", to_csv(results))
+    html = page(_title(order.experiment, what), about, whole, results, changes, order.out)
+    write_whole(order.out / "report.html", html)
+    return data
+
+
+def _store(path: Path, what: str, whole: Tables) -> None:
+    known = json.loads(path.read_text()) if path.is_file() else {}
+    write_whole(path, json.dumps(known | {what: baseline(whole)}, indent=1) + "\n")

@@ -1,0 +1,42 @@
+"""The page of an experiment: one self-contained HTML file with the tables and a picture of how each execution ended."""
+
+from __future__ import annotations
+
+import base64
+from importlib.resources import files
+from pathlib import Path
+
+from ..report import template
+from .report import HEADINGS, plain, share
+from .results import DemonstrationResult
+from .tables import STAGES, Tables
+
+
+def page(
+    title: str,
+    about: list[str],
+    tables: Tables,
+    results: tuple[DemonstrationResult, ...],
+    changes: list[str],
+    folder: Path,
+) -> str:
+    """The page as text.
+
+    Args:
+        about: what was run, in lines for people.
+        changes: against the baseline.
+        folder: of the run: where the pictures are.
+    """
+    source = (files(__package__) / "page.html.j2").read_text("utf-8")
+    style = (files("cramlite.report") / "page.css").read_text("utf-8")
+    return template(source).render(
+        title=title, about=about, tables=tables, results=results, changes=changes, style=style, stages=STAGES,
+        headings=HEADINGS, share=share, plain=plain, picture=lambda one, name: _picture(folder / "results" / one / name),
+    )  # fmt: skip
+
+
+def _picture(path: Path) -> str:
+    """A picture as a data address; empty if there is none."""
+    if not path.is_file():
+        return ""
+    return "data:image/jpeg;base64," + base64.b64encode(path.read_bytes()).decode()

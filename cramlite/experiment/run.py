@@ -1,0 +1,218 @@
+"""Running an experiment: demonstrations spread over processes, with progress, and nothing done twice or lost."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import __version__
+from ..errors import UserError
+from ..resources import find_scenario
+from ..run import RunDirectory, content_key
+from ..scenario import read_scenario
+from .results import DemonstrationResult
+from .spec import Demonstration, Experiment
+from .store import LOCK, Store, code_key, locked
+from .trial import Trial, bench, run_trial
+
+DEATHS = 2
+"""A demonstration whose worker died this often is given up, and counts as failed."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What is to be run.
+
+    Args:
+        set_name, short, without: which demonstrations, only the first of each object, what is taken away.
+        out: the run directory.
+        workers: processes.
+        pictures: draw how each execution ended.
+        plugins, block: further plugin files, and plugins that are not loaded.
+    """
+
+    experiment: Experiment
+    set_name: str
+    out: Path
+    workers: int
+    short: bool = False
+    without: str | None = None
+    pictures: bool = True
+    plugins: tuple[Path, ...] = ()
+    block: tuple[str, ...] = ()
+
+    @property
+    def demonstrations(self) -> tuple[Demonstration, ...]:
+        return self.experiment.demonstrations(self.set_name, short=self.short)
+
+    def trial(self, one: Demonstration) -> Trial:
+        path = self.experiment.path.resolve()
+        return Trial(
+            path, self.set_name, one, self.out.resolve(), self.without, self.pictures, self.plugins, self.block
+        )
+
+
+def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[DemonstrationResult, ...]:
+    """Do what is left of an experiment.
+
+    Args:
+        say: is told a line for each demonstration.
+
+    Returns:
+        The results of all demonstrations, in order, those of earlier runs among them; the same for any number of workers.
+
+    Raises:
+        UserError: the directory holds something else, is in use or damaged, or cannot be written.
+        KeyboardInterrupt: the workers were stopped; what is finished is kept.
+    """
+    directory = RunDirectory(order.out, run_key(order))
+    lock = locked(order.out)
+    try:
+        store = Store(order.out)
+        found = {d.name: r for d in order.demonstrations if (r := store.demonstration(d.name)) is not None}
+        deaths: dict[str, int] = {}
+        while left := [d for d in order.demonstrations if d.name not in found]:
+            found |= _round(order, store, left, deaths, say)
+        directory.finish()
+        return tuple(found[d.name] for d in order.demonstrations)
+    finally:
+        lock.close()
+
+
+def run_key(order: Order) -> dict[str, Any]:
+    """What the results depend on: files, seeds, code. How many workers there are is none of it."""
+    experiment = order.experiment
+    place = bench(experiment.path.resolve(), order.set_name, order.without, order.plugins, order.block)
+    chosen = experiment.choose(order.set_name)
+    scenario = read_scenario(find_scenario(str(experiment.beside(chosen.scenario or experiment.spec.scenario))))
+    ablation = experiment.ablation(order.without)
+    files = [experiment.path, scenario.path]
+    files += [experiment.beside(f) for f in (ablation.plugin, ablation.rules) if f]
+    folders = [
+        Path(__file__).resolve().parents[1],
+        *(Path(i.file).resolve().parent for i in place.engine.registry.infos),
+    ]
+    return {
+        "cramlite": __version__, "experiment": experiment.spec.experiment, "set": order.set_name, "short": order.short,
+        "without": order.without, "scenario": content_key(*files), "code": code_key(folders),
+    }  # fmt: skip
+
+
+def _round(
+    order: Order, store: Store, left: Sequence[Demonstration], deaths: dict[str, int], say: Callable[[str], None]
+) -> dict[str, DemonstrationResult]:
+    """Hand out what is left, until it is done or a worker dies."""
+    for name in store.begun():  # of a run that was killed
+        store.ended(name)
+    progress = Progress(len(order.demonstrations), len(left), say)
+    found: dict[str, DemonstrationResult] = {}
+    pool = ProcessPoolExecutor(
+        min(order.workers, len(left)), mp_context=multiprocessing.get_context("spawn"), initializer=_worker
+    )
+    try:
+        for result in _results(pool, [order.trial(d) for d in left]):
+            found[result.name] = result
+            progress.one(result)
+    except BrokenProcessPool:
+        found |= _buried(order, store, deaths, say)
+    except BaseException:
+        _stop(pool)
+        raise
+    pool.shutdown()
+    return found
+
+
+def _results(pool: Executor, trials: Sequence[Trial]) -> Any:
+    waiting: list[Future[DemonstrationResult]] = [pool.submit(run_trial, t) for t in trials]
+    for done in as_completed(waiting):
+        yield done.result()
+
+
+def _buried(
+    order: Order, store: Store, deaths: dict[str, int], say: Callable[[str], None]
+) -> dict[str, DemonstrationResult]:
+    """A worker died, and the pool with it: what it was at is tried again, or given up."""
+    given_up = {}
+    by_name = {d.name: d for d in order.demonstrations}
+    for name in store.begun():
+        deaths[name] = deaths.get(name, 0) + 1
+        say(f"a worker died at or beside {name} ({deaths[name]} of {DEATHS}); finished pieces are kept")
+        if deaths[name] >= DEATHS:
+            one = by_name[name]
+            reason = f"worker: the process died {DEATHS} times (out of memory, or killed)"
+            given_up[name] = DemonstrationResult(name, one.object, one.seed, 0, 0, 0, (), reason)
+            store.save(name, "result", given_up[name])
+        store.ended(name)
+    return given_up
+
+
+def _stop(pool: ProcessPoolExecutor) -> None:
+    """End the workers at once: what they write, they write whole."""
+    pool.shutdown(wait=False, cancel_futures=True)
+    for child in multiprocessing.active_children():
+        child.terminate()
+
+
+def _worker() -> None:
+    """A worker leaves Ctrl-C to its parent, and ends when the parent does."""
+    import signal
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()
+
+
+class Progress:
+    """A line for each demonstration, with the time that is left at this pace."""
+
+    def __init__(self, total: int, left: int, say: Callable[[str], None]) -> None:
+        self.total, self.left, self.say, self.begin, self.done = total, left, say, time.monotonic(), 0
+
+    def one(self, result: DemonstrationResult) -> None:
+        self.done += 1
+        passed = time.monotonic() - self.begin
+        rest = passed / self.done * (self.left - self.done)
+        good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "executed")]
+        self.say(
+            f"[{self.total - self.left + self.done}/{self.total}] {result.name}: {result.candidates} candidates, "
+            f"{'/'.join(map(str, good))} planned/simulated/executed{'; ' + result.reason if result.reason else ''}; "
+            f"{_clock(passed)} passed, about {_clock(rest)} left"
+        )
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
+
+
+def speak(text: str) -> None:
+    """A line for people on standard error."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def check_workers(workers: int) -> int:
+    """How many processes there should be.
+
+    Raises:
+        UserError: less than one.
+    """
+    if workers < 1:
+        raise UserError(f"--workers is {workers}; it takes at least 1 process.")
+    return workers
+
+
+__all__ = ["LOCK", "Order", "run_experiment"]

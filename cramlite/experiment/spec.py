@@ -1,0 +1,183 @@
+"""Experiment files: which demonstrations, in which worlds, how the twins differ, and what was published."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from ..errors import UserError, nearest
+from ..resources import data_folder
+from ..twin import TwinSpec
+from ..yaml_file import explain_validation, load_yaml
+
+FILE = "experiment.yaml"
+
+
+class _Spec(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SetSpec(_Spec):
+    """Demonstrations: of each object ``count``, with the seeds ``first`` + 100 j + 0, 1, ... for the j-th object.
+
+    ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes.
+    """
+
+    first: int = Field(ge=1)
+    count: int = Field(default=10, ge=1, le=100)
+    short: int = Field(default=2, ge=1)
+    scenario: str | None = None
+    about: str = ""
+
+
+class AblationSpec(_Spec):
+    """What is taken away: plugins that answer instead, other rules, further candidates, or the twin's errors."""
+
+    about: str
+    plugin: str | None = None
+    rules: str | None = None
+    candidates: int | None = Field(default=None, ge=1)
+    twin: bool = True
+
+
+class PublishedSpec(_Spec):
+    """Published figures, object by object in the order of ``objects``."""
+
+    source: str
+    gave_candidates: tuple[int, ...]
+    candidates: tuple[int, ...]
+    planned: tuple[int, ...]
+    simulated: tuple[int, ...]
+    executed: tuple[int, ...]
+
+
+class ThresholdSpec(_Spec):
+    """What ``--short`` must reach: shares of demonstrations and of candidates."""
+
+    solved: float = Field(default=1.0, ge=0, le=1)
+    planned: float = Field(default=0.0, ge=0, le=1)
+    simulated: float = Field(default=0.0, ge=0, le=1)
+    executed: float = Field(default=0.0, ge=0, le=1)
+
+
+class ExperimentSpec(_Spec):
+    """The keys of an experiment file.
+
+    ``product`` is the thing of the recording that the objects stand for; ``goal`` a relation that must hold at the end;
+    ``judges`` the validators that say whether an execution succeeded.
+    """
+
+    experiment: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    title: str
+    scenario: str
+    product: str
+    goal: tuple[str, str, str]
+    judges: tuple[str, ...]
+    objects: dict[str, dict[str, Any]] = Field(min_length=1)
+    sets: dict[str, SetSpec] = Field(min_length=1)
+    twin: TwinSpec
+    budget: dict[str, int] = Field(default_factory=dict)
+    most_candidates: int = Field(default=12, ge=1)
+    ablations: dict[str, AblationSpec] = Field(default_factory=dict)
+    thresholds: ThresholdSpec = ThresholdSpec()
+    published: PublishedSpec | None = None
+
+    @model_validator(mode="after")
+    def _sets_apart(self) -> ExperimentSpec:
+        taken: dict[int, str] = {}
+        for name, one in self.sets.items():
+            for seed in (one.first + 100 * j + n for j in range(len(self.objects)) for n in range(one.count)):
+                if seed in taken:
+                    raise ValueError(f"the sets '{taken[seed]}' and '{name}' share the seed {seed}; move one 'first'")
+                taken[seed] = name
+        return self
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """One demonstration to record.
+
+    Args:
+        name: "O1-03": the object, and its number from 1.
+        object: key of the experiment's objects.
+        seed: of the person and their world; others are derived from it.
+    """
+
+    name: str
+    object: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment file that was read and checked."""
+
+    path: Path
+    spec: ExperimentSpec
+
+    def beside(self, name: str) -> Path:
+        return self.path.parent / name
+
+    def choose(self, set_name: str) -> SetSpec:
+        """A set.
+
+        Raises:
+            UserError: there is none of the name.
+        """
+        if set_name not in self.spec.sets:
+            raise UserError(f"{self.path} has no set '{set_name}'; {nearest(set_name, self.spec.sets)}.")
+        return self.spec.sets[set_name]
+
+    def ablation(self, name: str | None) -> AblationSpec:
+        """What is taken away; nothing if no name is given.
+
+        Raises:
+            UserError: there is none of the name.
+        """
+        if name is None:
+            return AblationSpec(about="nothing is taken away")
+        if name not in self.spec.ablations:
+            raise UserError(f"{self.path} has no ablation '{name}'; {nearest(name, self.spec.ablations)}.")
+        return self.spec.ablations[name]
+
+    def demonstrations(self, set_name: str, *, short: bool = False) -> tuple[Demonstration, ...]:
+        """What is to be recorded, in order."""
+        chosen = self.choose(set_name)
+        count = min(chosen.short, chosen.count) if short else chosen.count
+        return tuple(
+            Demonstration(f"{name}-{n + 1:02}", name, chosen.first + 100 * j + n)
+            for j, name in enumerate(self.spec.objects)
+            for n in range(count)
+        )
+
+
+def find_experiment(name: str) -> Path:
+    """The file of an experiment: a file, a folder that holds one, or the bare name of a shipped one.
+
+    Raises:
+        UserError: there is none; lists the shipped ones, the nearest first.
+    """
+    shipped = {p.parent.name: p for p in data_folder("experiments").glob(f"*/{FILE}")}
+    for path in (Path(name), Path(name) / FILE, shipped.get(Path(name).name)):
+        if path is not None and path.is_file():
+            return path
+    raise UserError(f"There is no experiment '{name}', and none of that name is shipped; {nearest(name, shipped)}.")
+
+
+def read_experiment(path: Path) -> Experiment:
+    """Read an experiment file.
+
+    Raises:
+        UserError: not YAML, an unknown key, or a wrong value: with file and line.
+    """
+    data = load_yaml(path)
+    if not isinstance(data, Mapping):
+        raise UserError(f"{path}:1: an experiment is a mapping that begins with 'experiment: NAME'.")
+    try:
+        return Experiment(path, ExperimentSpec.model_validate(data))
+    except ValidationError as error:
+        raise explain_validation(path, data, error, list(ExperimentSpec.model_fields)) from error

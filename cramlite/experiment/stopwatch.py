@@ -1,0 +1,62 @@
+"""CPU time by stage, of this process and of those it waited for."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+
+class Stopwatch:
+    """Adds up CPU seconds by stage; what a stage inside another takes is not counted twice."""
+
+    def __init__(self) -> None:
+        self._spent: dict[str, float] = {}
+        self._open: list[float] = []
+
+    def restart(self) -> None:
+        self._spent = {}
+
+    def read(self) -> dict[str, float]:
+        return {name: round(seconds, 3) for name, seconds in sorted(self._spent.items())}
+
+    @contextmanager
+    def __call__(self, stage: str) -> Iterator[None]:
+        """Count what happens in this block."""
+        begin = _now()
+        self._open.append(0.0)
+        try:
+            yield
+        finally:
+            whole, inner = _now() - begin, self._open.pop()
+            self._spent[stage] = self._spent.get(stage, 0.0) + whole - inner
+            if self._open:
+                self._open[-1] += whole
+
+    def around(self, wrapped: Any, **stages: str) -> Any:
+        """An object that does as another one does, with some of its methods counted: method=stage."""
+        return _Timed(wrapped, self, stages)
+
+
+class _Timed:
+    def __init__(self, wrapped: Any, watch: Stopwatch, stages: dict[str, str]) -> None:
+        self._wrapped, self._watch, self._stages = wrapped, watch, stages
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._wrapped, name)
+        return _counted(found, self._watch, self._stages[name]) if name in self._stages else found
+
+
+def _counted(function: Callable[..., Any], watch: Stopwatch, stage: str) -> Callable[..., Any]:
+    def counted(*arguments: Any, **options: Any) -> Any:
+        with watch(stage):
+            return function(*arguments, **options)
+
+    return counted
+
+
+def _now() -> float:
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime

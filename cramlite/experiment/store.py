@@ -1,0 +1,120 @@
+"""The directory of an experiment: one run, one process that writes, every finished piece whole."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import os
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import IO, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from ..errors import UserError
+from ..explain import as_json
+from ..run import write_whole
+from .results import CandidateResult, DemonstrationResult
+
+LOCK = "lock"
+T = TypeVar("T", CandidateResult, DemonstrationResult)
+
+
+class Store:
+    """Results by demonstration and candidate.
+
+    ``DEMONSTRATION/result.json`` is written when all its candidates are, ``DEMONSTRATION/K.json`` when the K-th is;
+    beside it are ``K.script``, the text that was executed, and ``K.jpg``, how that ended.
+
+    Args:
+        path: of the directory, which belongs to the run already.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def folder(self, demonstration: str) -> Path:
+        return self.path / "results" / demonstration
+
+    def write(self, name: str, content: str | bytes) -> Path:
+        """Write a file of the run, whole."""
+        return write_whole(self.path / name, content)
+
+    def save(self, demonstration: str, name: str, result: CandidateResult | DemonstrationResult) -> None:
+        self.write(f"results/{demonstration}/{name}.json", as_json(result))
+
+    def candidate(self, demonstration: str, number: int) -> CandidateResult | None:
+        """The result of a candidate, if it is finished."""
+        return _read(self.folder(demonstration) / f"{number}.json", CandidateResult)
+
+    def demonstration(self, demonstration: str) -> DemonstrationResult | None:
+        """The result of a demonstration, if all of it is finished."""
+        return _read(self.folder(demonstration) / "result.json", DemonstrationResult)
+
+    def began(self, demonstration: str) -> None:
+        """A worker takes this one on."""
+        self.write(f"results/{demonstration}/worker", str(os.getpid()))
+
+    def ended(self, demonstration: str) -> None:
+        (self.folder(demonstration) / "worker").unlink(missing_ok=True)
+
+    def begun(self) -> list[str]:
+        """Demonstrations that a worker took on and did not finish."""
+        return sorted(p.parent.name for p in (self.path / "results").glob("*/worker"))
+
+    def adopt(self, folder: Path, name: str) -> Path:
+        """Move a complete folder to its place."""
+        target = self.path / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(target, ignore_errors=True)
+        folder.replace(target)
+        return target
+
+
+def _read(path: Path, kind: type[T]) -> T | None:
+    """A result; None if it is not there.
+
+    Raises:
+        UserError: it is damaged.
+    """
+    try:
+        return TypeAdapter(kind).validate_json(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValidationError) as error:
+        said = str(error).split("\n")[0]
+        raise UserError(
+            f"'{path}' is damaged ({said}). Delete this one file and start the experiment again: only that piece is done "
+            "anew, and everything else is kept."
+        ) from error
+
+
+def locked(path: Path) -> IO[str]:
+    """Take the directory's lock; it is given back when the process ends, however it ends.
+
+    Raises:
+        UserError: another process has it.
+    """
+    file = (path / LOCK).open("a+")
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        file.seek(0)
+        raise UserError(
+            f"Another experiment (process {file.read().strip() or 'unknown'}) is running in '{path}'; nothing was done. "
+            "Wait for it, or choose another directory with --out."
+        ) from error
+    file.truncate(0)
+    file.write(str(os.getpid()))
+    file.flush()
+    return file
+
+
+def code_key(folders: Iterable[Path]) -> str:
+    """A hash over all Python source below some folders."""
+    digest = hashlib.blake2b(digest_size=16)
+    for folder in sorted(set(folders)):
+        for file in sorted(folder.rglob("*.py")):
+            digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()
