@@ -28,6 +28,8 @@ MARGIN = 0.012
 PALM = 0.05
 #: The palm's edge stays above what an object stands on: half its 56 mm (hand.py), and 7 mm for tilt and drift [m].
 FLOOR = 0.035
+#: A varied demonstration that did not come off is made anew, so often at most.
+ATTEMPTS = 5
 #: Pad force for one metre of closing beyond contact [N/m]: half the finger actuator's gain (hand.py).
 SQUEEZE = 10000.0
 
@@ -82,14 +84,23 @@ def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rat
     """
     if script not in SCRIPTS:
         raise UserError(f"there is no script '{script}' for a demonstration; {nearest(script, SCRIPTS)}")
-    see, act = SCRIPTS[script]
-    scene = see(world)
-    rng = np.random.default_rng(seed)
+    chosen = SCRIPTS[script]
+    scene = chosen.see(world)
+    for attempt in range(ATTEMPTS):
+        rng = np.random.default_rng([seed, attempt] if attempt else seed)
+        person = perform(scene, chosen.act, rng, rate)
+        if chosen.done is None or chosen.done(person, scene):
+            break
+    return chosen.after(person.rollout(), scene, rng) if chosen.after else person.rollout()
+
+
+def perform(scene: Scene, act: Act, rng: np.random.Generator, rate: float) -> Person:
+    """Somebody who did it once."""
     grasp = _grasp(scene, rng)
-    compiled = compile_world(replace(world, robots=()), {}, hand=Pose((0, 0, 0), grasp.quaternion))
+    compiled = compile_world(replace(scene.world, robots=()), {}, hand=Pose((0, 0, 0), grasp.quaternion))
     person = _beginning(compiled, scene, grasp, rng, rate)
     act(person, scene, grasp)
-    return person.rollout()
+    return person
 
 
 def _scene(world: World) -> Scene:
@@ -187,9 +198,9 @@ def take_off_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
     """Take the object off the peg and put it into the container."""
     reach(person, scene, grasp)
     close(person, extent(scene, grasp))
-    _pull_off(person, scene)
-    _carry(person, scene)
-    _let_go(person, scene)
+    pull_off(person, scene)
+    carry(person, scene)
+    let_go(person, scene)
 
 
 def reach(person: Person, scene: Scene, grasp: Pose) -> None:
@@ -218,7 +229,7 @@ def close(person: Person, width: float) -> None:
     person.wait(person.between(0.15, 0.4))
 
 
-def _pull_off(person: Person, scene: Scene) -> None:
+def pull_off(person: Person, scene: Scene) -> None:
     """Lift until the peg is in the middle of the hole, then lead the hole along the peg and over its tip."""
     peg = scene.hanger.pose * scene.peg.pose
     hole = person.pose(scene.product.name) * scene.hole.pose
@@ -245,7 +256,7 @@ def lead(person: Person, scene: Scene, route: list[Floats], speed: float) -> Non
     person.move([Pose(tuple(p + offset), person.aim.quaternion) for p in route], speed)
 
 
-def _carry(person: Person, scene: Scene) -> None:
+def carry(person: Person, scene: Scene) -> None:
     """Over the container, by an arc, tilting the hand as it comes."""
     opening = scene.container.pose * scene.cavity.pose
     inner = np.array([scene.cavity.size[k] for k in ("width", "depth")])
@@ -271,7 +282,7 @@ def _below(tool: Pose) -> float:
     return PALM + max(0.0, -float(tool.turn((0, 0, -(TCP + 0.08)))[2]))
 
 
-def _let_go(person: Person, scene: Scene) -> None:
+def let_go(person: Person, scene: Scene) -> None:
     """Lower as far as palm and rim allow, or not quite so far; open; withdraw; wait until all is quiet."""
     rim = (scene.container.pose * scene.cavity.pose).position[2]
     x, y, z = person.aim.position
@@ -283,6 +294,26 @@ def _let_go(person: Person, scene: Scene) -> None:
     back = person.aim.position + person.aim.turn((0, 0, -(TCP - 0.02)))
     person.move([Pose((*back[:2], z + person.between(0.05, 0.1)), person.aim.quaternion)], person.between(0.15, 0.3))
     person.wait(1.0)
+
+
+Act = Callable[[Person, Scene, Pose], None]
+
+
+@dataclass(frozen=True)
+class Script:
+    """What a demonstration consists of.
+
+    Args:
+        see: what the person makes out in the world.
+        act: how they move, given where the hand will close.
+        done: whether it came off; people throw a recording away in which they dropped the thing, and make another.
+        after: what the recorder makes of it.
+    """
+
+    see: Callable[[World], Scene]
+    act: Act
+    done: Callable[[Person, Scene], bool] | None = None
+    after: Callable[[Rollout, Scene, np.random.Generator], Rollout] | None = None
 
 
 def _see_standing(world: World) -> Scene:
@@ -297,9 +328,40 @@ def _hang(person: Person, scene: Scene, grasp: Pose) -> None:
     hang_onto_hanger(person, scene, grasp)
 
 
-#: Scripts by name: what the person sees, and how they then move, given where the hand will close.
-Script = tuple[Callable[[World], Scene], Callable[[Person, Scene, Pose], None]]
+def _fetch_varied(person: Person, scene: Scene, grasp: Pose) -> None:
+    from .variety import fetch
+
+    fetch(person, scene, grasp)
+
+
+def _hang_varied(person: Person, scene: Scene, grasp: Pose) -> None:
+    from .variety import hang
+
+    hang(person, scene, grasp)
+
+
+def _in_container(person: Person, scene: Scene) -> bool:
+    from .variety import in_container
+
+    return in_container(person, scene)
+
+
+def _on_peg(person: Person, scene: Scene) -> bool:
+    from .variety import on_peg
+
+    return on_peg(person, scene)
+
+
+def _recorded(rollout: Rollout, scene: Scene, rng: np.random.Generator) -> Rollout:
+    from .variety import recorded
+
+    return recorded(rollout, scene, rng)
+
+
+#: Scripts by name.
 SCRIPTS: Mapping[str, Script] = {
-    "take_off_hanger": (_scene, take_off_hanger),
-    "hang_onto_hanger": (_see_standing, _hang),
+    "take_off_hanger": Script(_scene, take_off_hanger),
+    "hang_onto_hanger": Script(_see_standing, _hang),
+    "take_off_hanger_varied": Script(_scene, _fetch_varied, _in_container, _recorded),
+    "hang_onto_hanger_varied": Script(_see_standing, _hang_varied, _on_peg, _recorded),
 }

@@ -55,24 +55,24 @@ def hang_onto_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
     """Take the object, bring its hole in front of the peg, thread it, let it down, let go, withdraw."""
     reach(person, scene, grasp)
     close(person, extent(scene, grasp))
-    _lift(person)
-    _face(person, scene)
-    _thread(person, scene)
-    _leave(person, scene, grasp)
+    lift(person)
+    face(person, scene)
+    thread(person, scene)
+    leave(person, scene, grasp)
 
 
-def _lift(person: Person) -> None:
+def lift(person: Person) -> None:
     up = np.add(person.aim.position, (0.0, 0.0, person.between(0.06, 0.12)))
     person.move([Pose(tuple(up), person.aim.quaternion)], person.between(0.12, 0.25))
     if person.rng.random() < 0.4:
         person.wait(person.between(0.1, 0.4))
 
 
-def _hole(person: Person, scene: Scene) -> Floats:
+def hole(person: Person, scene: Scene) -> Floats:
     return np.array((person.pose(scene.product.name) * scene.hole.pose).position)
 
 
-def _face(person: Person, scene: Scene) -> None:
+def face(person: Person, scene: Scene) -> None:
     """Upright, the front turned along the peg, the hole before its tip; by an arc."""
     end = tip_points(scene)[-1] + scene.along * person.between(*BEFORE)
     goal = _hand_for(person, scene, end)
@@ -96,7 +96,7 @@ def _hand_for(person: Person, scene: Scene, hole: Floats) -> Pose:
     return Pose(tuple(np.add(goal.position, lag)), goal.quaternion)
 
 
-def _thread(person: Person, scene: Scene) -> None:
+def thread(person: Person, scene: Scene) -> None:
     """Over the tip and down its bend, along the peg, and let down until the peg carries."""
     peg = scene.hanger.pose * scene.peg.pose
     length = scene.peg.size["length"]
@@ -104,12 +104,11 @@ def _thread(person: Person, scene: Scene) -> None:
     lead(person, scene, [peg.apply((0, 0, length))], 0.04)
     lead(person, scene, [peg.apply((0, 0, length * person.between(*DEPTH)))], person.between(0.06, 0.12))
     play = scene.hole.size["diameter"] / 2 - scene.peg.size["radius"]
-    hole = _hole(person, scene)
-    depth = float(peg.inverse().apply(hole)[2])
+    depth = float(peg.inverse().apply(hole(person, scene))[2])
     lead(person, scene, [peg.apply((0, 0, depth)) - (0, 0, play + 0.001)], 0.02)
 
 
-def _leave(person: Person, scene: Scene, grasp: Pose) -> None:
+def leave(person: Person, scene: Scene, grasp: Pose) -> None:
     """Open as far as is needed, and withdraw the way the hand points; wait until all is quiet."""
     person.wait(person.between(0.1, 0.3))
     person.grip(min(extent(scene, grasp) + person.between(*FREE), OPENING), person.between(0.3, 0.6))

@@ -48,6 +48,7 @@ class Person:
         self.data = compiled.data()
         self.recorder = Recorder(compiled, "hand", rate)
         self._waves = Waves(rng)
+        self.pace = 1.0
         self.hand.teleport(compiled.model, self.data, start, self.opening)
         mujoco.mj_forward(compiled.model, self.data)
 
@@ -71,6 +72,7 @@ class Person:
         line = _bezier(points) if curved else points
         lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
         turn = self.aim.distance(path[-1])[1]
+        speed *= self.pace
         seconds = max(lengths[-1] / speed, turn / (speed * 6.0), SHORTEST)
         first, last = self.aim, path[-1]
         for u in self._fractions(seconds):
@@ -89,6 +91,10 @@ class Person:
         """Keep still, as far as a person can."""
         for _ in self._fractions(seconds):
             self._follow(self.aim, self.opening)
+
+    def shake(self, share: float) -> None:
+        """Shake this much more, or less, than most."""
+        self._waves.size[3:] *= share
 
     def rollout(self) -> Rollout:
         """Everything so far."""
