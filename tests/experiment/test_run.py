@@ -1,0 +1,198 @@
+"""Runs: the same for any number of workers, resumed after anything, and what is broken is said. Real demonstrations are
+recorded and interpreted; the budget leaves no room for programs, so that a run takes seconds."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from cramlite import UserError
+from cramlite.experiment.run import Order, run_experiment
+from cramlite.experiment.spec import find_experiment, read_experiment
+from cramlite.experiment.store import Store
+
+FOLDER = find_experiment("fetch_from_hanger").parent
+
+
+@pytest.fixture
+def experiment(tmp_path: Path) -> Path:
+    """The shipped one, with three demonstrations and a budget of two questions."""
+    folder = tmp_path / "quick"
+    folder.mkdir()
+    scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
+    (folder / "scenario.yaml").write_text(scenario)
+    text = (FOLDER / "experiment.yaml").read_text()
+    text = text.replace("budget: {proofs: 4}", "budget: {proofs: 1, asks: 2}\nmost_candidates: 1")
+    lines = [line for line in text.splitlines() if not line.lstrip().startswith(("main:", "hard:"))]
+    at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
+    lines.insert(at + 1, "  main: {first: 1000, count: 1, about: quick}")
+    (folder / "experiment.yaml").write_text("\n".join(lines))
+    return folder
+
+
+def order(experiment: Path, out: Path, workers: int = 1, *plugins: Path) -> Order:
+    return Order(read_experiment(experiment / "experiment.yaml"), "main", out, workers, plugins=plugins, pictures=False)
+
+
+def told(out: Path) -> dict[str, object]:
+    """All results without what a clock said."""
+    found = {}
+    for path in sorted((out / "results").rglob("*.json")):
+        data = json.loads(path.read_text())
+        data.pop("seconds", None)
+        for one in data.get("results", []):
+            one.pop("seconds")
+        found[path.relative_to(out).as_posix()] = data
+    return found
+
+
+def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(experiment: Path, tmp_path: Path) -> None:
+    said: list[str] = []
+    one = run_experiment(order(experiment, tmp_path / "one"), said.append)
+    run_experiment(order(experiment, tmp_path / "two", 2), lambda _: None)
+    assert told(tmp_path / "one") == told(tmp_path / "two")
+    assert len(told(tmp_path / "one")) == 6 and "[3/3]" in said[-1] and "left" in said[-1]
+    assert all(r.candidates >= 1 and not r.solved and "asked" in r.results[0].reason for r in one)
+    before = {p: p.stat().st_mtime_ns for p in (tmp_path / "one").rglob("*.json") if p.name != "manifest.json"}
+    (tmp_path / "one" / "results" / "O2-01" / "result.json").unlink()  # as if it had been killed there
+    again = run_experiment(order(experiment, tmp_path / "one"), said.append)
+    assert [r.name for r in again] == ["O1-01", "O2-01", "O3-01"]
+    redone = [p for p, t in before.items() if p.stat().st_mtime_ns != t]
+    assert [p.name for p in redone] == ["result.json"]  # its candidate was finished, and was read
+
+
+DIES = """
+import os
+from pathlib import Path
+from cramlite import hookimpl
+
+@hookimpl(tryfirst=True)
+def read_episode(path):
+    mark = Path({mark!r})
+    if path.name == "O2-01" and (not mark.exists() or {always}):
+        mark.write_text("")
+        os._exit(9)
+"""
+
+
+@pytest.mark.parametrize("always", [False, True])
+def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always: bool) -> None:
+    plugin = tmp_path / "dies.py"
+    plugin.write_text(DIES.format(mark=str(tmp_path / "mark"), always=always))
+    said: list[str] = []
+    found = {r.name: r for r in run_experiment(order(experiment, tmp_path / "out", 1, plugin), said.append)}
+    assert any("a worker died at or beside O2-01 (1 of 2)" in line for line in said)
+    assert found["O1-01"].candidates >= 1 and found["O3-01"].candidates >= 1
+    if always:
+        assert "worker: the process died 2 times" in found["O2-01"].reason and found["O2-01"].candidates == 0
+    else:
+        assert found["O2-01"].candidates >= 1
+
+
+def start(experiment: Path, out: Path) -> subprocess.Popen[str]:
+    words = [sys.executable, "-m", "cramlite.cli", "experiment", str(experiment), "--out", str(out), "--workers", "1"]
+    return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+
+
+def wait_for(path: Path) -> None:
+    for _ in range(600):
+        if path.exists():
+            return
+        time.sleep(0.1)
+    raise AssertionError(f"{path} never came")
+
+
+def children(parent: int) -> list[int]:
+    listed = list(Path("/proc").glob("[0-9]*/stat"))
+    pairs = [p.read_text().rpartition(")")[2].split() for p in listed if p.exists()]
+    return [int(p.parent.name) for p, fields in zip(listed, pairs, strict=False) if int(fields[1]) == parent]
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
+def test_ctrl_c_and_kill_lose_nothing(experiment: Path, tmp_path: Path, how: int, code: int) -> None:
+    out = tmp_path / "out"
+    running = start(experiment, out)
+    wait_for(out / "results" / "O1-01" / "result.json")
+    workers = children(running.pid)
+    with pytest.raises(UserError, match=f"process {running.pid}.*is running"):
+        run_experiment(order(experiment, out), lambda _: None)  # two runs in one directory
+    os.kill(running.pid, how)
+    _, said = running.communicate(timeout=60)
+    assert running.returncode == code
+    assert how == signal.SIGKILL or "interrupted; what was written so far is kept" in said
+    assert workers
+    for _ in range(100):
+        if not any(Path(f"/proc/{w}").exists() and "Z" not in Path(f"/proc/{w}/stat").read_text() for w in workers):
+            break
+        time.sleep(0.1)
+    else:
+        raise AssertionError("a worker goes on without its parent")
+    before = (out / "results" / "O1-01" / "result.json").stat().st_mtime_ns
+    assert len(run_experiment(order(experiment, out), lambda _: None)) == 3
+    assert (out / "results" / "O1-01" / "result.json").stat().st_mtime_ns == before
+
+
+def test_what_is_changed_foreign_or_damaged_is_said(experiment: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    found = run_experiment(order(experiment, out), lambda _: None)
+    path = out / "results" / "O1-01" / "result.json"
+    whole = path.read_text()
+    path.write_text(whole[: len(whole) // 2])
+    with pytest.raises(UserError, match=r"O1-01/result.json' is damaged .* Delete this one file"):
+        run_experiment(order(experiment, out), lambda _: None)
+    path.unlink()
+    assert run_experiment(order(experiment, out), lambda _: None)[1:] == found[1:]
+    scenario = experiment / "scenario.yaml"
+    scenario.write_text(scenario.read_text().replace("mass: 300 g", "mass: 310 g"))
+    with pytest.raises(UserError, match=r"another run .different: scenario."):
+        run_experiment(order(experiment, out), lambda _: None)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years of work")
+    with pytest.raises(UserError, match="not empty and is no run directory"):
+        run_experiment(order(experiment, tmp_path / "mine"), lambda _: None)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_a_full_disk_is_said(tmp_path: Path) -> None:
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / ".x.json.part").symlink_to("/dev/full")
+    with pytest.raises(
+        UserError, match=r"x.json' cannot be written: No space left on device. What was written before is kept"
+    ):
+        Store(tmp_path).write("results/x.json", "{}")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("first: 1000", "first: 51000", "share the seed 51000"),
+        ("goal: ", "gaol: ", "gaol"),
+        ("hanger, O1", "x", ""),
+    ],
+)
+def test_experiment_files_are_checked(experiment: Path, old: str, new: str, said: str) -> None:
+    path = experiment / "experiment.yaml"
+    path.write_text(path.read_text().replace(old, new))
+    if not said:
+        assert read_experiment(path)
+        return
+    with pytest.raises(UserError, match=said):
+        read_experiment(path)
+
+
+def test_names_that_there_are_not(experiment: Path) -> None:
+    with pytest.raises(UserError, match="did you mean 'fetch_from_hanger'"):
+        find_experiment("fetch_from_hangr")
+    found = read_experiment(experiment / "experiment.yaml")
+    with pytest.raises(UserError, match="no set 'man'; did you mean 'main'"):
+        found.choose("man")
+    with pytest.raises(UserError, match="no ablation 'serch'; did you mean 'search'"):
+        found.ablation("serch")

@@ -1,0 +1,117 @@
+"""Tables: counts, intervals, what the filter got right, and what misses a threshold."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from cramlite import UserError
+from cramlite.experiment.page import page
+from cramlite.experiment.report import against_baseline, baseline, below, share, text, to_csv, to_json
+from cramlite.experiment.results import Attempt, CandidateResult, DemonstrationResult, Execution
+from cramlite.experiment.spec import PublishedSpec, ThresholdSpec
+from cramlite.experiment.tables import Share, tables
+
+GOOD, BAD = Execution(True, "", 9.0, 20.0), Execution(False, "end_state: 'coffee' is 0.12 m off", 70.0, 20.0)
+
+
+def candidate(number: int, *attempts: Attempt, reason: str = "") -> CandidateResult:
+    accepted = next((a for a in attempts if a.accepted), None)
+    executed = bool(accepted and accepted.execution and accepted.execution.succeeded)
+    planned = any(a.execution for a in attempts)
+    return CandidateResult(
+        number, ("Grasping(tea)",), 1.0, planned, accepted is not None, executed, reason, attempts, {"plan": 2.0}
+    )
+
+
+def demonstration(name: str, *results: CandidateResult, reason: str = "") -> DemonstrationResult:
+    return DemonstrationResult(name, name[:2], 1, 36, len(results), len(results), results, reason, {"record": 1.0})
+
+
+RESULTS = (
+    demonstration("O1-01", candidate(1, Attempt(True, "", GOOD)), candidate(2, Attempt(True, "", BAD), reason="execution: 0.1 m")),
+    demonstration("O1-02", candidate(1, Attempt(False, "slip 13 mm", GOOD), reason="simulation: slip 13 mm")),
+    demonstration("O2-01", candidate(1, reason="plan: reach 0.9 m"), candidate(2, Attempt(True, "", GOOD))),
+    demonstration("O2-02", reason="interpret: nothing"),
+)  # fmt: skip
+PUBLISHED = PublishedSpec(
+    source="a paper", gave_candidates=(10, 9), candidates=(4, 2), planned=(4, 2), simulated=(2, 1), executed=(1, 1)
+)
+
+
+@given(st.integers(1, 300).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
+def test_intervals_are_wilsons(case: tuple[int, int]) -> None:
+    hits, total = case
+    expected = binomtest(hits, total).proportion_ci(method="wilson")
+    assert Share(hits, total).interval == pytest.approx((expected.low, expected.high), abs=1e-6)
+
+
+def test_the_rows_count_candidates_and_demonstrations() -> None:
+    found = tables(RESULTS, PUBLISHED)
+    first, second, whole = found.rows
+    assert [r.object for r in found.rows] == ["O1", "O2", "all"]
+    assert (first.planned.hits, first.simulated.hits, first.executed.hits, first.planned.total) == (3, 2, 1, 3)
+    assert (whole.gave.hits, whole.solved.hits, whole.first.hits, whole.solved.total) == (3, 2, 1, 4)
+    assert second.gave.published == (9, 10) and whole.executed.published == (2, 6)
+    assert first.planned.reached and not second.planned.reached
+    assert dict(found.lost).keys() == {"O1-02", "O2-02"}
+    assert found.seconds == {"plan": 10.0, "record": 4.0}
+
+
+def test_what_the_filter_got_right() -> None:
+    c = tables(RESULTS).confusion
+    assert (c.accepted_succeeded, c.accepted_failed, c.refused_succeeded, c.refused_failed) == (2, 1, 1, 0)
+    assert c.precision.rate == pytest.approx(2 / 3) and c.wrongly_refused.rate == 1.0
+    assert Share(0, 0).interval == (0.0, 1.0)
+
+
+def test_reasons_that_differ_in_numbers_are_one() -> None:
+    twice = (*RESULTS, demonstration("O3-01", candidate(1, reason="plan: reach 1.7 m")))
+    assert ("plan: reach # m", 2) in tables(twice).reasons
+
+
+def test_text_csv_and_json_say_the_same(tmp_path: Path) -> None:
+    found = tables(RESULTS, PUBLISHED)
+    said = text(found, "Title")
+    assert (
+        share(found.rows[0].executed) in said
+        and "2 of 6 (33%)" in said
+        and "1 refused though execution succeeds" in said
+    )
+    lines = to_csv(RESULTS).splitlines()
+    assert len(lines) == 7 and lines[-1].endswith("interpret: nothing")
+    data = json.loads(json.dumps(to_json(found, RESULTS, {})))
+    assert data["rows"][-1]["executed"]["hits"] == 2 and len(data["demonstrations"]) == 4
+
+
+def test_the_page_stands_alone_and_escapes(tmp_path: Path) -> None:
+    odd = (*RESULTS, demonstration("O9-01", reason="<script>alert(1)</script>"))
+    html = page("Title", ["about"], tables(odd, PUBLISHED), odd, ["as before"], tmp_path)
+    assert "<script>alert" not in html and 'src="http' not in html and "O1-02" in html
+    assert html.count("no program") >= 3
+
+
+def test_thresholds(tmp_path: Path) -> None:
+    found = tables(RESULTS)
+    assert below(found, ThresholdSpec(solved=0.5, planned=0.8, simulated=0.6, executed=0.4)) == []
+    assert below(found, ThresholdSpec(solved=1.0, planned=0.8, simulated=0.0, executed=0.0)) == [
+        "solved: 2 of 4 is less than 100%"
+    ]
+
+
+def test_a_baseline_is_compared_cell_by_cell(tmp_path: Path) -> None:
+    path = tmp_path / "baseline.json"
+    found = tables(RESULTS)
+    assert "no baseline" in against_baseline(found, path, "main")[0]
+    path.write_text(json.dumps({"main": baseline(found)}))
+    assert against_baseline(found, path, "main") == ["as the baseline in every cell"]
+    changed = against_baseline(tables(RESULTS[:-1]), path, "main")
+    assert "O2, gave: 1 of 2 before, 1 of 1 now" in changed
+    path.write_text("{")
+    with pytest.raises(UserError, match="damaged"):
+        against_baseline(found, path, "main")
