@@ -217,6 +217,44 @@ def test_a_short_collision_inside_an_action_counts() -> None:
     }
 
 
+def sliding(which: str, where: str, start: float) -> list[Event]:
+    """A thing is held on a support from a second before to a second after a labelled slide of two seconds."""
+    first, last = start - 1, start + 3
+    states = [state("grasp", "hand", which, first, last)]
+    states += [state(kind, where, which, first, last) for kind in ("contact", "support")]
+    return [*states, action("artm:Sliding", start, start + 2)]
+
+
+@pytest.mark.parametrize("moving", [(True, True), (True, False), (False, True)])
+def test_an_action_is_judged_by_its_own_motion_and_things(moving: tuple[bool, bool]) -> None:
+    """The published rules read the poses of an arbitrary action. Here two things are slid in turn, on two supports;
+    where one of the slides stands still, that one is none, whatever the other is."""
+    shelf, cup = Entity("shelf", ("soma:Shelf",)), Entity("cup", ("soma:Cup",))
+    first, second = (0.1 if m else 0.0 for m in moving)
+    path = track(
+        (0, 0, 0, 0), (2, 0, 0, 0), (4, first, 0, 0), (12, first, 0, 0), (14, first + second, 0, 0), (16, 1, 0, 0)
+    )
+    events = [*sliding("box", "table", 2), *sliding("cup", "shelf", 12)]
+    found = read(episode([BOX, TABLE, shelf, cup], events, {"hand": path}))
+    slides = [(a.start, m.roles) for a in found.actions for m in a.named("artm:SlidingObject") if a.label is not None]
+    wanted = [(2, {"Locatum": "box", "Relatum": "table"}), (12, {"Locatum": "cup", "Relatum": "shelf"})]
+    assert slides == list(itertools.compress(wanted, moving))
+
+
+@given(st.floats(-0.3, 0.3), st.floats(0.0, 3.0), st.sampled_from(["box", "cup"]))
+def test_what_happens_later_changes_no_action(far: float, long: float, which: str) -> None:
+    cup = Entity("cup", ("soma:Cup",))
+    before = ((0, 0, 0, 0), (2, 0, 0, 0), (4, 0.1, 0, 0), (6, 0.1, 0, 0))
+    later = ((8, 0.1, far, 0), (9 + long, 0, far, far))
+    alone = [*sliding("box", "table", 2), action("soma:PhysicalAction", 6, 7)]
+    more = [*alone, action("soma:PhysicalAction", 8, 9 + long, object=which), state("contact", "hand", which, 8, 9)]
+    one = read(episode([BOX, TABLE, cup], alone, {"hand": track(*before, (9, 0.1, 0, 0))}))
+    other = read(episode([BOX, TABLE, cup], more, {"hand": track(*before, (7.5, 0.1, 0, 0), *later)}))
+    kept = [(a.start, a.end, a.readings) for a in one.actions if a.end <= 6]
+    assert len(kept) > 2
+    assert [(a.start, a.end, a.readings) for a in other.actions if a.end <= 6] == kept
+
+
 def test_there_and_back_is_motion() -> None:
     away = episode(
         [], [action("soma:PhysicalAction", 0, 2)], {"hand": track((0, 0, 0, 0), (1, 0.3, 0, 0), (2, 0, 0, 0))}
