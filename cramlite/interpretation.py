@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
+from .collector import paused_collector
 from .conditions import Binding
 from .decision import DecisionTree
 from .episode import Episode
@@ -168,10 +169,11 @@ def interpret(
     Returns:
         The interpretation; an episode without events has no actions.
     """
-    timeline = Timeline(episode, taxonomy)
-    judge = _Judge(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
-    actions = judge.judge_all(judge.timeline.segments())
-    return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
+    with paused_collector():
+        timeline = Timeline(episode, taxonomy)
+        judge = _Judge(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
+        actions = judge.judge_all(judge.timeline.segments())
+        return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
 
 
 @dataclass(frozen=True)
