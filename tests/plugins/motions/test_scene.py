@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scenes import BLOCK, ROBOTS, TABLE, WALL, box, down, make, stance, world
 
-from cramlite.geometry import Pose
+from cramlite.geometry import Floats, Pose
 from cramlite.world import Geom, Thing
 from cramlite_plugins.motions.kinematics import inverse
 from cramlite_plugins.motions.scene import Scene, scene
@@ -48,6 +48,32 @@ def test_near_pairs_are_all_seen_with_the_distance_that_coal_measures() -> None:
                 if d < level.distance - 1e-5:
                     assert pair in ours
                     assert ours[pair] == pytest.approx(d, abs=1e-5) if d > 0 else ours[pair] < 1e-5
+
+
+def test_near_convex_hulls_are_all_seen() -> None:
+    """They cannot be made bigger like other shapes. Truth: the distances of all pairs, one by one."""
+    rng = np.random.default_rng(0)
+    large, small = (hull(rng.normal(size=(20, 3)) * size) for size in (0.1, 0.04))
+    rock = Thing("rock", "t:rock", Pose((0.45, 0.2, 0.15)), (large,))
+    gem = Thing("gem", "t:gem", Pose(), (small,), mass=0.1)
+    place, seen = make(TABLE, rock, gem, held=("gem", Pose((0, 0, 0.02)))), 0
+    model, names = place.compiled.model, [o.name for o in place.compiled.owners]
+    one, other = names.index("rock"), names.index("gem")
+    pairs = [(one, g) for g in np.flatnonzero(place.moved.all(axis=1)).tolist()] + [(names.index("table"), other)]
+    for q in rng.uniform(-3, 3, (300, 6)):
+        for level in place.levels:
+            near = {frozenset((g, h)) for g, h, _ in place._look(q, level)}
+            for pair in pairs:
+                if mujoco.mj_geomDistance(model, place.data, *pair, 0.1, None) < level.distance - 1e-5:
+                    seen += 1
+                    assert frozenset(pair) in near
+    assert seen > 20
+
+
+def hull(corners: Floats) -> Geom:
+    """A convex hull of points (n, 3)."""
+    points = tuple((float(x), float(y), float(z)) for x, y, z in corners)
+    return Geom("convex", tuple(float(v) for v in np.abs(corners).max(axis=0)), corners=points)
 
 
 def test_a_contact_margin_would_miss_boxes() -> None:
