@@ -104,6 +104,13 @@ def _parser() -> argparse.ArgumentParser:
         "--keep-baseline", action="store_true", help="store these tables to compare later ones with"
     )
     experiment.add_argument("--json", action="store_true")
+    perceive = _add(commands, "perceive", _perceive, "ask what a camera sees")
+    perceive.add_argument("view", help="a scenario with a camera, or a recorded view (NPZ, ...)")
+    perceive.add_argument("--query", default="", help='e.g. "type=cram:TeaBox colour=red on=Hanger"; default everything')
+    perceive.add_argument("--wants", default="type,pose", help="values that answers have beside (default type,pose)")
+    perceive.add_argument("--seed", type=int, default=0, help="of the scenario's world and of the camera's noise")
+    perceive.add_argument("--out", type=Path, help="folder for perception.html")
+    perceive.add_argument("--json", action="store_true")
     tasks = _add(commands, "tasks", _tasks, "list the task types")
     tasks.add_argument("--json", action="store_true")
     plugins = _add(commands, "plugins", _plugins, "list the plugins, with their faults")
@@ -262,6 +269,21 @@ def _experiment(arguments: argparse.Namespace) -> int:
         json_output=arguments.json,
         plugins=arguments.plugin,
         block=arguments.block,
+    )
+
+
+def _perceive(arguments: argparse.Namespace) -> int:
+    from .seeing import perceive_view
+
+    return perceive_view(
+        arguments.view,
+        arguments.query,
+        wants=tuple(w for w in arguments.wants.split(",") if w),
+        seed=arguments.seed,
+        out=arguments.out,
+        plugins=arguments.plugin,
+        block=arguments.block,
+        json_output=arguments.json,
     )
 
 

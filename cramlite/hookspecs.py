@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .robots import Robot
     from .rules import Predicate
     from .tasks import TaskType
+    from .view import View
 
 hookspec = pluggy.HookspecMarker("cramlite")
 hookimpl = pluggy.HookimplMarker("cramlite")
@@ -88,6 +89,15 @@ def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
 @hookspec(firstresult=True)
 def read_episode(path: Path) -> Episode | None:
     """The episode in a file or folder, or None if it is not of this reader's format. First answer wins.
+
+    Raises:
+        UserError: it is of this format and cannot be used.
+    """
+
+
+@hookspec(firstresult=True)
+def read_view(path: Path) -> View | None:
+    """The recorded view of a depth camera, or None if it is not of this reader's format. First answer wins.
 
     Raises:
         UserError: it is of this format and cannot be used.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from .belief import Estimate, Relation, initial_belief
 from .designators import Action, Location
-from .errors import NoSolution
+from .errors import NoSolution, UserError
 from .object_query import RELATIONS, ObjectQuery, parse_query
 from .perception import Perceived, Percept, perceive
 from .plugin_types import Camera
@@ -71,20 +71,40 @@ def look(scenario: Scenario, world: World, real: World, robot: Robot, knowledge:
         NoPipeline: the experts cannot answer it.
         NoSolution: the camera cannot be brought there.
     """
-    camera, fixtures = camera_of(scenario), tuple(t for t in world.things if not t.movable)
-    assert camera is not None and scenario.spec.camera is not None
+    assert scenario.spec.camera is not None
     query = replace(parse_query(scenario.spec.camera.query, knowledge.taxonomy), wanted=WANTED)
-    furniture, state = replace(world, things=fixtures), None
-    if camera.mount is not None:
-        state = go_and_look(places_of(query, furniture, knowledge), furniture, robot, camera, knowledge, seed)
-        camera = replace(camera, joints=state.belief.joints)
-    view = knowledge.simulator.look(real, knowledge.robots, camera, seed=seed)
+    view, camera, state, fixtures = picture(scenario, query, world, real, robot, knowledge, seed)
     perceived = ask(query, view, fixtures, knowledge)
     seen = {n: (t, p) for p in perceived.answers if (found := _believed(p, knowledge)) for n, t in [found]}
     believed = replace(world, things=(*fixtures, *(t for t, _ in seen.values())))
     estimates = {name: _estimate(percept) for name, (_, percept) in seen.items()}
     relations = tuple(dict.fromkeys(r for name, (_, percept) in seen.items() for r in _facts(name, percept, fixtures)))
     return Look(view, perceived, believed, relations, estimates, renamed(real, believed), camera, state)
+
+
+def picture(
+    scenario: Scenario, query: ObjectQuery, world: World, real: World, robot: Robot, knowledge: Knowledge, seed: int
+) -> tuple[View, Camera, State | None, tuple[Thing, ...]]:
+    """What the scenario's camera sees of the real world, a flange camera from where it sees the places of the query.
+
+    Returns:
+        The view, the camera, what the robot did before, and the furniture.
+
+    Raises:
+        UserError: the scenario has no camera.
+        NoSolution: the camera cannot be brought there.
+    """
+    camera, fixtures = camera_of(scenario), tuple(t for t in world.things if not t.movable)
+    if camera is None:
+        raise UserError(
+            f"{scenario.path}: the scenario has no camera, so nothing can be seen; add 'camera: {{mount: flange}}', or a "
+            "fixed one with its pose under 'at'."
+        )
+    furniture, state = replace(world, things=fixtures), None
+    if camera.mount is not None:
+        state = go_and_look(places_of(query, furniture, knowledge), furniture, robot, camera, knowledge, seed)
+        camera = replace(camera, joints=state.belief.joints)
+    return knowledge.simulator.look(real, knowledge.robots, camera, seed=seed), camera, state, fixtures
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:

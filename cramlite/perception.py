@@ -10,7 +10,7 @@ from typing import Any
 from .errors import Unresolvable
 from .expert_plan import Pipeline, plan_pipeline
 from .experts import OBJECTS, SEGMENT, SEGMENTS, VIEW, Expert, Inputs, Judged
-from .object_query import ObjectQuery
+from .object_query import Condition, ObjectQuery
 from .ontology import Taxonomy
 
 OnFault = Callable[[str, Exception], str]
@@ -251,7 +251,7 @@ class _Running:
             if said is None:
                 continue
             if not condition.possible(said.judged, self.taxonomy):
-                thing.dropped = f"{condition.output} is {_words(said.value)}, not {condition}" + _because(said)
+                thing.dropped = _not(condition, said, "not")
                 return
             thing.passed += 1
 
@@ -275,7 +275,7 @@ class _Running:
                     thing.missing.get(condition.output, ())
                 )
             elif not condition.holds(said.judged, self.taxonomy):
-                dropped = f"{condition.output} is rather {_words(said.value)} than {condition.value}" + _because(said)
+                dropped = _not(condition, said, "rather than")
             else:
                 sure.append(said.judged.confidence)
         sure += [thing.values[w].judged.confidence for w in query.wanted if w in thing.values]
@@ -304,6 +304,14 @@ def _words(value: Any) -> str:
     if isinstance(value, tuple | list):
         return "; ".join(" ".join(map(str, v)) if isinstance(v, tuple) else str(v) for v in value) or "none"
     return str(value)
+
+
+def _not(condition: Condition, said: Said, how: str) -> str:
+    """Why a condition does not hold; of the relations of an object only those that are asked about."""
+    if condition.output != "relations":
+        return f"{condition.output} is {_words(said.value)}, {how} {condition}" + _because(said)
+    near = tuple(f for f in said.value if f[0] == condition.key)
+    return f"it is {condition.key} {', '.join(f[1] for f in near) or 'nothing that is known'}, not {condition}"
 
 
 def _because(said: Said) -> str:

@@ -182,7 +182,7 @@ def test_nothing_found_has_reasons() -> None:
 def test_what_lost_is_kept() -> None:
     found = ask("type=cram:TeaBox")
     assert [o.value for o in found.answers[0].values["type"].judged.others] == ["cram:CoffeePack"]
-    assert "rather cram:CoffeePack than cram:TeaBox" in found.dropped[0].dropped
+    assert "type is cram:CoffeePack, rather than type=cram:TeaBox" in found.dropped[0].dropped
 
 
 @pytest.mark.parametrize(

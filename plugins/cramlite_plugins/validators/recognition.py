@@ -1,0 +1,35 @@
+"""Was each thing what it was taken for? Judged by the world that the program ran in, which no decision sees."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+from cramlite import Candidate, Finding, Validator, hookimpl
+from cramlite.verdict import Cost
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """The things that play a role exist, and are of the class that they were believed to be."""
+
+    name: str = "recognised"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        assert candidate.rollout is not None
+        real = {t.name: t for t in candidate.rollout.world.things}
+        believed = {t.name: t for t in candidate.world.things}
+        named = {(o.entity or "").split("/")[0]: a.name for a in candidate.actions for o in a.roles.values()}
+        for name, origin in sorted(named.items()):
+            if name not in believed or (name in real and real[name].type == believed[name].type):
+                continue
+            truth = f"is a {real[name].type}" if name in real else "is not there"
+            yield Finding(
+                self.name, False, f"'{name}', which was taken for a {believed[name].type}, {truth}", origin=origin
+            )
+
+
+@hookimpl
+def validators() -> Iterable[Validator]:
+    return [Recognised()]
