@@ -58,8 +58,6 @@ def inflated(model: Any, moved: Floats, distance: float) -> Inflated:
     grown.geom_margin[model.geom_type == MESH] = MESH_MARGIN * distance
     grown.geom_rbound[:] = model.geom_rbound + by * CORNER
     grown.geom_aabb[:, 3:] = model.geom_aabb[:, 3:] + by
-    hulls = model.geom_type == int(mujoco.mjtGeom.mjGEOM_MESH)
-    grown.geom_margin[:] = np.where(hulls, by, model.geom_margin)  # of pairs with a convex hull the margin misses none
     grown.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)  # its boxes are those of the model as it was
     _mask(grown, moved)
     return Inflated(distance, grown)
