@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ from scipy.spatial import cKDTree
 from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
 from cramlite.world import Feature, Thing
+
+from ..shapes.files import closed
+from ..shapes.solid import geom_mesh, mesh_of
 
 Floats32 = NDArray[np.floating[Any]]  # float32 wherever speed counts
 Indices = NDArray[np.int32]
@@ -127,14 +131,16 @@ class PoseModel:
 
 
 def pose_model(thing: Thing, seed: int = 0) -> PoseModel:
-    """The surface of a thing.
+    """The surface of a thing: of its mesh file where it was made from one, else of its geoms.
 
     Raises:
         UserError: it has no shape, or one without a surface.
     """
     if not thing.geoms:
         raise UserError(f"'{thing.name}' has no shape, so its pose cannot be found; give its model geoms or a mesh.")
-    solids = [solid.apply_transform(geom.pose.matrix) for geom, solid in ((g, _solid(g)) for g in thing.geoms)]
+    if thing.mesh is not None and Path(thing.mesh.path).is_file():
+        return mesh_model(mesh_of(thing), thing.name, thing.type, thing.features, seed)
+    solids = [geom_mesh(g) for g in thing.geoms]
     area = sum(float(s.area) for s in solids)
     if not np.isfinite(area) or area <= 0:
         raise UserError(f"'{thing.name}' has a surface of {area} m2, so its pose cannot be found; check its shape.")
@@ -144,14 +150,16 @@ def pose_model(thing: Thing, seed: int = 0) -> PoseModel:
 
 
 def mesh_model(mesh: Any, name: str, type_: str, features: Sequence[Feature] = (), seed: int = 0) -> PoseModel:
-    """The surface of a triangle mesh (trimesh). It need not be closed: a scan will do, its normals then decide.
+    """The surface of a triangle mesh (trimesh) [m]. One that is not closed is closed first, as for collision: which side
+    of a triangle is outside, only a closed mesh says.
 
     Raises:
-        UserError: it has no triangles, or no area.
+        UserError: it has no triangles, no area, or cannot be closed.
     """
     if len(getattr(mesh, "faces", ())) == 0 or not np.isfinite(mesh.area) or mesh.area <= 0:
         raise UserError(f"'{name}' is a mesh without triangles or without area, so its pose cannot be found.")
-    points, normals = _sample(mesh, _count(float(mesh.area)), seed)
+    whole = mesh if mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0 else closed(mesh, name).mesh
+    points, normals = _sample(whole, _count(float(whole.area)), seed)
     return with_symmetries(PoseModel(name, type_, points, normals, features=tuple(features)))
 
 
@@ -233,20 +241,3 @@ def _inside(solid: Any, points: Floats32) -> NDArray[np.bool_]:
     inside = np.zeros(len(points), bool)
     inside[near] = (points[near] @ normals.T - offsets).max(1, initial=-np.inf) < -1e-5
     return inside
-
-
-def _solid(geom: Any) -> Any:
-    """A convex part as a triangle mesh, in its own frame."""
-    import trimesh
-
-    make = trimesh.creation
-    size = geom.size
-    if geom.shape == "box":
-        return make.box(extents=[2 * s for s in size])
-    if geom.shape == "sphere":
-        return make.icosphere(subdivisions=3, radius=size[0])
-    if geom.shape == "cylinder":
-        return make.cylinder(radius=size[0], height=2 * size[1], sections=48)
-    if geom.shape == "capsule":
-        return make.capsule(radius=size[0], height=2 * size[1], count=[24, 12])
-    return trimesh.Trimesh(np.asarray(geom.corners)).convex_hull
