@@ -67,7 +67,9 @@ def _eyes(target: Floats) -> Iterator[tuple[str, Floats]]:
 def _optical(eye: Floats, target: Floats) -> Pose:
     from .camera import looking_at
 
-    return looking_at((float(eye[0]), float(eye[1]), float(eye[2])), (float(target[0]), float(target[1]), float(target[2])))
+    return looking_at(
+        (float(eye[0]), float(eye[1]), float(eye[2])), (float(target[0]), float(target[1]), float(target[2]))
+    )
 
 
 def _in_view(optical: Pose, points: Floats) -> bool:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
 import pytest
 
+from cramlite.errors import UserError
 from cramlite.geometry import Pose
-from cramlite.view import Mask, View
+from cramlite.view import Intrinsics, Mask, View
 from cramlite.world import World
+from cramlite_plugins.perception import pose_libraries, pose_recipes
 from cramlite_plugins.perception.camera import looking_at, render
 from cramlite_plugins.perception.models import PoseModel, pose_model
-from cramlite_plugins.perception.pose import estimate
+from cramlite_plugins.perception.pose import UPRIGHT, Alignment, PoseHypothesis, Prior, estimate, keeps_to
 from cramlite_plugins.simulation.compile import compile_world
 from cramlite_plugins.simulation.models import hanger, hung, product
 
@@ -57,3 +63,83 @@ def test_another_product_is_not_claimed() -> None:
     view, mask, _ = _hanging(0.0, 1)
     right, wrong = (estimate(view, mask, _model(s))[0].score for s in (FLAT, (0.04, 0.025, 0.15)))
     assert wrong < 0.6 < right
+
+
+def test_nothing_is_found_where_nothing_was_measured() -> None:
+    view, mask, _ = _hanging(0.0, 1)
+    blind = View(view.rgb, np.full_like(view.depth, np.nan), view.intrinsics, view.camera)
+    few = np.zeros_like(mask)
+    few[np.nonzero(mask)[0][:5], np.nonzero(mask)[1][:5]] = True
+    assert estimate(blind, mask, _model()) == []
+    assert estimate(view, np.zeros_like(mask), _model()) == []
+    assert estimate(view, few, _model()) == []
+
+
+def test_wrong_intrinsics_are_not_believed() -> None:
+    """Twice the focal length: everything looks half as large, and no pose explains that."""
+    view, mask, _ = _hanging(0.0, 1)
+    wrong = Intrinsics(2 * 385, 2 * 385, 319.5, 239.5, 640, 480)
+    found = estimate(View(view.rgb, view.depth, wrong, view.camera), mask, _model())
+    assert not found or found[0].score < 0.6
+
+
+def test_a_mask_of_something_else_is_not_claimed() -> None:
+    """The panel behind the product."""
+    view, mask, _ = _hanging(0.0, 1)
+    panel = view.valid & ~mask & (view.world_cloud[..., 0] > 0.85)
+    found = estimate(view, panel, _model())
+    assert not found or found[0].score < 0.6
+
+
+def test_results_keep_to_the_prior() -> None:
+    view, mask, _ = _hanging(0.0, 1)
+    assert all(keeps_to(h.pose, UPRIGHT) for h in estimate(view, mask, _model()))
+    down = Prior((Alignment(((0.0, 0.0, -1.0),), ((0.0, 0.0, 1.0),)),))
+    assert all(not keeps_to(h.pose, UPRIGHT) for h in estimate(view, mask, _model(), down))
+
+
+def test_without_a_prior_the_pose_is_found_too() -> None:
+    view, mask, truth = _hanging(0.3, 2)
+    metres, turn = _model().difference(estimate(view, mask, _model(), Prior())[0].pose, truth)
+    assert metres < 0.005 and turn < math.radians(5)
+
+
+def test_an_occluder_that_splits_the_mask() -> None:
+    view, mask, truth = _hanging(0.0, 1)
+    rows = np.flatnonzero(mask.any(1))
+    bar = slice(int(rows[0]) + 30, int(rows[0]) + 44)
+    depth = np.array(view.depth)
+    depth[bar] = 0.3
+    mask = mask.copy()
+    mask[bar] = False
+    found = estimate(View(view.rgb, depth, view.intrinsics, view.camera), mask, _model())
+    metres, turn = _model().difference(found[0].pose, truth)
+    assert metres < 0.005 and turn < math.radians(5)
+
+
+@pytest.mark.parametrize("method", [pose_recipes.paper, pose_recipes.one_plane_icp, pose_recipes.one_icp])
+def test_the_other_recipes_answer(method: Callable[..., list[PoseHypothesis]]) -> None:
+    """They need not be right (docs/explanation/figures.md), but say a pose near the cloud, and nothing for no cloud."""
+    view, mask, truth = _hanging(0.0, 1)
+    found = method(view, mask, _model())
+    assert found and _model().difference(found[0].pose, truth)[0] < 0.05
+    assert method(view, np.zeros_like(mask), _model()) == []
+
+
+@pytest.mark.parametrize("method", [pose_libraries.open3d_pose, pose_libraries.small_gicp_pose])
+def test_extras_work_or_say_what_is_missing(method: Callable[..., list[PoseHypothesis]]) -> None:
+    module = method.__name__.removesuffix("_pose")
+    view, mask, truth = _hanging(0.0, 1)
+    if importlib.util.find_spec(module) is None:
+        with pytest.raises(UserError, match=rf"pip install 'cramlite\[{module}\]'"):
+            method(view, mask, _model())
+        return
+    metres, turn = _model().difference(method(view, mask, _model())[0].pose, truth)
+    assert metres < 0.005 and turn < math.radians(5)
+
+
+def test_an_extra_that_is_absent_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "small_gicp", None)
+    view, mask, _ = _hanging(0.0, 1)
+    with pytest.raises(UserError, match=r"pip install 'cramlite\[small_gicp\]'"):
+        pose_libraries.small_gicp_pose(view, mask, _model())
