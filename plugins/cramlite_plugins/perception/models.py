@@ -158,6 +158,8 @@ def mesh_model(mesh: Any, name: str, type_: str, features: Sequence[Feature] = (
     """
     if len(getattr(mesh, "faces", ())) == 0 or not np.isfinite(mesh.area) or mesh.area <= 0:
         raise UserError(f"'{name}' is a mesh without triangles or without area, so its pose cannot be found.")
+    if float(np.min(mesh.extents)) < 1e-5:
+        raise UserError(f"'{name}' is a flat mesh, {mesh.extents} m, and encloses no volume; give it a thickness.")
     whole = mesh if mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0 else closed(mesh, name).mesh
     points, normals = _sample(whole, _count(float(whole.area)), seed)
     return with_symmetries(PoseModel(name, type_, points, normals, features=tuple(features)))
