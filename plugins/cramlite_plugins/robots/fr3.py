@@ -1,4 +1,4 @@
-"""Franka Research 3: seven axes, with a Franka Hand.
+"""Franka Research 3: seven axes, with a Franka Hand or a Robotiq 2F-85.
 
 Kinematics: the Denavit-Hartenberg parameters of "Robot and interface specifications" (frankaemika.github.io/docs/
 control_parameters.html), which are of the modified kind (Craig), Rx(alpha_i-1) Tx(a_i-1) Rz(q) Tz(d). As Rx and Tx commute
@@ -17,12 +17,13 @@ estimates the wrench at the flange from torque sensors in its joints, which is l
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 from cramlite.robots import Robot
 
+from . import franka_hand, robotiq_2f85
 from .dh_arm import Cylinder, Link, Row, arm_mjcf
-from .franka_hand import FRANKA_HAND, gripper_mjcf
 
 JOINTS = tuple(f"joint{i}" for i in range(1, 8))
 FLANGE = 0.107
@@ -103,10 +104,17 @@ LINKS = (
 )  # fmt: skip
 
 
+APART = (("link1", "link3"), ("link5", "link7"))
+
+
 def mjcf() -> str:
     """The arm and its hand as MJCF text."""
-    tool = gripper_mjcf(LINKS[-1].name)
-    return arm_mjcf("fr3", DH, LINKS, JOINTS, LIMITS, BASE, tool, (("link1", "link3"), ("link5", "link7")))
+    return arm_mjcf("fr3", DH, LINKS, JOINTS, LIMITS, BASE, franka_hand.gripper_mjcf(LINKS[-1].name), APART)
+
+
+def mjcf_2f85() -> str:
+    """The arm with a 2F-85 on its flange, which is the ISO 9409-1-50 that the gripper's coupling is made for."""
+    return arm_mjcf("fr3", DH, LINKS, JOINTS, LIMITS, BASE, robotiq_2f85.gripper_mjcf(LINKS[-1].name), APART)
 
 
 FR3 = Robot(
@@ -119,8 +127,12 @@ FR3 = Robot(
     home=(0.0, -math.pi / 4, 0.0, -3 * math.pi / 4, 0.0, math.pi / 2, math.pi / 4),  # the manufacturer's ready posture
     reach=0.855,
     payload=3.0,
-    gripper=FRANKA_HAND,
+    gripper=franka_hand.FRANKA_HAND,
     sensor="flange",
     backend="typed_json",
     mjcf=mjcf,
 )
+
+FR3_2F85 = replace(
+    FR3, type="fr3_2f85", gripper=robotiq_2f85.GRIPPER, mjcf=mjcf_2f85, home=(*FR3.home[:6], 0.0)
+)  # the 2F-85 is not turned on the flange, so that its fingers are where the hand's are
