@@ -8,13 +8,33 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import TypeAdapter
+
+from cramlite.errors import UserError
+from cramlite.knowledge import Knowledge
+from cramlite.program import MoveJoints, Program
+from cramlite.program_text import write_program
+from cramlite.registry import Registry
+from cramlite.world import RobotMount, World
+from cramlite_plugins.robots.fr3 import FR3
+from cramlite_plugins.simulation.execute import execute_file
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 LINE = "robot: {type: ur5e}"
+MINE = """
+from dataclasses import replace
+from cramlite import hookimpl
+from cramlite_plugins.robots.fr3 import FR3
+
+@hookimpl
+def robots():
+    return [replace(FR3, type="mine")]
+"""
 ONCE = "\nbudget: {proofs: 1, sequences: 1}"
 
 
@@ -47,6 +67,36 @@ def test_the_scenario_runs_on_another_robot(
     assert (tmp_path / "run" / f"program{suffix}").is_file()
 
 
+PROGRAM = Program("look", "arm", "fr3", FR3.gripper.tcp, FR3.home, (MoveJoints(((0.3, *FR3.home[1:]),), 1.0, 1.4),), ())
+
+
+def test_execute_runs_a_typed_program_and_explains_a_broken_one(run: Callable[..., Any], tmp_path: Path) -> None:
+    program, text = tmp_path / "program.json", write_program(PROGRAM)
+    program.write_text(text)
+    scenario = variant(tmp_path, "fetch_from_hanger", "fr3")
+    done = run("execute", program, "--world", scenario)
+    assert done.code == 0, done.err
+    assert "cramlite: finished" in done.out
+    program.write_text(text.replace("MoveJoints", "MoveJonts"))
+    wrong = run("execute", program, "--world", scenario)
+    assert wrong.code == 2
+    assert "line 9: the program.steps[0].step is \"MoveJonts\"" in wrong.err
+    assert "did you mean 'MoveJoints'" in wrong.err
+    assert wrong.err.count("\n") == 1
+
+
+def test_a_process_of_its_own_knows_the_robots_of_plugins(tmp_path: Path) -> None:
+    """``execute_file`` asks the registry: here for a robot that only a plugin's file declares."""
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "program.json").write_text(write_program(replace(PROGRAM, robot_type="mine")))
+    world = World((), (RobotMount("arm", "mine"),))
+    (tmp_path / "world.json").write_bytes(TypeAdapter(World).dump_json(world))
+    files = tmp_path / "program.json", tmp_path / "world.json"
+    assert execute_file(*files, plugins=[tmp_path / "mine.py"]).joints[-1][0] == pytest.approx(0.3, abs=2e-3)
+    with pytest.raises(UserError, match="there is no robot type 'mine'"):
+        execute_file(*files)
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -65,3 +115,9 @@ def test_what_the_seven_axis_arm_cannot_do_is_refused_with_numbers(
     done = run("resolve", scenario, "--out", tmp_path / "run", "--no-report")
     assert done.code == 1, done.err
     assert re.search(said, done.err), done.err
+
+
+def test_every_robot_is_in_the_reference() -> None:
+    page = (SCENARIOS.parent / "docs" / "reference" / "robots.md").read_text()
+    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| `(\w+)`", page, re.MULTILINE))
+    assert rows == {r.type: r.backend for r in Knowledge(Registry()).robots.values()}

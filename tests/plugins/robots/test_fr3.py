@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from cramlite.geometry import Pose
 from cramlite_plugins.robots.dh_arm import forward
-from cramlite_plugins.robots.fr3 import DH, FR3, LINKS, MODIFIED, mjcf, standard
+from cramlite_plugins.robots.fr3 import DH, FR3, FR3_2F85, LINKS, MODIFIED, mjcf, standard
 
 MODEL = mujoco.MjModel.from_xml_string(mjcf())
 JOINTS = st.tuples(*[st.floats(low, high) for low, high in FR3.limits])
@@ -81,6 +81,18 @@ def test_the_sensor_reads_in_the_axes_of_the_flange() -> None:
     data = posed(FR3.home)
     assert site(data, "ft").distance(site(data, "flange")) == pytest.approx((0, 0), abs=1e-6)
     assert site(data, "tcp").distance(site(data, "flange"))[1] == pytest.approx(math.pi / 4, abs=1e-6)
+
+
+def test_with_a_2f85_the_tool_looks_the_same_way() -> None:
+    other = mujoco.MjModel.from_xml_string(FR3_2F85.mjcf())
+    data = mujoco.MjData(other)
+    data.qpos[:7] = FR3_2F85.home
+    mujoco.mj_forward(other, data)
+    tool = site(data, "tcp")
+    assert data.ncon == 0
+    assert tool.distance(site(posed(FR3.home), "tcp"))[1] == pytest.approx(0.0, abs=1e-6)
+    assert tool.distance(forward(DH, FR3_2F85.home) * FR3_2F85.gripper.tcp) == pytest.approx((0, 0), abs=1e-6)
+    assert other.body_subtreemass[other.body("gripper").id] == pytest.approx(FR3_2F85.gripper.mass)
 
 
 def test_no_capsule_may_meet_a_plate() -> None:
