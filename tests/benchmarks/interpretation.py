@@ -32,6 +32,7 @@ from timeline_translation import (
     timeline_program,
 )
 
+from cramlite.collector import paused_collector
 from cramlite.decision import DecisionTree, Found
 from cramlite.episode import Episode
 from cramlite.interpretation import interpret
@@ -115,8 +116,9 @@ def least(runs: list[Callable[[], tuple[float, Matches]]]) -> tuple[float, Match
 def from_timeline(sample: Episode, rules: RuleBook, taxonomy: Taxonomy) -> tuple[float, Matches]:
     """Phases, predicates (with all measuring) and rules; what is counted is what Prolog does, and the measuring."""
     begin = time.process_time()
-    timeline = Timeline(sample, taxonomy)
-    solved = DecisionTree(rules, timeline).solve_all([timeline.phases(s) for s in timeline.segments()])
+    with paused_collector():  # as ``interpret`` does
+        timeline = Timeline(sample, taxonomy)
+        solved = DecisionTree(rules, timeline).solve_all([timeline.phases(s) for s in timeline.segments()])
     return time.process_time() - begin, filled(rules, solved)
 
 
