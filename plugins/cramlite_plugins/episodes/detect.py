@@ -8,7 +8,8 @@ who moved or why.
 - SupportState(supporter, supportee): the supporter pushes the supportee up with a fair share of its
   weight. Being grasped is not being supported: the effector never supports.
 - GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and
-  friction was seen to hold it. Squeezing without friction is no grasp.
+  friction was seen to hold it, or the pads press so hard that it would carry the object's weight: who lets go of a
+  thing again that hangs or stands still had grasped it. Squeezing without friction is no grasp.
 
 Simulated contacts flicker. So each signal has hysteresis (it starts above one threshold and ends
 below a lower one), gaps shorter than ``GAP`` are closed, and what is then shorter than ``SHORT`` is
@@ -58,6 +59,9 @@ GRIP = (0.6, 0.2)
 SLIP = (0.03, 0.3)
 #: Friction was seen to hold: pads carry this share of the weight for GAP, or the hand drags the object this far [m].
 CARRY, DRAG = 0.5, 0.02
+#: Friction at both pads would carry so many times the weight: a grip that holds in any attitude (measured: grips by
+#: person and robot press 4 to 30 times as hard).
+FIRM = 2.0
 GRAVITY = 9.81
 
 
@@ -181,7 +185,11 @@ def _grasps(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event
         for start, end in intervals(
             held & ~lasting(held & _slipping(rollout, thing.name), rollout.times), rollout.times
         ):
-            if _friction_seen(rollout, thing.name, slice(start, end), lift / (GRAVITY * thing.mass)):
+            weight, within = GRAVITY * thing.mass, slice(start, end)
+            grip = rollout.world.physics.pad_friction * (pads[0].force + pads[1].force)  # type: ignore[union-attr]
+            slipped = end < len(held) and bool(held[end])  # the pads still press, and hold it no longer
+            firm = not slipped and _lasts(grip[within] / weight > FIRM, rollout.times[within])
+            if firm or _friction_seen(rollout, thing.name, within, lift / weight):
                 roles = {"gripper": rollout.effector, "object": thing.name}
                 found.append(_state("cram:GraspState", span_of(start, end, rollout.times), roles))
     return found
@@ -212,6 +220,11 @@ def _friction_seen(rollout: Rollout, thing: str, span: slice, carried: Floats) -
     travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]
     across = travel - np.outer(travel @ closing, closing)
     return bool(np.max(np.linalg.norm(across, axis=1)) > DRAG)
+
+
+def _lasts(flags: Flags, times: Floats) -> bool:
+    """Whether flags hold for SHORT at a stretch."""
+    return any(end - start >= SHORT for start, end in spans(flags, times))
 
 
 def _state(type_: str, span: tuple[float, float], roles: dict[str, str]) -> Event:
