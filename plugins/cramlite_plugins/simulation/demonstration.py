@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -328,16 +329,16 @@ def _hang(person: Person, scene: Scene, grasp: Pose) -> None:
     hang_onto_hanger(person, scene, grasp)
 
 
-def _fetch_varied(person: Person, scene: Scene, grasp: Pose) -> None:
+def _fetch_varied(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     from .variety import fetch
 
-    fetch(person, scene, grasp)
+    fetch(person, scene, grasp, distracted=distracted)
 
 
-def _hang_varied(person: Person, scene: Scene, grasp: Pose) -> None:
+def _hang_varied(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     from .variety import hang
 
-    hang(person, scene, grasp)
+    hang(person, scene, grasp, distracted=distracted)
 
 
 def _in_container(person: Person, scene: Scene) -> bool:
@@ -364,4 +365,6 @@ SCRIPTS: Mapping[str, Script] = {
     "hang_onto_hanger": Script(_see_standing, _hang),
     "take_off_hanger_varied": Script(_scene, _fetch_varied, _in_container, _recorded),
     "hang_onto_hanger_varied": Script(_see_standing, _hang_varied, _on_peg, _recorded),
+    "take_off_hanger_distracted": Script(_scene, partial(_fetch_varied, distracted=True), _in_container, _recorded),
+    "hang_onto_hanger_distracted": Script(_see_standing, partial(_hang_varied, distracted=True), _on_peg, _recorded),
 }

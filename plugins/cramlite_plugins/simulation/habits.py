@@ -25,6 +25,8 @@ from .person import Person
 #: How often [share of demonstrations], and how much.
 SECOND_LOOK, REGRASP, PUT_DOWN, GLITCH, PAUSE = 0.25, 0.25, 0.25, 0.2, 0.35
 PACE, SHAKE = (0.7, 1.5), (0.5, 2.0)
+#: The same for what only the distracted do.
+DISTRACTED = 0.6
 #: A thing is let go this far above what it is put on [m]: from touching it to a small drop.
 DROP = (0.0, 0.006)
 #: The tracker loses sight for this long [s]; 0.02 to 0.9 s were seen in recordings (docs/explanation/figures.md).
@@ -39,12 +41,22 @@ class Habits:
     regrasp: bool
     put_down: bool
     pause: float
+    wrong_way: bool = False
+    interrupted: bool = False
 
 
-def habits(rng: np.random.Generator) -> Habits:
-    """Drawn once, before the demonstration begins."""
+def habits(rng: np.random.Generator, *, distracted: bool = False) -> Habits:
+    """Drawn once, before the demonstration begins.
+
+    Args:
+        distracted: somebody who is at two things at once: they begin with the wrong one, and are interrupted.
+    """
     look, again, down = rng.random(3) < (SECOND_LOOK, REGRASP, PUT_DOWN)
-    return Habits(bool(look), bool(again), bool(down), PAUSE)
+    own = Habits(bool(look), bool(again), bool(down), PAUSE)
+    if not distracted:
+        return own
+    wrong, stopped = rng.random(2) < DISTRACTED
+    return replace(own, wrong_way=bool(wrong), interrupted=bool(stopped))
 
 
 def temper(person: Person) -> None:
@@ -67,6 +79,29 @@ def look_twice(person: Person, grasp: Pose) -> None:
     back = np.add(near.position, 0.4 * np.subtract(before.position, near.position))
     person.move([Pose(tuple(back), near.quaternion)], person.between(0.15, 0.3))
     person.wait(person.between(0.2, 0.5))
+
+
+def go_wrong(person: Person, scene: Scene, grasp: Pose) -> None:
+    """Reach for another thing first, stop in front of it, and think better of it."""
+    others = [t for t in scene.world.things if t.movable and t is not scene.product]
+    if not others:
+        return
+    other = others[int(person.rng.integers(len(others)))]
+    off = np.array(grasp.turn((0, 0, 1))) * person.between(0.12, 0.18)
+    place = np.add(other.pose.position, (0.0, 0.0, person.between(0.02, 0.08))) - off
+    person.move([Pose(tuple(place), grasp.quaternion)], person.between(0.2, 0.35))
+    person.wait(person.between(0.4, 1.0))
+    back = np.array(grasp.position) - np.array(grasp.turn((0, 0, 1))) * person.between(0.2, 0.3)
+    person.move([Pose(tuple(back), grasp.quaternion)], person.between(0.2, 0.35))
+
+
+def be_interrupted(person: Person) -> None:
+    """Stop with what is held, take it half a step back, wait, and go on."""
+    here = person.aim
+    away = Pose(tuple(np.add(here.position, person.rng.uniform(-0.06, 0.06, 3))), here.quaternion)
+    person.move([away], person.between(0.1, 0.2))
+    person.wait(person.between(0.8, 2.0))
+    person.move([here], person.between(0.1, 0.25))
 
 
 def take_again(person: Person, scene: Scene, grasp: Pose) -> None:

@@ -8,7 +8,20 @@ from cramlite.geometry import Pose
 from cramlite.rollout import Rollout
 
 from .demonstration import Scene, carry, close, extent, half_extents, let_go, pull_off, reach
-from .habits import GLITCH, Habits, detour, glitched, habits, look_twice, pause, put_down_and_take, take_again, temper
+from .habits import (
+    GLITCH,
+    Habits,
+    be_interrupted,
+    detour,
+    glitched,
+    go_wrong,
+    habits,
+    look_twice,
+    pause,
+    put_down_and_take,
+    take_again,
+    temper,
+)
 from .hanging import face, leave, lift, thread
 from .person import Person
 
@@ -16,10 +29,12 @@ from .person import Person
 THREADED = 0.008
 
 
-def fetch(person: Person, scene: Scene, grasp: Pose) -> None:
+def fetch(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     """Take the object off the peg and put it into the container."""
-    own = _come(person, scene, grasp)
+    own = _come(person, scene, grasp, distracted)
     pull_off(person, scene)
+    if own.interrupted:
+        be_interrupted(person)
     if own.put_down:
         put_down_and_take(person, scene, grasp)
     if person.rng.random() < own.pause:
@@ -28,10 +43,12 @@ def fetch(person: Person, scene: Scene, grasp: Pose) -> None:
     let_go(person, scene)
 
 
-def hang(person: Person, scene: Scene, grasp: Pose) -> None:
+def hang(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     """Take the object from where it stands and thread it onto the peg."""
-    own = _come(person, scene, grasp)
+    own = _come(person, scene, grasp, distracted)
     lift(person)
+    if own.interrupted:
+        be_interrupted(person)
     if own.put_down:
         put_down_and_take(person, scene, grasp)
     if person.rng.random() < own.pause:
@@ -42,10 +59,12 @@ def hang(person: Person, scene: Scene, grasp: Pose) -> None:
     leave(person, scene, grasp)
 
 
-def _come(person: Person, scene: Scene, grasp: Pose) -> Habits:
+def _come(person: Person, scene: Scene, grasp: Pose, distracted: bool) -> Habits:
     """Until the hand holds the object."""
-    own = habits(person.rng)
+    own = habits(person.rng, distracted=distracted)
     temper(person)
+    if own.wrong_way:
+        go_wrong(person, scene, grasp)
     if own.second_look:
         look_twice(person, grasp)
     reach(person, scene, grasp)
