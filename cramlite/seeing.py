@@ -80,11 +80,12 @@ def perceive_view(
 def view_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> tuple[View, tuple[Thing, ...]]:
     """The view, and the fixtures whose poses are known: those of a scenario, none for a recording."""
     knowledge, path = engine.knowledge, Path(source)
-    if path.is_file() and path.suffix not in (".yaml", ".yml"):
+    if path.exists() and path.suffix not in (".yaml", ".yml"):
         view = engine.registry.first("read_view", path=path)
-        if view is None:
+        if view is not None:
+            return view, ()
+        if path.is_file():
             raise UserError(f"'{path}' is in no format that a plugin reads as a view; see 'cramlite plugins'.")
-        return view, ()
     scenario = read_scenario(find_scenario(source))
     robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge.models, seed)
