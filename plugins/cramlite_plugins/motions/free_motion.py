@@ -41,15 +41,18 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     from cramlite_plugins.experts.reach import make_scene, tcp
 
     from .planner import Refusal, plan
+    from .upright import carried, load
 
     place, here = place_of(motion, context), tcp(belief, context)
     if near(here, place.before) or near(here, place.pose):
         yield Grounding((), "the arm is there already", key="there")
         return
     scene = make_scene(belief, context)
-    goals, attempt = _goals(motion, place, belief, context, scene), 0
+    goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(context)
+    if (upright := load(belief, context)) is not None:
+        yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
+        return
     while goals:
-        speed, acceleration = _pace(context)
         found = plan(
             scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples,
             speed=speed, acceleration=acceleration,
@@ -82,14 +85,14 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
         return [context.robot.home]
     free = (q for q in inverse(context.robot, place.before, seed=belief.joints) if scene.free(q))
     around = None if belief.held else make_scene(belief, context, [place.thing], clearance=0.0)
-    goals = list(islice((q for q in free if _goes_on(q, place, context, around)), GOALS))
+    goals = list(islice((q for q in free if goes_on(q, place, context, around)), GOALS))
     if not goals:
         reason = f"no inverse solution at the stand-off of {motion.to} is free and leads straight on to it"
         raise Unresolvable(reason, because(motion, context))
     return goals
 
 
-def _goes_on(joints: Any, place: Place, context: Context, scene: Any) -> bool:
+def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> bool:
     """Whether the arm can go straight from the stand-off to the place on the same branch.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
