@@ -21,6 +21,10 @@ SHARES = (LARGEST, 0.25, 0.12, 0.05)  # of the lines at a corner, what its blend
 DEVIATION = 0.0005  # of the checked chords from the parabola, in any joint [rad]: under 1 mm at the reach of an arm
 DIGIT = 1e-4  # blend radii are whole multiples of this [m], as they are written
 SMALL = 0.002  # below this radius a corner is a stop [m]
+# How far from where a path begins the tcp may really be [m]: motions by touch before it end where they find something, an
+# unknown error of 5 mm and a search of 8 mm away; with a radius that takes half of the planned line, a blend would then
+# take more than half of the real one, which the controller refuses.
+ELSEWHERE = 0.015
 
 
 def blended(
@@ -33,17 +37,25 @@ def blended(
         speed, acceleration: of the leading axis [rad/s, rad/s2].
     """
     q = [np.asarray(p, dtype=float) for p in points]
-    found = [_largest(scene, a, b, c) for a, b, c in zip(q, q[1:], q[2:], strict=False)]
+    lines = zip(q, q[1:], q[2:], strict=False)
+    found = [_largest(scene, a, b, c, 0.0 if k else ELSEWHERE) for k, (a, b, c) in enumerate(lines)]
     sections = rounded(q, [zones for _, zones in found], [(speed, acceleration)] * (len(q) - 1))
     return tuple(radius for radius, _ in found), sum(s.length for s in sections)
 
 
-def _largest(scene: Space, before: Floats, corner: Floats, after: Floats) -> tuple[float, tuple[float, float]]:
-    """The largest radius that is free, and the fractions of both lines that it takes."""
+def _largest(
+    scene: Space, before: Floats, corner: Floats, after: Floats, slack: float
+) -> tuple[float, tuple[float, float]]:
+    """The largest radius that is free, and the fractions of both lines that it takes.
+
+    Args:
+        slack: by how much less than half of the line before it must do [m].
+    """
     centre = scene.tip(corner)
     for share in SHARES:
         ends = [scene.tip(corner + share * (other - corner)) for other in (before, after)]
-        radius = math.floor(min(math.dist(centre, end) for end in ends) / DIGIT - 1e-6) * DIGIT
+        room = min(math.dist(centre, ends[0]) - slack, math.dist(centre, ends[1]))
+        radius = math.floor(room / DIGIT - 1e-6) * DIGIT
         zones = [zone(scene.tip, corner, other, radius) for other in (before, after)] if radius >= SMALL else [None]
         if None in zones:
             continue
