@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -21,11 +20,13 @@ from cramlite.geometry import Floats
 from cramlite.robots import Gripper
 
 from ..shapes.hull import hull_planes
+from .crossing import SKIN, crosses
 
 FINGER = 0.020  # thickness of pad and finger, from the data sheet's drawing [m]
 PALM = 0.0375  # radius of the palm [m]
 SAMPLES = 0.10  # how far behind the pinch point the swept fingers are looked at [m]
-SKIN = 1e-4  # what touches by less is beside it [m]
+STEP = 0.005  # along the fingers [m]
+TIPS = 0.008  # of the pads, in a grasp by the tips [m]
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
 DEEP = 0.004  # what stays between the palm and the near side [m]
 ANGLES = 8  # side grasps around a cylinder
@@ -94,26 +95,43 @@ def pinch(shape: Body, pose: Pose) -> Pinch | None:
 
 def clear(shape: Body, pose: Pose, opening: float, gripper: Gripper) -> bool:
     """Whether fingers at this opening, and the palm, meet nothing at the pose and on the straight way to it."""
-    half, reach = gripper.pad[0] / 2, gripper.pad[1] / 2
-    inner = opening / 2
-    across, along = np.linspace(-half, half, 3), np.linspace(-SAMPLES, reach, 17)
-    sides = [s * (inner + t) for s in (1, -1) for t in (0.0, FINGER / 2, FINGER)]
-    fingers = list(itertools.product(across, sides, along))
-    turns = [(math.cos(a), math.sin(a)) for a in np.linspace(0, math.tau, 8, endpoint=False)]
-    behind = (-gripper.depth, -gripper.depth - 0.03, -SAMPLES)
-    palm = [(r * PALM * c, r * PALM * s, z) for r in (0.0, 0.5, 1.0) for c, s in turns for z in behind]
-    points = pose.apply(np.array([*fingers, *palm]))
-    return not any(_inside(g, _inverse(g.pose).apply(p)).any() for g, p in _near(shape, points))
+    starts, ends = _hand(round(opening, 6), gripper)
+    return not crossed(shape, pose.apply(starts), pose.apply(ends))
 
 
-def _near(shape: Body, points: Floats) -> Iterator[tuple[Geom, Floats]]:
-    """Each geom with the points in its ball, if there are any."""
-    middle = points.mean(axis=0)
-    reach = float(np.linalg.norm(points - middle, axis=1).max())
-    for k in np.flatnonzero(np.linalg.norm(shape.centres - middle, axis=1) < reach + shape.radii).tolist():
-        inside = np.linalg.norm(points - shape.centres[k], axis=1) < shape.radii[k]
-        if inside.any():
-            yield shape.geoms[k], points[inside]
+def crossed(shape: Body, starts: Floats, ends: Floats) -> bool:
+    """Whether any segment between points (n, 3) passes through the shape."""
+    middle = (starts.min(axis=0) + starts.max(axis=0)) / 2
+    reach = max(float(np.linalg.norm(p - middle, axis=1).max()) for p in (starts, ends))
+    near = np.flatnonzero(np.linalg.norm(shape.centres - middle, axis=1) < reach + shape.radii)
+    ways = ends - starts
+    for k in near.tolist():
+        off = shape.centres[k] - starts
+        along = np.clip(np.einsum("ij,ij->i", off, ways) / np.einsum("ij,ij->i", ways, ways), 0.0, 1.0)
+        meets = np.linalg.norm(off - along[:, None] * ways, axis=1) < shape.radii[k]
+        if meets.any() and crosses(shape.geoms[k], starts[meets], ends[meets]):
+            return True
+    return False
+
+
+@lru_cache(maxsize=256)
+def _hand(opening: float, gripper: Gripper) -> tuple[Floats, Floats]:
+    """Segments that fill the swept fingers and the palm, in the tool frame: along each axis, so that no wall is missed."""
+    half, reach, inner = gripper.pad[0] / 2, gripper.pad[1] / 2, opening / 2
+    across, thick = np.linspace(-half, half, 4), np.array([0.0, 0.3, 0.65, 1.0]) * FINGER
+    along = [*np.arange(reach, -gripper.depth, -STEP), -gripper.depth, -SAMPLES]
+    segments: list[tuple[tuple[float, ...], tuple[float, ...]]] = []
+    for side in (1.0, -1.0):
+        ys = [side * (inner + t) for t in thick]
+        segments += [((x, y, -SAMPLES), (x, y, reach)) for x in across for y in ys]
+        segments += [((x, ys[0], z), (x, ys[-1], z)) for x in across for z in along]
+        segments += [((-half, y, z), (half, y, z)) for y in ys for z in along]
+    turns = [(PALM * math.cos(a), PALM * math.sin(a)) for a in np.linspace(0, math.tau, 12, endpoint=False)]
+    for share, (x, y) in itertools.product((0.35, 0.7, 1.0), turns):
+        segments.append(((share * x, share * y, -SAMPLES), (share * x, share * y, -gripper.depth)))
+    for (x, y), (u, v) in itertools.combinations(turns, 2):
+        segments.append(((x, y, -gripper.depth), (u, v, -gripper.depth)))
+    return np.array([s for s, _ in segments]), np.array([e for _, e in segments])
 
 
 def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
@@ -129,15 +147,20 @@ def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
     return pose * Pose((0.0, 0.0, -min(back, least))) if back > 0 and least > 0 else None
 
 
-def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, str]]:
-    """The pose as it is, no deeper than the hand; and drawn back until the pads end before the far side."""
+def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, float, str]]:
+    """TCP poses that bring the pads to a contact pair, how far before the TCP it then is [m], and words for it.
+
+    As deep as the hand is; drawn back until the pads end before the far side; and by the tips of the pads.
+    """
     point, way = np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))
     low, high, _ = _around(shape, point, way)
-    deepest = low + gripper.depth - DEEP
-    yield pose * Pose((0.0, 0.0, min(0.0, deepest))), ""
+    deepest = min(0.0, low + gripper.depth - DEEP)
+    yield pose * Pose((0.0, 0.0, deepest)), 0.0, ""
     drawn = max(high - BEFORE - gripper.pad[1] / 2, low + INTO)
-    if drawn < min(0.0, deepest) - 0.002:
-        yield pose * Pose((0.0, 0.0, drawn)), ", shallow"
+    if drawn < deepest - 0.002:
+        yield pose * Pose((0.0, 0.0, drawn)), 0.0, ", shallow"
+    tips = gripper.pad[1] / 2 - TIPS
+    yield pose * Pose((0.0, 0.0, -tips)), tips, ", by the tips"
 
 
 def round_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
@@ -270,20 +293,3 @@ def _slant(geom: Geom, contact: Floats, way: Floats) -> float:
         normal = p - (0, 0, float(np.clip(p[2], -geom.size[1], geom.size[1])))
     cosine = abs(float(geom.pose.turn(normal) @ way)) / max(float(np.linalg.norm(normal)), 1e-9)
     return math.acos(min(1.0, cosine))
-
-
-def _inside(geom: Geom, p: Floats) -> Any:
-    size = geom.size
-    if geom.shape == "convex":
-        planes = hull_planes(geom.corners)
-        return (p @ planes[:, :3].T + planes[:, 3] < -SKIN).all(axis=1)
-    if geom.shape == "box":
-        inside = (np.abs(p) < np.asarray(size) - SKIN).all(axis=1)
-    elif geom.shape == "sphere":
-        inside = np.linalg.norm(p, axis=1) < size[0] - SKIN
-    elif geom.shape == "cylinder":
-        inside = (np.hypot(p[:, 0], p[:, 1]) < size[0] - SKIN) & (np.abs(p[:, 2]) < size[1] - SKIN)
-    else:
-        axis = np.clip(p[:, 2], -size[1], size[1])
-        inside = np.linalg.norm(p - np.outer(axis, (0, 0, 1)), axis=1) < size[0] - SKIN
-    return inside

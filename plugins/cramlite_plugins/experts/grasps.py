@@ -40,6 +40,7 @@ STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
+AGAIN = 0.008  # [m]
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 
 
@@ -54,6 +55,7 @@ class Grip:
         name: for people.
         slant: angle of the contact normals to the closing direction [rad].
         coverage: share of the pad that the shape fills.
+        ahead: how far before the TCP the contact pair is [m].
     """
 
     pose: Pose
@@ -62,11 +64,18 @@ class Grip:
     name: str
     slant: float = 0.0
     coverage: float = 1.0
+    ahead: float = 0.0
 
     @property
     def cost(self) -> float:
         """Lever [m]; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
-        return self.lever + 0.03 * max(0.0, 0.3 - self.coverage) + 0.02 * self.slant
+        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant
+
+    @property
+    def likeness(self) -> tuple[float, ...]:
+        """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
+        down = float(self.pose.turn((0.0, 0.0, 1.0))[2])
+        return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 
 
 @hookimpl
@@ -129,9 +138,21 @@ def _ranked(
     geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
 ) -> tuple[Grip, ...]:
     shape, middle, cone = antipodal.body(geoms), np.asarray(centre), math.atan(friction)
-    proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper))
+    proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper, cone))
     found = (_checked(shape, middle, grip, gripper, cone) for grip in proposed)
-    return tuple(sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name)))
+    best = sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
+    return tuple(_varied(best))
+
+
+def _varied(grips: Sequence[Grip]) -> Iterator[Grip]:
+    """Best first, but each further grasp of one likeness as if its lever were ``AGAIN`` longer."""
+    seen: dict[tuple[float, ...], int] = {}
+    keyed = []
+    for k, grip in enumerate(grips):
+        before = seen.get(grip.likeness, 0)
+        seen[grip.likeness] = before + 1
+        keyed.append((round(grip.cost + AGAIN * before, 4), k, grip))
+    return (grip for *_, grip in sorted(keyed, key=lambda x: x[:2]))
 
 
 def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
@@ -147,16 +168,16 @@ def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
 
 
 def _across_parts(
-    shape: antipodal.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper
+    shape: antipodal.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper, cone: float
 ) -> Iterator[Grip]:
     """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
     parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
-    for line in surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK) if parts else ():
+    for line in surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK, cone) if parts else ():
         at = "handle " if any(math.dist(line.middle, h.position) < NEAR_HANDLE for h in handles) else ""
         for frame, name in surfaces.frames(line):
             where = " ".join(f"{1000 * v:+.0f}" for v in line.middle)
-            for pose, how in antipodal.depths(shape, frame, gripper):
-                yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}")
+            for pose, ahead, how in antipodal.depths(shape, frame, gripper):
+                yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}", ahead=ahead)
 
 
 def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
@@ -189,15 +210,16 @@ def _thinnest(geom: Geom) -> float:
 
 def _checked(shape: antipodal.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
     """The candidate on the whole shape; None where it does not fit, slips or is obstructed."""
-    found = antipodal.pinch(shape, grip.pose)
+    found = antipodal.pinch(shape, grip.pose * Pose((0.0, 0.0, grip.ahead)))
     if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:
         return None
-    if not antipodal.clear(shape, found.pose, min(found.width + SLACK, gripper.opening[1]), gripper):
+    pose = found.pose * Pose((0.0, 0.0, -grip.ahead))
+    if not antipodal.clear(shape, pose, min(found.width + SLACK, gripper.opening[1]), gripper):
         return None
-    off = found.pose.inverse().apply(centre)
+    off = pose.inverse().apply(centre)
     lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
-    covered = antipodal.coverage(shape, found.pose, found.width, gripper)
-    return Grip(found.pose, found.width, lever, grip.name, found.slant, covered)
+    covered = antipodal.coverage(shape, pose, found.width, gripper)
+    return Grip(pose, found.width, lever, grip.name, found.slant, covered, grip.ahead)
 
 
 def _centre(thing: Thing) -> Floats:

@@ -22,7 +22,9 @@ from . import antipodal
 
 LINES = 48  # contact pairs that are looked at from all sides
 ALIKE, TURN = 0.010, math.cos(math.radians(15))  # lines nearer than this [m] and less turned are alike
+CELL = 0.006  # of points on faces, one is enough in a cube of this size [m]
 SIDES = 8  # directions of approach about a line
+LEVEL = math.radians(5)  # faces that lean more than this are also gripped level
 WIDE = 0.022  # faces wider than this are sampled off their middle too [m]
 
 
@@ -36,15 +38,44 @@ class Line:
     cost: float
 
 
-def lines(shape: antipodal.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float) -> list[Line]:
-    """Contact pairs between the pads, the nearest to the centre of mass first, no two alike."""
-    found = [line for p, n in _points(parts) if (line := _line(shape, p, n, centre, gripper, slack)) is not None]
+def lines(
+    shape: antipodal.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float, cone: float
+) -> list[Line]:
+    """Contact pairs between the pads, the nearest to the centre of mass first, no two alike.
+
+    Args:
+        slack: that must be left between the pads [m].
+        cone: largest angle of a contact normal to the closing direction [rad].
+    """
+    pairs = {_cell(p, w): (p, w) for p, n in _points(parts) for w in _ways(n, cone)}
+    found = [
+        line for p, w in pairs.values() if (line := _line(shape, p, w, centre, gripper, slack, cone)) is not None
+    ]
+    found.sort(key=lambda x: (round(x.cost, 5), *np.round(x.middle, 5), *np.round(x.way, 5)))
     chosen: list[Line] = []
-    for line in sorted(found, key=lambda x: (round(x.cost, 5), *np.round(x.middle, 5), *np.round(x.way, 5))):
-        if all(not _alike(line, other) for other in chosen):
+    for line in found:
+        if not chosen or not _alike(line, chosen):
             chosen.append(line)
-        if len(chosen) == LINES:
-            break
+    return _spread(chosen)
+
+
+def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
+    """Equal for points in the same cube of ``CELL`` whose lines are turned alike, either way round."""
+    sign = -1.0 if tuple(np.round(way, 1)) < (0.0, 0.0, 0.0) else 1.0
+    return (*np.round(point / CELL).tolist(), *(sign * np.round(5 * way)).tolist())
+
+
+def _spread(found: list[Line]) -> list[Line]:
+    """The best half of ``LINES``, then those farthest from all before: what is near the centre may be out of the way."""
+    chosen, rest = found[: LINES // 2], found[LINES // 2 :]
+    if not rest:
+        return chosen
+    middles = np.array([line.middle for line in rest])
+    away = np.min([np.linalg.norm(middles - c.middle, axis=1) for c in chosen], axis=0)
+    while len(chosen) < LINES and away.max() > 0:
+        k = int(np.argmax(away))
+        chosen.append(rest[k])
+        away = np.minimum(away, np.linalg.norm(middles - rest[k].middle, axis=1))
     return chosen
 
 
@@ -60,13 +91,22 @@ def frames(line: Line) -> Iterator[tuple[Pose, str]]:
         yield Pose.from_axes(tuple(line.middle), z, np.cross(line.way, z)), f"{_says(-z)}, closing {_axis(line.way)}"
 
 
+def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
+    """The face's normal, and level where that is inside the friction cone: slanted walls are gripped from above."""
+    yield normal
+    tilt = math.asin(min(1.0, abs(float(normal[2]))))
+    if LEVEL < tilt < 0.9 * cone:
+        level = normal * (1.0, 1.0, 0.0)
+        yield level / np.linalg.norm(level)
+
+
 def _line(
-    shape: antipodal.Body, point: Floats, normal: Floats, centre: Floats, gripper: Gripper, slack: float
+    shape: antipodal.Body, point: Floats, normal: Floats, centre: Floats, gripper: Gripper, slack: float, cone: float
 ) -> Line | None:
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     pose = Pose.from_axes(tuple(point - 0.0005 * normal), side, np.cross(normal, side))
     found = antipodal.pinch(shape, pose)
-    if found is None or found.width + slack > gripper.opening[1]:
+    if found is None or found.width + slack > gripper.opening[1] or found.slant > cone:
         return None
     middle = np.asarray(found.pose.position)
     off = middle - centre
@@ -99,8 +139,10 @@ def _on(face: Floats, normal: Floats) -> Iterator[Floats]:
             yield from (middle + 0.6 * end * way for end in (reach.min(), reach.max()))
 
 
-def _alike(a: Line, b: Line) -> bool:
-    return abs(float(a.way @ b.way)) > TURN and float(np.linalg.norm(a.middle - b.middle)) < ALIKE
+def _alike(line: Line, others: list[Line]) -> bool:
+    turned = np.abs(np.array([o.way for o in others]) @ line.way)
+    apart = np.array([o.middle for o in others]) - line.middle
+    return bool(((turned > TURN) & (np.einsum("ij,ij->i", apart, apart) < ALIKE**2)).any())
 
 
 def _says(way: Floats) -> str:

@@ -59,9 +59,9 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
         column = _column(bore)
         pieces += [p for wedge in _wedges(bore) for p in _connected(body ^ column ^ wedge)]
         body = body - column
-    centre = np.array([(np.asarray(body.bounding_box())[:3] + np.asarray(body.bounding_box())[3:]) / 2])[0]
+    box = np.asarray(np.stack([vertices.min(axis=0), vertices.max(axis=0)]))
     pieces += _connected(body)
-    hulls = [_corners(p) for p in _refined(pieces, centre)]
+    hulls = [_corners(p) for p in _refined(pieces, box.mean(axis=0))]
     return sorted((h for h in hulls if h is not None), key=lambda h: (-_volume(h), h.tolist()))
 
 
