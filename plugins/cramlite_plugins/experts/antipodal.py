@@ -147,6 +147,15 @@ def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
     return pose * Pose((0.0, 0.0, -min(back, least))) if back > 0 and least > 0 else None
 
 
+def by_tips(geom: Geom, pose: Pose, gripper: Gripper) -> tuple[Pose, float] | None:
+    """The pose drawn back until the pads overlap the geom by twice ``TIPS``, and how far before it the contacts then are;
+    None where it is as far back already. A rim above a floor is gripped so."""
+    met = next(spans(body([geom]), np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))), None)
+    ahead = gripper.pad[1] / 2 - TIPS
+    back = met[0] + TIPS - ahead if met is not None else 0.0
+    return (pose * Pose((0.0, 0.0, back)), ahead) if back < -0.002 else None
+
+
 def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, float, str]]:
     """TCP poses that bring the pads to a contact pair, how far before the TCP it then is [m], and words for it.
 

@@ -165,6 +165,9 @@ def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
             drawn = antipodal.shallow(geom, grip.pose, gripper)
             if drawn is not None:
                 yield replace(grip, pose=drawn, name=f"{name}, shallow")
+            tips = antipodal.by_tips(geom, grip.pose, gripper)
+            if tips is not None:
+                yield replace(grip, pose=tips[0], name=f"{name}, by the tips", ahead=tips[1])
 
 
 def _across_parts(

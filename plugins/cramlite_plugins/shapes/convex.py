@@ -71,7 +71,7 @@ def solid(vertices: Floats, faces: Any) -> Any:
     Raises:
         ValueError: it is not closed, with manifold3d's reason.
     """
-    mesh = manifold3d.Mesh64(np.asarray(vertices, np.float64), np.asarray(faces, np.uint64))
+    mesh = manifold3d.Mesh64(np.array(vertices, np.float64), np.array(faces, np.uint64))
     mesh.merge()
     body = manifold3d.Manifold(mesh)
     if body.status() != manifold3d.Error.NoError or body.volume() <= 0:

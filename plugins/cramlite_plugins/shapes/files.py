@@ -64,7 +64,9 @@ def closed(mesh: Any, where: str) -> Closed:
     """
     mesh = mesh.copy()
     mesh.merge_vertices()
-    mesh.update_faces(mesh.nondegenerate_faces())
+    whole = _joined(mesh)
+    if whole is not None:
+        return Closed(whole)
     turned = _outward(mesh)
     if _usable(mesh):
         return Closed(mesh, (f"{where}: faces pointed inwards or both ways; turned outwards",) if turned else ())
@@ -130,6 +132,20 @@ def _outward(mesh: Any) -> bool:
     before = mesh.faces.copy()
     mesh.fix_normals(multibody=True)
     return bool((mesh.faces != before).any())
+
+
+def _joined(mesh: Any) -> Any | None:
+    """The mesh as it is, if it is closed; corners that rounding in a file has torn apart are joined. Else None."""
+    import trimesh
+
+    from .convex import solid
+
+    try:
+        found = solid(mesh.vertices, mesh.faces).to_mesh64()
+    except ValueError:
+        return None
+    whole = trimesh.Trimesh(np.asarray(found.vert_properties)[:, :3], np.asarray(found.tri_verts), process=False)
+    return whole
 
 
 def _usable(mesh: Any) -> bool:
