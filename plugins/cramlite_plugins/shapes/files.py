@@ -67,6 +67,7 @@ def closed(mesh: Any, where: str) -> Closed:
     whole = _joined(mesh)
     if whole is not None:
         return Closed(whole)
+    _weld(mesh)
     turned = _outward(mesh)
     if _usable(mesh):
         return Closed(mesh, (f"{where}: faces pointed inwards or both ways; turned outwards",) if turned else ())
@@ -132,6 +133,13 @@ def _outward(mesh: Any) -> bool:
     before = mesh.faces.copy()
     mesh.fix_normals(multibody=True)
     return bool((mesh.faces != before).any())
+
+
+def _weld(mesh: Any) -> None:
+    """Join corners nearer than 1 um, which rounding has torn apart, and drop the triangles that vanish."""
+    mesh.merge_vertices(digits_vertex=6)
+    a, b, c = mesh.faces.T
+    mesh.update_faces((a != b) & (b != c) & (a != c))
 
 
 def _joined(mesh: Any) -> Any | None:
