@@ -71,9 +71,10 @@ def _call(
     task: TaskSpec, place: str, tasks: Mapping[str, TaskType], objects: Mapping[str, ObjectSpec], world: World
 ) -> TaskCall:
     try:
-        call = TaskCall(task_type(tasks, task.task), task.roles, task.parameters)
+        where = task.where.model_dump(exclude_none=True) if task.where else None
+        call = TaskCall(task_type(tasks, task.task), task.roles, task.parameters, where)
         _check_call(call)
-        for filler in call.roles.values():
+        for filler in (*call.roles.values(), *(task.where.things if task.where else ())):
             _object(filler, objects, world)
     except UserError as error:
         raise UserError(f"{place}{error}") from error
@@ -87,6 +88,8 @@ def _check_call(call: TaskCall) -> None:
         if role not in names:
             raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
     _check_parameters(call.task, call.parameters or {})
+    if call.where and not call.task.places:
+        raise UserError(f"Task '{call.task.task}' chooses no place, so 'where' says nothing about it; leave it out.")
     for needed in call.task.roles:
         if needed.required and not needed.effector and needed.name not in call.roles:
             raise UserError(f"Task '{call.task.task}' needs a filler for its role '{needed.name}'.")

@@ -48,6 +48,7 @@ class TaskCall:
     task: TaskType
     roles: Mapping[str, str]
     parameters: Mapping[str, float] | None = None
+    where: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,8 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], i
     if isinstance(call, TaskCall):
         roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
         name = f"{inside}{next(numbers)}.{call.task.task.split(':')[-1]}"
-        return Action(name, call.task.task, roles, parameters=call.parameters or {})
+        where = {"where": call.where} if call.where else {}
+        return Action(name, call.task.task, roles, parameters={**(call.parameters or {}), **where})
     name = f"{inside}{next(numbers)}.{call.rule}"
     within = f"{name}/" if call.kind == "attempts" and not call.changes else inside
     branches: tuple[tuple[Designator, ...], ...]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, TypeAdapter, model_validator
 
@@ -16,6 +16,31 @@ RULES = ("sequence", "try_in_order", "try_all", "parallel", "repeat", "retry", "
 Path = tuple[str | int, ...]
 
 
+class WhereSpec(BaseModel):
+    """Where a task's place must be, beside what its roles say. Left and in front are as the robot's base looks, along x.
+
+    Args:
+        near, left_of, right_of, in_front_of, behind: things.
+        within: how far ``near`` may be, between the middles, seen from above [m].
+        visible_from: "camera", the scenario's where it is fixed, or a point in the world [m].
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    near: str | None = None
+    within: Annotated[Length, Field(gt=0)] = 0.2
+    left_of: str | None = None
+    right_of: str | None = None
+    in_front_of: str | None = None
+    behind: str | None = None
+    visible_from: Literal["camera"] | tuple[Length, Length, Length] | None = None
+
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The things that it names."""
+        return tuple(t for t in (self.near, self.left_of, self.right_of, self.in_front_of, self.behind) if t)
+
+
 class TaskSpec(BaseModel):
     """A task with its roles."""
 
@@ -24,6 +49,7 @@ class TaskSpec(BaseModel):
     task: str
     roles: dict[str, str] = Field(default_factory=dict)
     parameters: dict[str, float] = Field(default_factory=dict)
+    where: WhereSpec | None = None
 
 
 class RuleSpec(BaseModel):
@@ -81,7 +107,7 @@ def _entry(value: Any) -> Any:
         keys = list(value) if isinstance(value, Mapping) else []
         hint = f" ({nearest(str(keys[0]), RULES)})" if len(keys) == 1 else ""
         raise ValueError(f"a task is a name, a mapping with 'task' and its roles, or one of {', '.join(RULES)}{hint}")
-    own = {"task", "parameters"}
+    own = {"task", "parameters", "where"}
     return {"roles": {k: v for k, v in value.items() if k not in own}, **{k: value[k] for k in own if k in value}}
 
 

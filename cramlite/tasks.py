@@ -81,6 +81,8 @@ class TaskType(ABC):
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     rule_file: ClassVar[Path | None] = None
     """The task's rule, beside the plugin's module; the shipped ones are in ``task_rules/``."""
+    places: ClassVar[bool] = False
+    """True for tasks that choose where to put something: their ``where`` constrains it (``Action.parameters``)."""
     leads_on: ClassVar[bool] = False
     """True for free motions: their goal, unless given, is where the next task begins."""
 

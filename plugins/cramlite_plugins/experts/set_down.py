@@ -1,28 +1,25 @@
-"""Where to bring a held thing: into a container's opening, or onto a surface."""
+"""Where to bring a held thing: into a container's opening, or onto a surface.
+
+Positions are generated best first and lazily; filters (``place_filters``) refuse them, each with its name and numbers.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
-from cramlite import (
-    Answers,
-    Belief,
-    Context,
-    Feature,
-    Grounding,
-    Location,
-    Place,
-    Pose,
-    Refused,
-    Thing,
-    Unresolvable,
-    hookimpl,
-)
+from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Thing, Unresolvable, hookimpl
 
+from .place_filters import CHEAP, DEAR, EDGE, Filter, Spot, Wanted
+
+Offset = tuple[float, float]
+FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
+GRID = 0.05  # of positions [m]
+POSITIONS, FEW = 80, 9  # how many are looked at, and where nothing constrains them
+PER_PLACE = 0.5  # cost of each position that comes before: more than any turn and height
 YAWS = (
     0.0,
     30.0,
@@ -41,16 +38,6 @@ ABOVE = 0.06  # stand-off above a rim or surface [m]
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
 
 
-@dataclass(frozen=True)
-class Spot:
-    """A pose for the held thing, and the TCP poses that bring it there."""
-
-    name: str
-    pose: Pose
-    before: Pose
-    height: float
-
-
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
     wanted = {"in": ("cram:Cavity", INTO), "on": ("vrps:SurfaceFeature", ONTO)}
@@ -62,56 +49,103 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 def _spots(
     location: Location, belief: Belief, context: Context, needs: str, heights: tuple[float, ...]
 ) -> Iterator[Grounding | Refused]:
-    """Every turn, the lowest height at which hand and thing are free."""
-    from .reach import bound, held_pose, make_scene
+    """Positions, best first; at each every turn, at the lowest height at which hand and thing are free."""
+    wanted, now = _wanted(location, belief, context, needs), held_now(belief, context)
+    cheap = CHEAP[location.relation]
+    placed = {name: cheap[name] for name in ("near", "beside")}  # which no turn changes
+    for k, offset in enumerate(_offsets(wanted, 1 if location.relation == "in" else FEW)):
+        reason = _refusal(_spot(wanted, now, offset, 0.0, heights[0]), wanted, placed)
+        if reason:
+            yield Refused(f"at {_says(offset)}", *reason)
+            continue
+        for yaw in YAWS if k == 0 else FEW_YAWS:
+            for answer in _turned(wanted, now, offset, yaw, heights, cheap):
+                yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
 
-    entity, now = bound(context, location.of), held_pose(belief, context)
+
+def _turned(
+    wanted: Wanted, now: Pose, offset: Offset, yaw: float, heights: tuple[float, ...], cheap: Mapping[str, Filter]
+) -> Iterator[Grounding | Refused]:
+    for k, height in enumerate(heights):
+        spot = _spot(wanted, now, offset, yaw, height)
+        reason = _refusal(spot, wanted, {**cheap, **DEAR})
+        if not reason:
+            place = Place(
+                spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values={"height_m": height}
+            )
+            cost = PER_TURN * abs(math.radians(yaw)) + PER_HEIGHT * k
+            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
+            return
+        yield Refused(spot.name, *reason)
+
+
+def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> tuple[str, int] | None:
+    """Which filter objects and why, and how many passed before it."""
+    for passed, (name, objects) in enumerate(filters.items()):
+        reason = objects(spot, wanted)
+        if reason:
+            return f"not {name}: {reason}", passed
+    return None
+
+
+def _wanted(location: Location, belief: Belief, context: Context, needs: str) -> Wanted:
+    from .reach import bound, make_scene
+
+    entity = bound(context, location.of)
     feature = belief.feature(entity, needs)
     if feature is None:
         raise Unresolvable(f"'{entity}' has no {needs} to put anything {location.relation}", (location.of or "",))
-    target, scene = _target(belief, entity, feature), make_scene(belief, context)
-    assert belief.held is not None
-    for yaw in YAWS:
-        for k, height in enumerate(heights):
-            spot = _spot(target, now, belief, context, yaw, height)
-            reason = _blocked(scene, context, spot, belief)
-            if not reason:
-                values = {"height_m": height}
-                place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=belief.held.thing, values=values)
-                yield Grounding(
-                    place, f"'{entity}', {spot.name}", PER_TURN * abs(math.radians(yaw)) + PER_HEIGHT * k, key=spot.name
-                )
-                break
-            yield Refused(spot.name, reason)
+    if belief.held is None:
+        raise Unresolvable("nothing is held that could be brought there")
+    thing, target = belief.world.thing(belief.held.thing), belief.pose(entity.split("/")[0]) * feature.pose
+    return Wanted(thing, entity, feature, target, belief, context, make_scene(belief, context), location.parameters)
 
 
-def _target(belief: Belief, entity: str, feature: Feature) -> Pose:
-    """The feature in the base frame."""
-    return belief.pose(entity.split("/")[0]) * feature.pose
+def held_now(belief: Belief, context: Context) -> Pose:
+    """The pose of what is held, now."""
+    from .reach import held_pose
+
+    return held_pose(belief, context)
 
 
-def _spot(target: Pose, now: Pose, belief: Belief, context: Context, yaw: float, height: float) -> Spot:
-    """Over the middle of the target, upright as held, turned from facing it by ``yaw`` [deg]."""
+def _offsets(wanted: Wanted, few: int) -> list[Offset]:
+    """Positions on the target in its frame, the middle first, then outwards; those near a thing nearest to it first.
+
+    Args:
+        few: how many are enough where nothing constrains them.
+    """
+    size = wanted.feature.size
+    rows = [
+        np.arange(0, size.get(name, 0.0) / 2 - EDGE, GRID) * sign
+        for name, sign in (("width", 1), ("depth", 1), ("width", -1), ("depth", -1))
+    ]
+    xs, ys = np.unique(np.concatenate([rows[0], rows[2]])), np.unique(np.concatenate([rows[1], rows[3]]))
+    every = [(float(x) + 0.0, float(y) + 0.0) for x in xs for y in ys] or [(0.0, 0.0)]
+    other = wanted.where.get("near")
+    at = wanted.target.inverse().apply(wanted.belief.pose(other).position)[:2] if other else np.zeros(2)
+    every.sort(key=lambda o: (round(math.dist(o, at), 4), o))
+    return every[: POSITIONS if wanted.where else few]
+
+
+def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float) -> Spot:
+    """Over a position of the target, upright as held, turned from facing it by ``yaw`` [deg]."""
     from .reach import shift, tcp
 
-    assert belief.held is not None
-    hand, thing = tcp(belief, context), belief.world.thing(belief.held.thing)
-    facing = math.atan2(target.position[1], target.position[0]) - math.atan2(hand.position[1], hand.position[0])
+    assert wanted.belief.held is not None
+    hand, target = tcp(wanted.belief, wanted.context), wanted.target.apply((*offset, 0.0))
+    facing = math.atan2(target[1], target[0]) - math.atan2(hand.position[1], hand.position[0])
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
-    centre = (*target.position[:2], target.position[2] + height - lowest(thing, now))
-    pose = Pose(centre, (turn * Pose((0, 0, 0), now.quaternion)).quaternion) * belief.held.tcp_to_thing.inverse()
+    turned = (turn * Pose((0, 0, 0), now.quaternion)).quaternion
+    thing = Pose((float(target[0]), float(target[1]), float(target[2]) + height - lowest(wanted.thing, now)), turned)
+    pose = thing * wanted.belief.held.tcp_to_thing.inverse()
     name = f"turned {yaw:+.0f} deg, lowest point {1000 * height:+.0f} mm from it"
-    return Spot(name, pose, shift(pose, (0, 0, max(ABOVE - height, ABOVE))), height)
+    if any(offset):
+        name = f"{_says(offset)}, {name}"
+    return Spot(name, thing, pose, shift(pose, (0, 0, max(ABOVE - height, ABOVE))), height)
 
 
-def _blocked(scene: object, context: Context, spot: Spot, belief: Belief) -> str:
-    from .reach import stance
-
-    above = stance(scene, context, spot.before, belief.joints)  # type: ignore[arg-type]
-    if isinstance(above, str):
-        return f"above it: {above}"
-    there = stance(scene, context, spot.pose, above)  # type: ignore[arg-type]
-    return f"at it: {there}" if isinstance(there, str) else ""
+def _says(offset: Offset) -> str:
+    return f"({1000 * offset[0]:+.0f} {1000 * offset[1]:+.0f}) mm from its middle"
 
 
 def lowest(thing: Thing, pose: Pose) -> float:

@@ -72,12 +72,13 @@ def closed(mesh: Any, where: str) -> Closed:
     if _usable(mesh):
         return Closed(mesh, (f"{where}: faces pointed inwards or both ways; turned outwards",) if turned else ())
     edges = _open_edges(mesh)
-    filled = mesh.copy()
-    filled.fill_holes()
-    _outward(filled)
-    if _usable(filled):
-        added = len(filled.faces) - len(mesh.faces)
-        return Closed(filled, (f"{where}: not watertight, {edges} open edges; closed with {added} faces",))
+    for fans in (False, True):
+        filled = mesh.copy()
+        filled.fill_holes(use_fan=fans)
+        _outward(filled)
+        if _usable(filled):
+            added = len(filled.faces) - len(mesh.faces)
+            return Closed(filled, (f"{where}: not watertight, {edges} open edges; closed by adding {added} faces",))
     hull = mesh.convex_hull
     if hull.volume <= 0:
         raise UserError(f"{where}: its {len(mesh.faces)} faces enclose no volume; give the shape a thickness")

@@ -11,13 +11,16 @@ class Placing(TaskType):
     task = "soma:Placing"
     aliases = ("Place", "PutOn")
     roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    places = True
     summary = "lower a held object onto a surface, open, withdraw"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
             raise Unresolvable("nothing is held that could be placed")
         parts = ("soma:PuttingDown", "soma:Releasing", "soma:Retracting")
-        steps = tuple(Action(action.inside(p.split(":")[-1]), p, action.roles) for p in parts)
+        steps = tuple(
+            Action(action.inside(p.split(":")[-1]), p, action.roles, parameters=action.parameters) for p in parts
+        )
         yield Decomposition(steps, "put down, release, retract")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
@@ -25,7 +28,7 @@ class Placing(TaskType):
 
     def begins_at(self, action: Action) -> Location:
         surface = action.roles["Relatum"].name
-        return Location(f"on({surface})", "on", surface)
+        return Location(f"on({surface})", "on", surface, action.parameters.get("where", {}))
 
 
 @hookimpl

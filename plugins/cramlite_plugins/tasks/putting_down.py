@@ -11,6 +11,7 @@ class PuttingDown(TaskType):
     task = "soma:PuttingDown"
     aliases = ("PutDown", "LowerOnto")
     roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
+    places = True
     summary = "move above a surface and lower until contact"
     parameters = (
         Parameter("speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),
@@ -32,7 +33,7 @@ class PuttingDown(TaskType):
 
     def begins_at(self, action: Action) -> Location:
         surface = action.roles["Relatum"].name
-        return Location(f"on({surface})", "on", surface)
+        return Location(f"on({surface})", "on", surface, action.parameters.get("where", {}))
 
 
 @hookimpl

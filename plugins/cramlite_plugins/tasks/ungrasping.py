@@ -11,6 +11,7 @@ class Ungrasping(TaskType):
     task = "artm:Ungrasping"
     aliases = ("DropInto", "Ungrasp")
     roles = (Role("Locatum"), Role("Relatum", ("soma:DesignedContainer",), features=("cram:Cavity",)))
+    places = True
     summary = "carry a held object into a container's opening and let go"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
@@ -38,7 +39,7 @@ class Ungrasping(TaskType):
 
     def begins_at(self, action: Action) -> Location:
         container = action.roles["Relatum"].name
-        return Location(f"in({container})", "in", container)
+        return Location(f"in({container})", "in", container, action.parameters.get("where", {}))
 
 
 @hookimpl

@@ -85,7 +85,7 @@ def test_mass_or_density(tmp_path: Path, mass: dict[str, float]) -> None:
 def test_an_open_mesh_is_closed_and_says_so(tmp_path: Path) -> None:
     made.opened(made.mug(), 1).export(tmp_path / "open.stl")
     thing = make("mesh", "it", Pose(), {"file": str(tmp_path / "open.stl"), "mass": 0.2})
-    assert re.search(r"not watertight, \d open edges; closed with \d faces", thing.notes[0])
+    assert re.search(r"not watertight, \d open edges; closed by adding \d faces", thing.notes[0])
     assert any(f.type == "cram:Handle" for f in thing.features)
 
 
