@@ -17,7 +17,7 @@ from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
 from cramlite.world import Feature, Geom
 
-VERSION = 2  # of what is kept: raise it when parts or features of the same file change
+VERSION = 3  # of what is kept: raise it when parts or features of the same file change
 FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they are cut
 SIMPLER = 1e-4  # [m]
 
