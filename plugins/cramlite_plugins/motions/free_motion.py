@@ -79,21 +79,26 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     """Free joint positions at the stand-off from which a straight line leads on to the place."""
     from cramlite_plugins.experts.reach import make_scene
 
-    from .kinematics import inverse
+    from .kinematics import inverse, reach_shortfall
 
     if motion.to is not None and motion.to.relation == "home":
         return [context.robot.home]
-    free = (q for q in inverse(context.robot, place.before, seed=belief.joints) if scene.free(q))
     around = None if belief.held else make_scene(belief, context, [place.thing], clearance=0.0)
-    goals = list(islice((q for q in free if goes_on(q, place, context, around)), GOALS))
+    solutions = inverse(context.robot, place.before, seed=belief.joints)
+    free = [q for q in solutions if scene.free(q)]
+    goals = list(islice((q for q in free if not goes_on(q, place, context, around)), GOALS))
     if not goals:
-        reason = f"no inverse solution at the stand-off of {motion.to} is free and leads straight on to it"
-        raise Unresolvable(reason, because(motion, context))
+        if not solutions:
+            miss = reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there"
+        else:
+            miss = goes_on(free[0], place, context, around) if free else scene.why(solutions[0])
+        count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
+        raise Unresolvable(f"{count}, none leads straight on to it; the nearest: {miss}", because(motion, context))
     return goals
 
 
-def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> bool:
-    """Whether the arm can go straight from the stand-off to the place on the same branch.
+def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
+    """Why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
     on its way is up to the motion that follows.
@@ -102,9 +107,9 @@ def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> bool:
     from .planner import Refusal
 
     if near(place.before, place.pose):
-        return True
+        return ""
     line = straight(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
-    return not isinstance(line, Refusal)
+    return line.reason if isinstance(line, Refusal) else ""
 
 
 def _linear(motion: Motion, belief: Belief, context: Context) -> Found:

@@ -82,8 +82,11 @@ def carried(
         if carry.tilt(pose) > carry.limit:
             raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context))
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
+    if reason := scene.relaxed([belief.joints]).why(belief.joints):
+        raise Unresolvable(f"no path to {motion.to}: start is blocked: {reason}")
     for goal in goals:
-        if _line_upright(context, carry, belief.joints, goal) and scene.line_free(belief.joints, goal):
+        eased = scene.relaxed([belief.joints, goal])
+        if _line_upright(context, carry, belief.joints, goal) and eased.line_free(belief.joints, goal):
             seconds = duration((belief.joints, goal), *pace)
             step = MoveJoints((goal,), *pace, origin=motion.name, comment=motion.reason)
             yield Grounding((step,), f"one line, {seconds:.1f} s, {about}", seconds / 100, belief.moved(goal), key=f"{goal}")
@@ -106,8 +109,7 @@ def _over(
             if isinstance(found, str):
                 nearest = found
                 continue
-            if not goes_on(found[-1], place, context, None):
-                nearest = "the arm arrives where it cannot go straight on to the place"
+            if nearest := goes_on(found[-1], place, context, None):
                 continue
             steps = tuple(
                 MoveLinear(pose, SPEED, ACCELERATION, q, origin=motion.name, comment=motion.reason)
