@@ -91,7 +91,8 @@ class Belief:
     def grasped(self, held: Held) -> Belief:
         """The thing moves with the hand from now on; nothing else supports it until that is known."""
         poses = {k: v for k, v in self.poses.items() if k != held.thing}
-        return replace(self, poses=poses, held=held, opening=held.opening)
+        resting = self.unrelated("on", held.thing).unrelated("in", held.thing)
+        return replace(resting, poses=poses, held=held, opening=held.opening)
 
     def released(self, estimate: Estimate, opening: float) -> Belief:
         """Let go of what is held; it is then where ``estimate`` says."""

@@ -13,7 +13,7 @@ from .experts import Judged
 from .explain import as_json
 from .geometry import Pose
 from .knowledge import pick
-from .looking import ask, picture
+from .looking import ask, pictures
 from .object_query import parse_query
 from .resources import find_scenario
 from .scenario import read_scenario
@@ -90,8 +90,8 @@ def view_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> tuple
     robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge.models, seed)
     real = real_world(scenario, world, relations, seed)
-    view, _, _, fixtures = picture(scenario, query, world, real, robot, knowledge, seed)
-    return view, fixtures
+    taken = next(pictures(scenario, query, world, real, robot, knowledge, seed))
+    return taken.view, taken.fixtures
 
 
 def perceived_text(found: Perceived) -> str:

@@ -30,29 +30,53 @@ def fixture(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def _distance(points: Floats, thing: Thing) -> Floats:
-    """From points of the world frame to the surface of a thing's geoms, outside them [m]."""
+    """From points of the world frame to the surface of a thing's geoms, 0 inside [m]."""
     import numpy as np
 
     away = np.full(len(points), np.inf)
     local = thing.pose.inverse().apply(points)
     for geom in thing.geoms:
-        away = np.minimum(away, _to_geom(geom.pose.inverse().apply(local), geom))
+        away = np.minimum(away, np.maximum(nearest_on(geom.pose.inverse().apply(local), geom)[0], 0.0))
     return away
 
 
-def _to_geom(p: Floats, geom: Geom) -> Floats:
-    """Distances to a primitive in its own frame, 0 inside."""
+def nearest_on(p: Floats, geom: Geom) -> tuple[Floats, Floats]:
+    """Signed distances (N,) [m] of points in a primitive's frame from its surface, positive outside, and the outward
+    normals (N, 3) there. A convex hull counts as the box around it."""
     import numpy as np
 
     if geom.shape in ("box", "convex"):
-        return np.asarray(np.linalg.norm(np.maximum(np.abs(p) - np.array(geom.size), 0.0), axis=1))
-    if geom.shape == "sphere":
-        return np.asarray(np.maximum(np.linalg.norm(p, axis=1) - geom.size[0], 0.0))
+        return _on_box(p, np.array(geom.size))
+    radius, axis = geom.size[0], np.array([0.0, 0.0, 1.0])
     if geom.shape == "cylinder":
-        across = np.maximum(np.hypot(p[:, 0], p[:, 1]) - geom.size[0], 0.0)
-        return np.asarray(np.hypot(across, np.maximum(np.abs(p[:, 2]) - geom.size[1], 0.0)))
-    along = np.clip(p[:, 2], -geom.size[1], geom.size[1])
-    return np.asarray(np.maximum(np.linalg.norm(p - np.outer(along, (0, 0, 1)), axis=1) - geom.size[0], 0.0))
+        return _on_cylinder(p, radius, geom.size[1])
+    along = np.clip(p[:, 2], -geom.size[1], geom.size[1]) if geom.shape == "capsule" else np.zeros(len(p))
+    out = p - np.outer(along, axis)
+    length = np.linalg.norm(out, axis=1)
+    return length - radius, out / np.maximum(length, 1e-9)[:, None]
+
+
+def _on_box(p: Floats, half: Floats) -> tuple[Floats, Floats]:
+    import numpy as np
+
+    beyond = np.abs(p) - half
+    outside = np.maximum(beyond, 0.0)
+    length = np.linalg.norm(outside, axis=1)
+    face = beyond.argmax(axis=1)
+    inner = np.eye(3)[face] * np.sign(p[np.arange(len(p)), face])[:, None]
+    outer = np.sign(p) * outside / np.maximum(length, 1e-9)[:, None]
+    is_out = length > 0
+    return np.where(is_out, length, beyond.max(axis=1)), np.where(is_out[:, None], outer, inner)
+
+
+def _on_cylinder(p: Floats, radius: float, half: float) -> tuple[Floats, Floats]:
+    import numpy as np
+
+    across, beyond = np.hypot(p[:, 0], p[:, 1]), np.abs(p[:, 2]) - half
+    side = np.column_stack([p[:, :2] / np.maximum(across, 1e-9)[:, None], np.zeros(len(p))])
+    cap = np.outer(np.sign(p[:, 2]), (0.0, 0.0, 1.0))
+    on_cap = beyond > across - radius
+    return np.where(on_cap, beyond, across - radius), np.where(on_cap[:, None], cap, side)
 
 
 @hookimpl

@@ -29,7 +29,9 @@ def relations(inputs: Inputs) -> Mapping[str, Any]:
             found.append(None)
             continue
         points = values["points"].value
-        facts = [f for t in fixtures for f in _to_fixture(points, t, inputs.parameters)]
+        own = values["fixture"].value if "fixture" in values else None
+        around = [t for t in fixtures if own is None or t.name != own.name]
+        facts = [f for t in around for f in _to_fixture(points, t, inputs.parameters)]
         facts += _to_others(number, objects, inputs["view"].camera)
         names = ", ".join(f"{p} {n}" for p, n, _ in facts) or "nothing near it is known"
         found.append(Judged(tuple(facts), 0.9, names))
@@ -111,5 +113,5 @@ def experts() -> Iterable[Expert]:
     )
     return [
         Expert("relations", "on, in, hanging from, beside", ("view", "objects", "points"), ("relations",), relations,
-               "scene", uses=("fixtures", "type"), domains={"relations": RELATIONS}, cost_ms=8.0, parameters=parameters),
+               "scene", uses=("fixtures", "fixture", "type"), domains={"relations": RELATIONS}, cost_ms=8.0, parameters=parameters),
     ]  # fmt: skip
