@@ -236,9 +236,6 @@ class Engine:
         if world is None:
             raise UserError("A goal that is not a scenario needs a world: pass world=engine.setting(scenario).")
         trace, budget = trace if trace is not None else Trace(), budget or Budget()
-        for thing in world.world.things:
-            for note in thing.notes:
-                progress(f"thing '{thing.name}': {note}")
         for number, (plan, source) in enumerate(self._plans(goal, world, trace, progress), 1):
             if number > budget.sequences:
                 trace.add(

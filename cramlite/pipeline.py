@@ -48,6 +48,9 @@ def resolve_scenario(
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
     engine = make_engine(scenario, plugins, block)
     setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
+    for thing in setting.world.things:  # said once and whole, unlike progress: a repair changes what is proven
+        for note in thing.notes:
+            print(f"thing '{thing.name}': {note}.", file=sys.stderr)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
         print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)

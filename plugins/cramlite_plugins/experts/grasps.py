@@ -195,7 +195,7 @@ def why_none(thing: Thing, gripper: Gripper) -> str:
     """Why nothing can be grasped, with the nearest miss."""
     limit = gripper.opening[1] - LEAST_SLACK
     thin = sorted({round(_thinnest(g), 4) for g in thing.geoms if not g.part})
-    widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin)
+    widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin[:4])
     if not thin or thin[0] > limit:
         return f"no face pair of '{thing.name}' ({widths}) fits the gripper's {1000 * limit:.0f} mm"
     return (

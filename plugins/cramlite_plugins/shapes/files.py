@@ -62,6 +62,8 @@ def closed(mesh: Any, where: str) -> Closed:
     Raises:
         UserError: it encloses nothing.
     """
+    import trimesh
+
     mesh = mesh.copy()
     mesh.merge_vertices()
     whole = _joined(mesh)
@@ -74,7 +76,7 @@ def closed(mesh: Any, where: str) -> Closed:
     edges = _open_edges(mesh)
     for fans in (False, True):
         filled = mesh.copy()
-        filled.fill_holes(use_fan=fans)
+        trimesh.repair.fill_holes(filled, use_fan=fans)
         _outward(filled)
         if _usable(filled):
             added = len(filled.faces) - len(mesh.faces)

@@ -17,6 +17,11 @@ from cramlite_plugins.shapes import files
 from cramlite_plugins.simulation.models import make
 
 
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
 def _refusal(path: Path, **parameters: object) -> str:
     with pytest.raises(UserError) as caught:
         make("mesh", "it", Pose(), {"file": str(path), "mass": 0.2, **parameters})

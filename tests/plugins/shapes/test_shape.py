@@ -23,6 +23,11 @@ from cramlite_plugins.simulation.compile import compile_world
 from cramlite_plugins.simulation.models import hanger, make, product
 
 
+@pytest.fixture(autouse=True)
+def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
 def _covered(found: shape.Shape, points: np.ndarray) -> np.ndarray:
     inside = np.zeros(len(points), dtype=bool)
     for geom in found.geoms:
