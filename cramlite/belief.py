@@ -26,11 +26,18 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Held:
-    """A thing in the gripper: its pose in the TCP frame, and the finger distance [m]."""
+    """A thing in the gripper.
+
+    Args:
+        tcp_to_thing: its pose in the TCP frame.
+        opening: finger distance [m].
+        sigma: standard deviation of its position in the hand [m]; motions in contact widen it.
+    """
 
     thing: str
     tcp_to_thing: Pose
     opening: float
+    sigma: float = 0.0
 
 
 Relation = tuple[str, str, str]

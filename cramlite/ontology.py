@@ -35,16 +35,25 @@ PREFIXES = {
     "xsd": "http://www.w3.org/2001/XMLSchema#",
 }
 
-_CACHE_FORMAT = "1"
+_CACHE_FORMAT = "2"
 """Part of the cache key: raise it when what is extracted changes."""
 
 
 @dataclass(frozen=True)
 class Restriction:
-    """``subject subClassOf (property some|value filler)``; the filler is a class as a CURIE, or a number or text."""
+    """``subject subClassOf (property some|value filler)``; the filler is a class as a CURIE, or a number or text.
+
+    Args:
+        source: its rdfs:comment: why it is so.
+        file: name of the ontology file that says so.
+        order: of that file among all that were read: a later one has the last word on numbers.
+    """
 
     property: str
     filler: str | float
+    source: str = ""
+    file: str = ""
+    order: int = 0
 
 
 @dataclass(frozen=True)
@@ -162,9 +171,17 @@ class Taxonomy:
         This is how affordances are asked: ``fillers("soma:Cup", "soma:hasDisposition")``. No OWL-RL
         closure derives them for an individual.
         """
+        return tuple(dict.fromkeys(r.filler for _, r in self.said(name, property_)))
+
+    def said(self, name: str, property_: str) -> tuple[tuple[str, Restriction], ...]:
+        """The restrictions of the class and its ancestors on a property, each with the class that it is said of.
+
+        The nearest ancestors come first; of one class, what a later file says.
+        """
         order = sorted(self.ancestors(name), key=lambda c: (-len(self.ancestors(c)), c))
-        found = [r.filler for c in order for r in self.restrictions.get(c, ()) if r.property == property_]
-        return tuple(dict.fromkeys(found))
+        found = [(c, r) for c in order for r in self.restrictions.get(c, ()) if r.property == property_]
+        place = {c: k for k, c in enumerate(order)}
+        return tuple(sorted(found, key=lambda cr: (place[cr[0]], -cr[1].order, str(cr[1].filler))))
 
     def offers(self, name: str, property_: str, wanted: str) -> bool:
         """Whether some restriction of the class gives it a filler of class ``wanted``."""

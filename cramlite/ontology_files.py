@@ -16,14 +16,17 @@ from .ontology import PREFIXES, curie, local_name
 Node = rdflib.term.Node
 
 
-def parse(files: list[tuple[Path, bytes]]) -> rdflib.Graph:
+def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] | None = None) -> rdflib.Graph:
     """One graph of several files, in Turtle or RDF/XML.
+
+    Args:
+        origins: is given the file, by name and number, of every restriction.
 
     Raises:
         UserError: a file is in another syntax, or broken; names the file, the parser's words and a way out.
     """
     graph = rdflib.Graph()
-    for path, content in files:
+    for number, (path, content) in enumerate(files):
         try:
             graph.parse(
                 data=content, format=_syntax(path, content), publicID=path.as_uri() if path.is_absolute() else None
@@ -36,6 +39,9 @@ def parse(files: list[tuple[Path, bytes]]) -> rdflib.Graph:
                 f"{path}: this cannot be read as an ontology: {words}. "
                 "It should be Turtle (.ttl) or RDF/XML (.owl, .rdf); open it at the place named and correct it"
             ) from None
+        if origins is not None:
+            for node in graph.subjects(OWL.onProperty):
+                origins.setdefault(node, (path.name, number))
     return graph
 
 
@@ -63,9 +69,10 @@ def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
 
 def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
     """What ``Taxonomy`` holds, as JSON data."""
-    graph = parse(files)
+    origins: dict[Node, tuple[str, int]] = {}
+    graph = parse(files, origins)
     prefixes = prefixes_of(graph)
-    parents, restrictions = _classes(graph, prefixes)
+    parents, restrictions = _classes(graph, prefixes, origins)
     return {
         "parents": {c: sorted(p) for c, p in sorted(parents.items())},
         "restrictions": {c: sorted(map(list, r), key=str) for c, r in sorted(restrictions.items())},
@@ -76,11 +83,15 @@ def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
     }
 
 
+Said = tuple[str, Any, str, str, int]
+"""The fields of a ``Restriction``."""
+
+
 def _classes(
-    graph: rdflib.Graph, prefixes: dict[str, str]
-) -> tuple[dict[str, set[str]], dict[str, set[tuple[str, Any]]]]:
+    graph: rdflib.Graph, prefixes: dict[str, str], origins: dict[Node, tuple[str, int]]
+) -> tuple[dict[str, set[str]], dict[str, set[Said]]]:
     parents: dict[str, set[str]] = {}
-    restrictions: dict[str, set[tuple[str, Any]]] = {}
+    restrictions: dict[str, set[Said]] = {}
     for node in set(graph.subjects(RDF.type, OWL.Class)) | set(graph.subjects(RDFS.subClassOf)):
         if isinstance(node, rdflib.URIRef):
             parents.setdefault(curie(node, prefixes), set())
@@ -88,8 +99,9 @@ def _classes(
         for member in _members(graph, node, set()):
             if isinstance(member, rdflib.URIRef):
                 parents.setdefault(name, set()).add(curie(member, prefixes))
-            for restriction in _restriction(graph, member, prefixes):
-                restrictions.setdefault(name, set()).add(restriction)
+            for property_, filler in _restriction(graph, member, prefixes):
+                said = str(graph.value(member, RDFS.comment) or ""), *origins.get(member, ("", 0))
+                restrictions.setdefault(name, set()).add((property_, filler, *said))
     return parents, restrictions
 
 

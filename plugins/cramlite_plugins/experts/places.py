@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
-from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, hookimpl
+from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Unresolvable, hookimpl
 
 Found = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
@@ -67,4 +67,8 @@ def _slide(location: Location, belief: Belief, context: Context) -> Found:
     distance = float(location.parameters["distance_m"])
     for k, angle in enumerate(DIRECTIONS):
         way = (distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle)), 0.0)
-        yield traverse(location, belief, context, [way], f"{1000 * distance:.0f} mm at {angle:.0f} deg", float(k))
+        name = f"{1000 * distance:.0f} mm at {angle:.0f} deg"
+        try:
+            yield traverse(location, belief, context, [way], name, float(k))
+        except Unresolvable as blocked:
+            yield Refused(name, blocked.reason)

@@ -21,9 +21,10 @@ from cramlite import (
     hookimpl,
 )  # fmt: skip
 
+from .kinds import value
+from .knowledge import adapted, noted
+
 Found = Iterator[Grounding]
-SPEED, ACCELERATION = 1.05, 1.4  # leading axis of movej: URScript's own defaults [rad/s, rad/s2]
-LINE_SPEED, LINE_ACCELERATION = 0.10, 0.5  # of movel: under half of URScript's defaults 0.25 m/s, 1.2 m/s2
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 GOALS = 6  # nearest inverse solutions that a transfer may end at
 COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
@@ -33,7 +34,7 @@ COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
     kinds = {"transfer": _transfer, "linear": _linear}
     kind = kinds.get(motion.kind)
-    return kind(motion, belief, context) if kind else None
+    return kind(adapted(motion, belief, context), belief, context) if kind else None
 
 
 def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
@@ -48,7 +49,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         yield Grounding((), "the arm is there already", key="there")
         return
     scene = make_scene(belief, context)
-    goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(context)
+    goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(motion, context)
     if (upright := load(belief, context)) is not None:
         yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
         return
@@ -65,14 +66,15 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         )  # fmt: skip
         stops = sum(r == 0 for r in found.radii)
         corners = f"{len(found.radii)} corners, {stops} of them stops, " if found.radii else "one line, "
-        reason = f"{corners}{found.duration:.1f} s, {found.samples} samples, clearance kept"
+        reason = f"{corners}{found.duration:.1f} s, {found.samples} samples, clearance kept{noted(motion)}"
         yield Grounding((step,), reason, attempt + found.duration / 100, belief.moved(end), key=f"{attempt}:{end}")
         goals, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
 
 
-def _pace(context: Context) -> tuple[float, float]:
+def _pace(motion: Motion, context: Context) -> tuple[float, float]:
     """Speed and acceleration of the leading axis that no joint's limit forbids, whichever joint leads."""
-    return min(SPEED, *context.robot.velocity), min(ACCELERATION, *context.robot.acceleration)
+    speed, acceleration = value(motion, "speed_rad_s"), value(motion, "acceleration_rad_s2")
+    return min(speed, *context.robot.velocity), min(acceleration, *context.robot.acceleration)
 
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
@@ -121,9 +123,9 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
         yield Grounding((), "the tool is there already", key="there")
         return
     points = line(motion, belief, context, [target])
-    speed = float(motion.parameters.get("speed_m_s", LINE_SPEED))
-    step = MoveLinear(target, speed, LINE_ACCELERATION, points[-1], origin=motion.name, comment=motion.reason)
-    reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision"
+    speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
+    step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
+    reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="line")
 
 

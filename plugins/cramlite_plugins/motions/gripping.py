@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -21,6 +22,9 @@ from cramlite import (
     SetPayload,
     hookimpl,
 )  # fmt: skip
+
+from .kinds import value
+from .knowledge import grip
 
 Found = Iterator[Grounding]
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
@@ -46,12 +50,14 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
 
     place, gripper = place_of(motion, context), context.robot.gripper
     width = place.values.get("width_m", 0.0)
-    force = float(np.clip(motion.parameters.get("force_n", gripper.force[0]), *gripper.force))
+    force, why = grip(belief.world.thing(place.thing), value(motion, "force_n"), context)
     expect = motion.parameters.get("expect", "any")
-    step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=motion.reason)
+    comment = "; ".join(filter(None, (motion.reason, why)))
+    step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=comment)
     held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
     yield Grounding(
-        (step,), f"close on {1000 * width:.0f} mm with {force:.0f} N", 0.0, belief.grasped(held), key="close"
+        (step,), "; ".join(filter(None, (f"close on {1000 * width:.0f} mm with {force:.0f} N", why))), 0.0,
+        belief.grasped(held), key="close",
     )
 
 
@@ -94,7 +100,8 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
         floor = belief.pose(str(context.bindings[into]).split("/")[0]).position[2]
         pose = Pose((*pose.position[:2], floor - lowest(thing, pose)), pose.quaternion)
     source = f"predicted: let go by {motion.name}"
-    return belief.released(Estimate(belief.base() * pose, DROPPED if into else LET_GO, source), opening)
+    sigma = math.hypot(DROPPED if into else LET_GO, belief.held.sigma)
+    return belief.released(Estimate(belief.base() * pose, sigma, source), opening)
 
 
 def _payload(motion: Motion, belief: Belief, context: Context) -> Found:

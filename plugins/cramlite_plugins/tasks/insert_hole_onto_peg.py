@@ -21,7 +21,7 @@ class InsertHoleOntoPeg(TaskType):
         Parameter("beyond_m", 0.008, "an unknown error of 5 mm along the peg, and 3 mm: the hemisphere of a tip"),
         Parameter("search_force_n", 3.0, "keeps contact; 0.9 N of friction at the tip does not shift the grasp"),
         Parameter("search_speed_m_s", 0.01, "found in simulation: the hole drops onto the tip before it has passed"),
-        Parameter("search_radius_m", 0.008, "an unknown error of 5 mm, and 3 mm for the grasp; a tab's rim is as wide"),
+        Parameter("search_radius_m", 0.0, "0: from the sizes of hole and peg, 8 mm for a play of 1.5 mm"),
         Parameter("advance_m", 0.002, "the tip is in the hole: its hemisphere is 3 mm high"),
         Parameter("push_force_n", 8.0, "slides over a bent tip in simulation; a jammed rim takes 31 N"),
         Parameter("push_speed_m_s", 0.02, "faster compliance oscillates against a stiff peg in simulation"),

@@ -29,8 +29,8 @@ class SlidingGripper(TaskType):
             action.inside("slide"), "slide", surface.name, {"distance_m": self.parameter(action, "distance_m")}
         )
         force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}
-        slide = Motion(action.inside("stroke"), "force_path", way, force, (surface.name,), f"along {surface.entity}")
-        yield Decomposition((way, slide), "compliant straight stroke")
+        slide = Motion(action.inside("stroke"), "compliant_slide", way, force, (surface.name,), f"along {surface.entity}")
+        yield Decomposition((way, slide), "straight stroke that follows the surface")
 
 
 @hookimpl
