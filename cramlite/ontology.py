@@ -35,7 +35,7 @@ PREFIXES = {
     "xsd": "http://www.w3.org/2001/XMLSchema#",
 }
 
-_CACHE_FORMAT = "2"
+_CACHE_FORMAT = "3"
 """Part of the cache key: raise it when what is extracted changes."""
 
 

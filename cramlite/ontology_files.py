@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -139,7 +140,7 @@ def _restriction(graph: rdflib.Graph, node: Node, prefixes: dict[str, str]) -> I
             yield curie(property_, prefixes), curie(value, prefixes)
         elif isinstance(value, rdflib.Literal):
             number = value.toPython()
-            yield curie(property_, prefixes), float(number) if isinstance(number, (int, float)) else str(value)
+            yield curie(property_, prefixes), float(number) if isinstance(number, int | float | Decimal) else str(value)
 
 
 def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
