@@ -106,7 +106,7 @@ KINDS: Mapping[str, MotionKind] = {
             (
                 Parameter("speed_m_s", 0.03, "below the 50 mm/s where inertia looks like contact"),
                 Parameter("press_n", 3.0, "keeps contact without lifting friction above 2 N"),
-                Parameter("lost_s", 0.5, "8 mm of settling at the 16 mm/s that 4 N of error make"), LIMIT,
+                Parameter("lost_s", 0.5, "5 mm of settling at the 10 mm/s with which it follows the surface"), LIMIT,
             ),
             (FORCE, "no contact for # s", LATE), SHIFT_SLIDE,
         ),
