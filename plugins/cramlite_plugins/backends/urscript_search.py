@@ -87,7 +87,7 @@ def spiral_search(frame, direction, press, pitch, radius, speed, advance, limit,
 end
 
 # Press along z of a frame, giving way sideways, until the tool has come far enough; "wrench" has the forces on x, y, z.
-def force_along(frame, direction, wrench, goal, speed, limit, timeout, done, step):
+def force_along(frame, direction, wrench, goal, speed, limit, timeout, done, how, step):
   local start = get_actual_tcp_pose()
   local waited = 0.0
   local way = 0.0
@@ -107,18 +107,17 @@ def force_along(frame, direction, wrench, goal, speed, limit, timeout, done, ste
   elif measured > limit:
     return fail(str_cat(step, str_cat(": force ", str_cat(measured, str_cat(" N > ", str_cat(limit, " N"))))))
   else:
-    local only = str_cat(str_cat(": not ", done), str_cat(", only ", str_cat(way, " m of the way")))
-    return fail(str_cat(step, str_cat(only, str_cat(" within ", str_cat(timeout, " s")))))
+    return fail(str_cat(step, str_cat(": only ", str_cat(way, str_cat(how, str_cat(timeout, " s"))))))
   end
   return True
 end
 
 def force_insert(frame, direction, push, depth, speed, limit, timeout, step):
-  return force_along(frame, direction, [0.0, 0.0, push], depth, speed, limit, timeout, "inserted", step)
+  return force_along(frame, direction, [0.0, 0.0, push], depth, speed, limit, timeout, "inserted", " m deep within ", step)
 end
 
 def force_extract(frame, direction, wrench, goal, speed, limit, timeout, step):
-  return force_along(frame, direction, wrench, goal, speed, limit, timeout, "out", step)
+  return force_along(frame, direction, wrench, goal, speed, limit, timeout, "out", " m out within ", step)
 end
 
 # Watch the running slide: its end, the contact, the force and the time.

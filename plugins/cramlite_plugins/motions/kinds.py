@@ -91,7 +91,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("force_n", 8.0, "slides over a bent tip in simulation; a jammed rim takes 31 N"),
                 Parameter("speed_m_s", 0.02, "faster compliance oscillates against a stiff peg in simulation"), LIMIT,
             ),
-            ("not inserted, only # m of the way within # s", FORCE), SHIFT,
+            ("only # m deep within # s", FORCE), SHIFT,
         ),
         MotionKind(
             "force_extract", "ForceExtract", "at the end of the place's path, measured along the peg",
@@ -99,7 +99,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("force_n", 8.0, "as for insertion"),
                 Parameter("speed_m_s", 0.04, "half of what kept forces under 12 N on bent tips in simulation"), LIMIT,
             ),
-            ("not out, only # m of the way within # s", FORCE), SHIFT,
+            ("only # m out within # s", FORCE), SHIFT,
         ),
         MotionKind(
             "compliant_slide", "CompliantSlide", "at the last corner of the place's path",

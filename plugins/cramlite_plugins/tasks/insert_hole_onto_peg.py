@@ -40,7 +40,7 @@ class InsertHoleOntoPeg(TaskType):
             own = {
                 p.name.removeprefix(f"{stage}_"): self.parameter(action, p.name)
                 for p in self.parameters
-                if p.name.startswith(f"{stage}_") or p.name == "force_limit_n"
+                if p.name.startswith(f"{stage}_") or (p.name == "force_limit_n" and kind != "until_contact")
             }
             return Motion(action.inside(name), kind, way, {**own, **more}, peg, reason)
 
