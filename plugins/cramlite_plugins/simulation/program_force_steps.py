@@ -21,6 +21,7 @@ GENTLE = 0.25  # acceleration of guarded and force-controlled motions [m/s2]
 CHORD = 0.001  # of the spiral [m]
 RIM = 2.0  # a force across of more than this times the pressing force is more than the friction of a face
 PRESSING = (0.15, 0.15, 0.02, 0.35, 0.35, 0.35)  # limits of force mode while pressing along z [m, m/s, rad]
+SLIDING = (0.15, 0.15, 0.01, 0.35, 0.35, 0.35)  # the same while sliding: backends/urscript_steps.py
 TURNING = 0.35  # rotational limit of force mode while pushing [rad]
 LEAST = 0.25  # share of the pressing force below which a slide has lost its contact
 
@@ -88,15 +89,15 @@ def spiral_search(run: Running, step: SpiralSearch) -> Cycles:
 
 
 def force_insert(run: Running, step: ForceInsert) -> Cycles:
-    yield from _along_axis(run, step, (0.0, 0.0, step.force), step.depth, "inserted")
+    yield from _along_axis(run, step, (0.0, 0.0, step.force), step.depth, "inserted", "deep")
 
 
 def force_extract(run: Running, step: ForceExtract) -> Cycles:
-    yield from _along_axis(run, step, (*step.across, step.force), step.way, "out")
+    yield from _along_axis(run, step, (*step.across, step.force), step.way, "out", "out")
 
 
 def _along_axis(
-    run: Running, step: ForceInsert | ForceExtract, wrench: Sequence[float], goal: float, done: str
+    run: Running, step: ForceInsert | ForceExtract, wrench: Sequence[float], goal: float, done: str, how: str
 ) -> Cycles:
     """Forces on x, y and z of the frame, until the tool has come far enough along z."""
     arm, axis = run.arm, _axis(step.frame)
@@ -114,12 +115,12 @@ def _along_axis(
     elif measured > step.force_limit:
         raise StepFailed(f"{step.origin}: force {measured:.3f} N > {step.force_limit:g} N")
     else:
-        raise StepFailed(f"{step.origin}: not {done}, only {way:.6f} m of the way within {step.timeout:g} s")
+        raise StepFailed(f"{step.origin}: only {way:.6f} m {how} within {step.timeout:g} s")
 
 
 def compliant_slide(run: Running, step: CompliantSlide) -> Cycles:
     arm, axis, waited, lost = run.arm, _axis(step.frame), 0.0, 0.0
-    _comply(arm, step.frame, (0, 0, 1, 0, 0, 0), (0, 0, step.force, 0, 0, 0), PRESSING)
+    _comply(arm, step.frame, (0, 0, 1, 0, 0, 0), (0, 0, step.force, 0, 0, 0), SLIDING)
     path = iter(step.waypoints)
     while force(arm) <= step.force_limit and lost <= step.lost and waited < step.timeout:
         if arm.motion is None:
