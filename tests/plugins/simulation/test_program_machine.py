@@ -128,7 +128,7 @@ def test_what_the_text_says_is_what_happens() -> None:
         ),
         (
             ForceInsert(Pose((0, 0, 0), (0, 1, 0, 0)), 8.0, 0.2, 0.02, 25.0, 0.5, origin="push"),
-            "halted", "push: not inserted, only 0.01",
+            "halted", "push: only 0.01",
         ),
     ],
 )  # fmt: skip
