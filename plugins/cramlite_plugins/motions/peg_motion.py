@@ -7,12 +7,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite import Belief, Context, ForceExtract, ForceInsert, Grounding, Motion, Pose, SpiralSearch
+from cramlite import Belief, Context, ForceExtract, ForceInsert, Grounding, Motion, MoveLinear, Pose, SpiralSearch
 
 from .kinds import value
 from .knowledge import known
 
 Found = Iterator[Grounding]
+CORRECTION = 0.25  # acceleration of the short way back to the path after a pull [m/s2]: as of motions that feel
 # Where no ontology says anything of the hole (ontologies/motions.ttl has the same values, with their sources).
 REACH, SHARE, PITCH = 0.0095, 0.75, 0.0015
 
@@ -87,8 +88,12 @@ def force_extract(motion: Motion, belief: Belief, context: Context) -> Found:
         frame, force, (float(x), float(y)), way, speed, value(motion, "force_limit_n"), timeout(way, speed), points[-1],
         origin=motion.name, comment=motion.reason,
     )  # fmt: skip
+    # The peg has led the tool aside; what comes next was planned from where the path ends, in the open.
+    there = MoveLinear(
+        place.path[-1], speed, CORRECTION, points[-1], origin=motion.name, comment="from where the peg led it"
+    )  # fmt: skip
     reason = f"{1000 * way:.0f} mm with {force:.0f} N, sideways compliant, abort over {step.force_limit:.0f} N"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="extract")
+    yield Grounding((step, there), reason, 0.0, belief.moved(points[-1]), key="extract")
 
 
 def _towards(axis: tuple[float, float, float]) -> Pose:
