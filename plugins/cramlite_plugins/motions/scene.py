@@ -15,9 +15,8 @@ everywhere in between.
 
 from __future__ import annotations
 
-import math
 from collections import deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,16 +25,17 @@ import numpy as np
 
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
-from cramlite.world import RobotMount, World
+from cramlite.world import World
 
 from ..simulation.build import Carried
 from ..simulation.compile import Compiled, compile_world
-from ..simulation.index import Owner, RobotIndex
+from ..simulation.index import RobotIndex
 from .inflated import Inflated, inflated
+from .line_parts import Line, Part, Rates
+from .pairs import Pairs, movers, needed
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
-Pairs = frozenset[frozenset[str]]
 Near = list[tuple[int, int, float]]
 
 HORIZON = 0.05  # distances above this are not told apart [m]
@@ -46,7 +46,6 @@ TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may 
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
-CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
 
 
 @dataclass(frozen=True)
@@ -96,7 +95,7 @@ class Scene:
         """Whether the straight joint-space line from a free position is free; its end and the longest intervals first."""
         if not self.free(b):
             return False
-        line = _Line(a, b)
+        line = Line(a, b)
         rest = deque(line.parts())
         while rest:
             halves = self._judge(line, rest.popleft())
@@ -109,7 +108,7 @@ class Scene:
         """The fraction of the straight joint-space line where it is first blocked; None when it is free."""
         if not self.free(a):
             return 0.0
-        line = _Line(a, b)
+        line = Line(a, b)
         found = next((at for part in line.parts() if (at := self._first(line, part)) is not None), None)
         return found if found is not None or self.free(b) else 1.0
 
@@ -192,7 +191,7 @@ class Scene:
         near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -TOUCH <= d < self.need[g, h]}
         return tuple(float(v) for v in q), near
 
-    def _judge(self, line: _Line, part: Part) -> list[Part] | None:
+    def _judge(self, line: Line, part: Part) -> list[Part] | None:
         """Look at the middle of a part of a line: None where it is blocked, else the halves that are not known to be
         free by that."""
         low, high, rates = part
@@ -213,7 +212,7 @@ class Scene:
             rates = self._rates(line, half)
         return [(low, middle, rates), (middle, high, rates)]
 
-    def _first(self, line: _Line, part: Part) -> float | None:
+    def _first(self, line: Line, part: Part) -> float | None:
         """The first blocked fraction within a part of a line."""
         halves = self._judge(line, part)
         low, high, rates = part
@@ -225,7 +224,7 @@ class Scene:
             return middle if before is None else before
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
 
-    def _rates(self, line: _Line, half: float) -> _Rates:
+    def _rates(self, line: Line, half: float) -> Rates:
         """How far each joint may move any point of each geom over the whole line, within ``half`` of where it is now.
 
         The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
@@ -241,35 +240,7 @@ class Scene:
         grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
         rates: Floats = (lever + grown[:, None] * self.moved) * way
         alone = rates @ self.still.T  # joints that move both do not count
-        return _Rates(alone + alone.T, float(rates.sum(axis=1).max()))
-
-
-@dataclass(frozen=True)
-class _Rates:
-    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
-
-    between: Floats
-    most: float
-
-
-Part = tuple[float, float, _Rates | None]
-
-
-class _Line:
-    """A straight joint-space line."""
-
-    def __init__(self, a: Position, b: Position) -> None:
-        self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
-        self.size = float(np.abs(self.way).max())
-
-    def at(self, fraction: float) -> Floats:
-        q: Floats = self.start + fraction * self.way
-        return q
-
-    def parts(self) -> list[Part]:
-        """The line in equal parts."""
-        count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
-        return [(k / count, (k + 1) / count, None) for k in range(count)]
+        return Rates(alone + alone.T, float(rates.sum(axis=1).max()))
 
 
 def scene(
@@ -309,47 +280,9 @@ def scene(
     compiled = compile_world(placed, robots, planning=True, carried=carried)
     index, data = compiled.robots[mount], compiled.data()
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
-    moved = _moved(compiled, index)
+    moved = movers(compiled, index)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
-    need = _need(compiled, moved, allowed, clearance)
+    need = needed(compiled, moved, allowed, clearance)
     distances = (clearance, *(v for v in LEVELS if v > clearance))
     levels = tuple(inflated(compiled.model, moved, v) for v in distances)
     return Scene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * clearance, [0])
-
-
-def base(scene_: Scene) -> Pose:
-    """The robot's base frame in the world."""
-    mounts: Iterator[RobotMount] = (m for m in scene_.compiled.world.robots if m.name == scene_.index.name)
-    return next(mounts).base
-
-
-def _moved(compiled: Compiled, index: RobotIndex) -> Floats:
-    """(geoms, joints): 1 where joint j of the arm is above geom g in the kinematic tree, else 0."""
-    model = compiled.model
-    bodies = [int(model.jnt_bodyid[np.flatnonzero(model.jnt_qposadr == a)[0]]) for a in index.joints]
-    result = np.zeros((model.ngeom, len(bodies)))
-    for g in range(model.ngeom):
-        body = int(model.geom_bodyid[g])
-        while body > 0:
-            if body in bodies:
-                result[g, bodies.index(body)] = 1.0
-            body = int(model.body_parentid[body])
-    return result
-
-
-def _need(compiled: Compiled, moved: Floats, allowed: Pairs, clearance: float) -> Floats:
-    """The distance that each pair of geoms must keep; two that no joint moves apart need none."""
-    apart = (moved[:, None, :] != moved[None, :, :]).any(axis=2)
-    need = np.where(apart, clearance, -np.inf)
-    for pair in allowed:
-        one, other = (tuple(pair) * 2)[:2]
-        first = np.array([_is(o, one) for o in compiled.owners])
-        second = np.array([_is(o, other) for o in compiled.owners])
-        both = np.outer(first, second)
-        need[both | both.T] = -np.inf
-    return need
-
-
-def _is(owner: Owner, name: str) -> bool:
-    """Whether a geom's owner is what an allowed pair names."""
-    return name in (owner.name, owner.touch, owner.kind) and name != "thing"

@@ -54,6 +54,7 @@ def test_speed_and_acceleration_of_every_joint_stay_within_the_limits(points: Po
     assert sections[-1].at(sections[-1].length) == pytest.approx(points[-1])
 
 
+@settings(deadline=None)
 @given(points_of_paths)
 def test_without_zones_it_stops_at_every_corner(points: Points) -> None:
     sections = rounded(points, [(0.0, 0.0)] * (len(points) - 2), [(SPEED, ACCELERATION)] * (len(points) - 1))
