@@ -6,7 +6,7 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
 from cramlite.world import Feature, Geom
 
-VERSION = 3  # of what is kept: raise it when parts or features of the same file change
+VERSION = 4  # of what is kept: raise it when parts or features of the same file change
 FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they are cut
 SIMPLER = 1e-4  # [m]
 
@@ -95,7 +95,7 @@ def from_mesh(mesh: Any, notes: Sequence[str] = ()) -> Shape:
     found = openings.openings(simple)
     bores = [o.bore for o in found if o.round]
     hulls = convex.parts(simple.vertices, simple.faces, bores)
-    geoms = tuple(_geom(h, _part(h, found)) for h in hulls)
+    geoms = _unless_all_hole(tuple(_geom(h, _part(h, found)) for h in hulls))
     added = sum(hull_volume(g.corners) for g in geoms) / mesh.volume - 1
     built = f"{len(geoms)} convex parts, {100 * added:+.1f} % volume; " + (
         ", ".join(f"{o.feature.name} of {2000 * o.bore.radius:.1f} mm" for o in found) or "no holes"
@@ -118,6 +118,15 @@ def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
     less = solid(mesh.vertices, mesh.faces).simplify(SIMPLER).to_mesh64()
     simple = trimesh.Trimesh(np.asarray(less.vert_properties)[:, :3], np.asarray(less.tri_verts), process=False)
     return simple, (f"{len(mesh.faces):,} faces simplified to {len(simple.faces):,} within {1000 * SIMPLER:g} mm",)
+
+
+def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
+    """Of a ring or a tube, which is nothing but the rim of its hole, no part is the hole's: something must be gripped."""
+    from .hull import hull_volume
+
+    volumes = [hull_volume(g.corners) for g in geoms]
+    rims = sum(v for g, v in zip(geoms, volumes, strict=True) if g.part)
+    return tuple(replace(g, part="") for g in geoms) if rims > 0.5 * sum(volumes) else geoms
 
 
 def _part(corners: Floats, found: Sequence[Any]) -> str:

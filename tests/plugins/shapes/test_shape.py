@@ -79,6 +79,13 @@ def test_a_cavity_is_not_a_hole_and_a_handle_is_found() -> None:
     assert handle[0].size["thickness"] == pytest.approx(0.012, abs=0.001)
 
 
+def test_a_tube_is_not_all_hole() -> None:
+    tube = shape.from_mesh(trimesh.creation.annulus(0.010, 0.016, 0.05, sections=32))
+    assert [f.type for f in tube.features] == ["vrps:Hole"]
+    assert not any(g.part for g in tube.geoms)
+    assert any(g.part == "hole" for g in shape.from_mesh(made.tagged()).geoms)
+
+
 def test_the_same_content_gives_the_same_shape_and_is_kept(tmp_path: Path) -> None:
     one, other = tmp_path / "a.stl", tmp_path / "b.stl"
     made.mug().export(one)
