@@ -14,7 +14,7 @@ from scenes import TABLE, box, down, make, stance
 
 from cramlite.geometry import Floats
 from cramlite_plugins.motions.blends import rounded, zone
-from cramlite_plugins.motions.kinematics import forward
+from cramlite_plugins.motions.kinematics import forward, nearest_branch
 from cramlite_plugins.motions.round_off import blended
 from cramlite_plugins.motions.timing import duration
 from cramlite_plugins.robots.ur5e import UR5E
@@ -112,3 +112,18 @@ def rounded_off(points: Points, radii: tuple[float, ...]) -> Floats:
     assert into is not None
     assert out is not None
     return sampled(points, [(into, out)], 0.02)
+
+
+def test_a_start_that_is_15_mm_elsewhere_still_takes_the_blends() -> None:
+    """After a search by touch the arm does not begin where the path was planned from."""
+    scene = make(TABLE)
+    q: Points = [stance(scene, down(0.45, -0.1, 0.3))]
+    for pose in (down(0.45, 0.0, 0.3), down(0.45, 0.2, 0.4)):
+        q.append(nearest_branch(UR5E, pose, q[-1]) or ())
+    radius = blended(scene, q, SPEED, ACCELERATION)[0][0]
+    nearer = nearest_branch(UR5E, down(0.45, -0.085, 0.3), q[0])
+    assert nearer is not None
+    assert radius > 0.02
+    assert zone(scene.tip, np.array(q[1]), np.array(nearer), radius) is not None
+    half = math.dist(scene.tip(np.array(q[0])), scene.tip(np.array(q[1]))) / 2
+    assert zone(scene.tip, np.array(q[1]), np.array(nearer), half) is None  # what was planned with before
