@@ -208,7 +208,7 @@ def default_of(value: Any) -> str:
     if isinstance(value, BaseModel):
         return "its defaults"
     if isinstance(value, tuple | list | dict):
-        return "[" + ", ".join(f"{v:g}" for v in value) + "]" if value else "none"
+        return "[" + ", ".join(f"{v:g}" if isinstance(v, float) else f'"{v}"' for v in value) + "]" if value else "none"
     return "none" if value in (None, "") else f"{value:g}" if isinstance(value, float) else str(value)
 
 
