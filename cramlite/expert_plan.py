@@ -43,12 +43,18 @@ class Pipeline:
         stages: each after those that it needs.
         given: names of the values that are there from the start.
         refused: experts that could have been meant, and why they are not.
+        reserve: other values that can be made: what a provider needs that is asked after another failed.
     """
 
     query: ObjectQuery
     stages: tuple[Stage, ...]
     given: tuple[str, ...]
     refused: tuple[str, ...] = ()
+    reserve: tuple[Stage, ...] = ()
+
+    def providers(self, output: str) -> tuple[Expert, ...]:
+        """Who may make a value, in the order of asking; nobody if it cannot be made."""
+        return next((s.providers for s in (*self.stages, *self.reserve) if s.output == output), ())
 
     def __str__(self) -> str:
         return " -> ".join(f"{s.output} ({', else '.join(p.name for p in s.providers)})" for s in self.stages)
@@ -73,8 +79,9 @@ def plan_pipeline(
     order: list[str] = []
     for output in sorted(query.outputs, key=lambda o: (planner.cost(o), o)):
         planner.before(output, order)
-    stages = tuple(Stage(o, tuple(p), p[0].cost_ms) for o in order if (p := planner.providers(o)))
-    return Pipeline(query, stages, tuple(sorted(priors)), tuple(planner.refused()))
+    others = sorted({o for e in planner.experts for o in e.outputs} - set(order) - set(priors))
+    stages, reserve = planner.stages(order), planner.stages(others)
+    return Pipeline(query, stages, tuple(sorted(priors)), tuple(planner.refused()), reserve)
 
 
 @dataclass
@@ -117,6 +124,9 @@ class _Planner:
             if output in e.outputs and not self._unfit(e, output)
         ]
         return [e for total, e in sorted(able, key=lambda p: (p[0], p[1].name)) if total < INFINITE]
+
+    def stages(self, outputs: Iterable[str]) -> tuple[Stage, ...]:
+        return tuple(Stage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
 
     def before(self, output: str, order: list[str], open_: Collection[str] = ()) -> None:
         """Append a value to the order, after the inputs of its cheapest provider and what else it takes into account."""

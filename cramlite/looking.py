@@ -101,7 +101,7 @@ def look(scenario: Scenario, world: World, real: World, robot: Robot, knowledge:
     assert scenario.spec.camera is not None
     furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
     seen = Look((), furniture, (), {}, real)
-    for text in scenario.spec.camera.look:
+    for text in scenario.spec.camera.look or ("",):
         query = replace(parse_query(text, knowledge.taxonomy), wanted=WANTED)
         earlier = {t.name: (t.type, t.pose.position) for t in seen.world.things if t.movable}
         best: tuple[float, Picture | None] = (-1.0, None)

@@ -141,17 +141,24 @@ class _Running:
     runs: list[Run] = field(default_factory=list)
     tried: set[tuple[str, int]] = field(default_factory=set)
     failures: dict[str, list[str]] = field(default_factory=dict)
+    making: list[str] = field(default_factory=list)
 
     def make(self, output: str) -> None:
-        """Ask the providers in order, each about what those before left without the value."""
-        stage = next((s for s in self.pipeline.stages if s.output == output), None)
-        for expert in stage.providers if stage else ():
+        """Ask the providers in order, each about what those before left without the value.
+
+        A value that is being made is not made for its own sake: what an expert uses may depend on what it makes.
+        """
+        if output in self.making:
+            return
+        self.making.append(output)
+        for expert in self.pipeline.providers(output):
             if not self._lacks(output, expert):
-                return
+                break
             for name in (*expert.inputs, *expert.uses):
                 if name not in (VIEW, SEGMENT, OBJECTS) and self._lacks(name, expert):
                     self.make(name)
             self._run(expert, output)
+        self.making.pop()
 
     def _lacks(self, output: str, expert: Expert) -> bool:
         if output in self.scene:

@@ -90,7 +90,7 @@ class CameraSpec(_Spec):
 
     mount: Literal["flange", "world"] = "flange"
     at: PoseSpec = PoseSpec()
-    look: tuple[str, ...] = ("",)
+    look: tuple[str, ...] = ()
 
 
 class UnknownErrorSpec(_Spec):

@@ -114,6 +114,15 @@ def test_the_cheapest_provider_is_asked_first_and_the_next_if_it_fails() -> None
     assert found.dropped[0].values["colour"].expert == "coy"
 
 
+def test_what_only_the_next_provider_needs_is_made_when_it_is_asked() -> None:
+    chain = (
+        Expert("hasty", "", ("segment",), ("pose",), broken, "object", cost_ms=0.01),
+        Expert("thorough", "", ("mesh",), ("pose",), lambda i: {"pose": i["mesh"]}, "object"),
+        Expert("mesher", "", ("segment",), ("mesh",), lambda _: {"mesh": "fine"}, "object"),
+    )
+    assert ask("colour=green", *chain, wanted=("pose",)).answers[0].value("pose") == "fine"
+
+
 def test_a_broken_expert_is_isolated_named_and_replaced() -> None:
     found = ask("colour=red", Expert("bad", "", ("segment",), ("colour",), broken, "object", cost_ms=0.1))
     assert numbers(found) == [1, 3]
@@ -126,6 +135,18 @@ def test_a_crash_of_the_last_provider_leaves_a_partial_answer() -> None:
     assert numbers(found) == [2]
     assert "pose" not in found.answers[0].values
     assert any("object 2 has no pose" in r and "bad" in r for r in found.remarks)
+
+
+def test_values_that_use_each_other_are_made_all_the_same() -> None:
+    def say(name: str) -> Any:
+        return lambda inputs: {name: Judged(name)}
+
+    mutual = (
+        Expert("a", "", ("segment",), ("x",), say("x"), "object", uses=("y",)),
+        Expert("b", "", ("segment",), ("y",), say("y"), "object", uses=("x",)),
+    )
+    found = ask("colour=green", *mutual, wanted=("x", "y"))
+    assert found.answers[0].value("x") == "x" and found.answers[0].value("y") == "y"
 
 
 def test_an_expert_sees_what_it_declared_and_nothing_else() -> None:

@@ -22,7 +22,8 @@ def region(inputs: Inputs) -> Mapping[str, Any]:
     if not named:
         raise Unresolvable("the query names no place whose pose is known")
     corners = np.concatenate([corners_of(t) for t in named])
-    margin = inputs.parameters["margin_m"]
+    beside, over = inputs.parameters["beside_m"], inputs.parameters["over_m"]
+    margin = np.array([beside, beside, over])
     low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
     return {"region": Box(tuple(low.tolist()), tuple(high.tolist()))}
 
@@ -69,11 +70,14 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
 
 @hookimpl
 def experts() -> Iterable[Expert]:
-    margin = Parameter("margin_m", 0.30, "the tallest product of the shipped scenarios hangs 0.2 m below its peg")
+    margins = (
+        Parameter("over_m", 0.30, "above and below: the tallest known product hangs 0.2 m below its peg"),
+        Parameter("beside_m", 0.06, "half the width of the widest known product, and a turn of 20 degrees"),
+    )
     reach = Parameter("range_m", 1.6, "a D435's depth error grows with the square: 8 mm at 1.6 m")
     return [
         Expert("region_of_place", "a box around the place that the query names", ("query", "fixtures", "taxonomy"),
-               ("region",), region, cost_ms=0.3, parameters=(margin,)),
+               ("region",), region, cost_ms=0.3, parameters=margins),
         Expert("cut_out", "measured points, cut out of the region", ("view",), ("cloud",), cloud, uses=("region",),
                cost_ms=12.0, parameters=(reach,)),
     ]  # fmt: skip

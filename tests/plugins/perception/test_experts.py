@@ -1,0 +1,221 @@
+"""The shipped experts on pictures of generated clutter: right answers, reasons for wrong questions, and no way to cheat."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from cramlite import Engine, Expert, Inputs, Thing, Unresolvable
+from cramlite.expert_plan import NoPipeline
+from cramlite.looking import ask
+from cramlite.object_query import parse_query
+from cramlite.perception import Perceived
+from cramlite.view import Intrinsics, View
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from clutter import Sample, clutter
+
+SEED = 3  # of development
+
+
+@lru_cache(maxsize=1)
+def engine() -> Engine:
+    return Engine()
+
+
+@lru_cache(maxsize=4)
+def scene(seed: int = SEED, rename: bool = False) -> Sample:
+    return clutter(seed, engine().knowledge.products, rename=rename)
+
+
+def see(text: str, sample: Sample | None = None, *, wanted: tuple[str, ...] = (), **more: Any) -> Perceived:
+    sample, knowledge = sample or scene(), engine().knowledge
+    query = replace(parse_query(text, knowledge.taxonomy), wanted=wanted)
+    return ask(query, sample.view, sample.fixtures, knowledge, **more)
+
+
+def truth(sample: Sample, percept: Any) -> Thing:
+    """The thing that most of an object's pixels show."""
+    names, counts = np.unique(sample.ids[percept.value("segment").mask], return_counts=True)
+    return sample.world.thing(str(names[counts.argmax()]))
+
+
+def test_every_product_is_one_object_of_the_right_class() -> None:
+    sample = scene()
+    found = see("type=cram:BoxedProduct on=Hanger")
+    seen = [truth(sample, a) for a in found.answers]
+    clear = {t.name for t in sample.world.things if t.movable and sample.visible(t.name) > 0.5}
+    assert clear <= {t.name for t in seen}
+    assert len({t.name for t in seen}) == len(seen), "no thing is two objects"
+    assert [a.value("type") for a in found.answers] == [t.type for t in seen]
+
+
+def test_relations_name_the_hanger_that_it_hangs_from() -> None:
+    sample = scene()
+    for answer in see("type=cram:BoxedProduct hangs_on=hook_1").answers:
+        thing = truth(sample, answer)
+        peg = sample.world.thing("hook_1").pose.position
+        assert abs(thing.pose.position[1] - peg[1]) < 0.03
+
+
+def test_fixtures_are_recognised_and_are_no_unknown_objects() -> None:
+    assert {a.value("type") for a in see("type=cram:Hanger").answers} == {"cram:Hanger"}
+    assert not see("type=unknown on=Hanger").answers
+
+
+def test_what_no_model_explains_is_unknown() -> None:
+    sample = scene()
+    strange = max((t for t in sample.world.things if t.movable), key=lambda t: sample.visible(t.name)).type
+    known = tuple(p for p in engine().knowledge.products if p.type != strange)
+    found = see("type=unknown on=Hanger", models=known)
+    assert {truth(sample, a).type for a in found.answers} == {strange}
+
+
+def test_the_colour_and_size_of_an_object() -> None:
+    sample = scene()
+    for answer in see("type=cram:BoxedProduct", wanted=("colour", "size")).answers:
+        thing = truth(sample, answer)
+        if sample.visible(thing.name) > 0.8:
+            tallest = max(2 * g.size[2] for g in thing.geoms if not g.part)
+            assert tallest - 0.03 < answer.value("size") < tallest + 0.04  # the tab is 26 mm high
+            expected = {"cram:TeaBox": "green", "cram:CoffeePack": "brown", "cram:BiscuitBox": "blue"}
+            assert answer.value("colour") == expected.get(thing.type, answer.value("colour"))
+
+
+def test_the_pose_of_one_product() -> None:
+    sample = scene()
+    thing = max((t for t in sample.world.things if t.movable), key=lambda t: sample.visible(t.name))
+    hook = min(sample.fixtures[1:], key=lambda h: abs(h.pose.position[1] - thing.pose.position[1]))
+    found = see(f"type={thing.type} on={hook.name}", wanted=("pose",))
+    own = [a for a in found.answers if truth(sample, a).name == thing.name]
+    metres, radians = own[0].value("pose").distance(thing.pose)
+    assert metres < 0.005 and radians < np.radians(5)
+    assert own[0].values["pose"].expert == "plausibility" and own[0].values["pose"].judged.others
+
+
+def test_names_in_the_simulator_change_no_answer() -> None:
+    """And neither does anything that happens after the picture: the view is all there is."""
+    own, other = scene(), scene(SEED, True)
+    assert {t.name for t in own.world.things} != {t.name for t in other.world.things}
+    texts = ("type=cram:BoxedProduct on=Hanger", "colour=brown", "type=cram:Hanger")
+    said = [
+        [[(a.number, a.value("type"), a.confidence) for a in see(t, s).answers] for t in texts] for s in (own, other)
+    ]
+    assert said[0] == said[1]
+
+
+def test_a_view_knows_nothing_of_a_simulator_and_cannot_be_changed() -> None:
+    view = scene().view
+    assert set(vars(view)) >= {"rgb", "depth", "intrinsics", "camera", "stamp"}
+    assert not [n for n, v in vars(view).items() if "mujoco" in type(v).__module__]
+    with pytest.raises(ValueError, match="read-only"):
+        view.depth[0, 0] = 1.0
+
+
+def test_a_place_narrows_the_search() -> None:
+    whole, part = see("type=cram:BoxedProduct"), see("type=cram:BoxedProduct on=hook_2")
+    assert part.scene["cloud"].value.mask.sum() < 0.8 * whole.scene["cloud"].value.mask.sum()
+    assert len(part.answers) + len(part.dropped) < len(whole.answers) + len(whole.dropped)
+
+
+def test_two_equal_products_are_ambiguous() -> None:
+    found = see("type=cram:BoxedProduct")
+    assert any("objects fit" in r and "equally well" in r for r in found.remarks)
+
+
+def test_nothing_found_says_why_for_each_object() -> None:
+    found = see("colour=white on=Hanger")
+    assert not found.answers and "colour is" in found.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("depth", "reason"),
+    [
+        (0.0, r"there is no depth at all: 0 of \d+ pixels"),
+        (np.nan, "there is no depth at all"),
+        (5.0, "there is no depth"),
+    ],
+)
+def test_an_empty_picture_has_a_reason(depth: float, reason: str) -> None:
+    view = View(
+        np.zeros((48, 64, 3), np.uint8), np.full((48, 64), depth, np.float32), Intrinsics(38, 38, 32, 24, 64, 48)
+    )
+    found = see("type=cram:TeaBox", Sample(view, (), scene().world, scene().ids, {}))
+    assert not found.answers
+    import re
+
+    assert re.search(reason, found.remarks[0])
+
+
+def test_a_class_without_a_model_is_refused_with_those_there_are() -> None:
+    with pytest.raises(NoPipeline, match=r"never says type 'soma:Cup'; it says: .*cram:TeaBox"):
+        see("type=soma:Cup")
+
+
+def test_without_models_the_pose_says_what_is_missing() -> None:
+    query = replace(parse_query("colour=red", engine().knowledge.taxonomy), wanted=("pose",))
+    from cramlite.expert_plan import plan_pipeline
+
+    with pytest.raises(NoPipeline, match=r"'models'.*no expert makes 'models', and no prior value gives it"):
+        plan_pipeline(query, engine().knowledge.experts, {"view": 1, "query": query, "taxonomy": 1}, None)
+
+
+@pytest.mark.parametrize("name", ["voxel_clusters", "dbscan", "single_linkage"])
+def test_outliers_are_removed_by_every_clustering(name: str) -> None:
+    from cramlite_plugins.perception.values import Cloud, Segment
+
+    rng = np.random.default_rng(0)
+    grid = np.stack(np.meshgrid(np.linspace(0, 0.1, 40), np.linspace(0, 0.1, 40)), -1).reshape(-1, 2)
+    plate = np.column_stack([grid, rng.normal(0.6, 0.001, len(grid))])
+    far = rng.uniform([0, 0, 0.7], [0.1, 0.1, 0.9], (60, 3))
+    points = np.concatenate([plate, far]).astype(np.float32).reshape(1, -1, 3)
+    mask = np.ones(points.shape[:2], bool)
+    expert = next(e for e in engine().knowledge.experts if e.name == name)
+    found = expert.run(Inputs({"cloud": Cloud(points, mask), "segment": Segment(mask)}, expert.defaults()))
+    assert found["clean"][0, :1600].mean() > 0.99 and found["clean"][0, 1600:].mean() < 0.05
+    few = Cloud(points[:, :10], mask[:, :10])
+    with pytest.raises(Unresolvable, match="10 points are too few"):
+        expert.run(Inputs({"cloud": few, "segment": Segment(mask[:, :10])}, expert.defaults()))
+
+
+def test_names_stay_over_frames() -> None:
+    first = see("type=cram:BoxedProduct on=Hanger", wanted=("instance",))
+    centres = {a.value("instance"): (a.value("type"), np.median(a.value("points"), axis=0)) for a in first.answers}
+    again = see("type=cram:BoxedProduct on=Hanger", wanted=("instance",), earlier=centres)
+    assert {a.number: a.value("instance") for a in again.answers} == {
+        a.number: a.value("instance") for a in first.answers
+    }
+    moved = {n: (kind, np.add(c, (0.2, 0, 0))) for n, (kind, c) in centres.items()}
+    fresh = see("type=cram:BoxedProduct on=Hanger", wanted=("instance",), earlier=moved)
+    assert not {a.value("instance") for a in fresh.answers} & set(centres)
+
+
+def test_a_peg_that_is_not_where_the_map_has_it() -> None:
+    from cramlite import Pose
+    from cramlite.world import World
+    from cramlite_plugins.perception.camera import looking_at, render
+    from cramlite_plugins.simulation.compile import compile_world
+    from cramlite_plugins.simulation.models import hanger
+
+    real = hanger("hook", Pose((0.873, -0.002, 0.447), (0, 0, 0, 1)))
+    believed = hanger("hook", Pose((0.87, 0, 0.45), (0, 0, 0, 1)))
+    compiled = compile_world(World((real,)), {})
+    view, _ = render(compiled.model, compiled.data(), looking_at((0.4, -0.25, 0.62), (0.8, 0, 0.42)))
+    sample = Sample(view, (believed,), compiled.world, None, {})
+    found = see("", sample, wanted=("refined",)).scene["refined"].value["hook"]
+    assert found.value.distance(real.pose)[0] < 0.001
+    away = hanger("hook", Pose((0.87, 0.10, 0.45), (0, 0, 0, 1)))
+    assert "refined" not in see("", replace(sample, fixtures=(away,)), wanted=("refined",)).scene
+
+
+def test_experts_declare_what_they_say() -> None:
+    for expert in engine().knowledge.experts:
+        assert expert.summary and expert.cost_ms > 0 and expert.outputs, expert.name
+        assert all(p.source for p in expert.parameters), expert.name
+        assert isinstance(expert, Expert)

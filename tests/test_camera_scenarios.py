@@ -1,0 +1,173 @@
+"""Scenarios whose poses come from a camera, as a user runs them, and their negative siblings."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from cramlite import Action, Engine, NoSolution, Object, Pose, UserError, World, read_scenario
+from cramlite.looking import renamed
+
+SCENARIOS = Path(__file__).parents[1] / "scenarios"
+FETCH = SCENARIOS / "fetch_from_hanger_camera.yaml"
+
+
+def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "cramlite.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def variant(folder: Path, *changes: tuple[str, str]) -> Path:
+    """The shipped scenario with some text replaced; each replacement must change something."""
+    text = FETCH.read_text().replace("demonstration: ", f"demonstration: {SCENARIOS}/", 1)
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = folder / "variant.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_a_product_that_was_only_seen_is_fetched(tmp_path: Path) -> None:
+    done = run("resolve", "fetch_from_hanger_camera", "--seed", "1", "--out", tmp_path / "run", "--no-report", "--json")
+    assert done.returncode == 0, done.stderr
+    summary = json.loads(done.stdout)
+    assert re.fullmatch(r"[a-z]+_\d", summary["objects"]["object_1"]), "named by perception, not by the scenario"
+    text = (tmp_path / "run" / "program.script").read_text()
+    header = text.partition("# ---- functions")[0]
+    seen = summary["objects"]["object_1"]
+    assert re.search(rf"{seen}: p\[.*\], camera: \w+ by expert plausibility, confidence 0\.\d+, 0\.0 s old", header)
+    assert re.search(r"basket: p\[.*\], known from the scenario", header)
+    assert text.index("0.LookingFor_1") < text.index("1.Grasping")
+    for name in ("first", "second", "third"):  # what the simulator calls them
+        assert name not in text.replace("cramlite: first", "")
+
+
+def test_a_camera_that_sees_no_product_gives_no_program(tmp_path: Path) -> None:
+    blind = variant(tmp_path, ("mount: flange", "mount: world"), ("[0, 90 mm, 30 mm]", "[0, 0, 2.0]"))
+    done = run("resolve", blind, "--out", tmp_path / "run", "--no-report")
+    assert done.returncode == 1, done.stderr
+    assert "object_1" in done.stderr
+
+
+def test_poses_from_a_camera_need_one(tmp_path: Path) -> None:
+    text = FETCH.read_text()
+    start, end = text.index("camera:\n"), text.index("# Poses and classes")
+    path = tmp_path / "no_camera.yaml"
+    path.write_text(text[:start] + text[end:])
+    with pytest.raises(UserError, match="'poses: camera' needs a 'camera'"):
+        read_scenario(path)
+
+
+def test_a_view_that_the_arm_cannot_reach_says_why(tmp_path: Path) -> None:
+    far = variant(tmp_path, ("position: [0.86, 0.18, 0.45]", "position: [2.86, 0.18, 0.45]"))
+    with pytest.raises(NoSolution, match="camera cannot be brought to a view of left_hook"):
+        Engine().setting(read_scenario(far))
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    scenario = read_scenario(FETCH)
+    from cramlite.scenario_world import build_world
+
+    return build_world(scenario, scenario.spec.things, (), Engine().knowledge.models, 0)[0]
+
+
+def test_the_judge_finds_the_real_thing_by_its_place(world: World) -> None:
+    second = world.thing("second")
+    seen = replace(second, name="coffeepack_1", pose=Pose((0.003, 0, 0)) * second.pose)
+    believed = replace(world, things=(*(t for t in world.things if not t.movable), seen))
+    real = renamed(world, believed)
+    assert real.thing("coffeepack_1").pose == second.pose
+    assert {t.name for t in real.things if t.movable} == {"first", "coffeepack_1", "third"}
+
+
+def test_a_thing_that_is_nowhere_has_no_real_one(world: World) -> None:
+    ghost = replace(world.thing("second"), name="third", pose=Pose((0.3, 0.3, 0.3)))
+    believed = replace(world, things=(*(t for t in world.things if not t.movable), ghost))
+    real = renamed(world, believed)
+    assert "third" not in {t.name for t in real.things}
+    assert "unseen_third" in {t.name for t in real.things}
+
+
+def test_a_thing_that_was_taken_for_something_else_is_an_objection(world: World) -> None:
+    """The validator reads three fields of a candidate: the world, the run's world, and the actions."""
+    from cramlite_plugins.validators.recognition import Recognised
+
+    action = Action("1.Grasping", "soma:Grasping", {"Patient": Object("object_1", entity="second")})
+    wrong = World(tuple(replace(t, type="cram:TeaBox") if t.name == "second" else t for t in world.things))
+    gone = World(tuple(t for t in world.things if t.name != "second"))
+
+    def objections(real: World) -> list[str]:
+        candidate = SimpleNamespace(world=world, rollout=SimpleNamespace(world=real), actions=(action,))
+        return [f.reason for f in Recognised().check(candidate)]  # type: ignore[arg-type]
+
+    assert objections(world) == []
+    assert objections(wrong) == ["'second', which was taken for a cram:CoffeePack, is a cram:TeaBox"]
+    assert objections(gone) == ["'second', which was taken for a cram:CoffeePack, is not there"]
+
+
+BROKEN = """
+from cramlite import Expert, hookimpl
+
+def divide(inputs):
+    return {"hypotheses": 1 / 0}
+
+@hookimpl
+def experts():
+    return [Expert("hasty", "breaks", ("clean",), ("hypotheses",), divide, "object", cost_ms=0.01)]
+"""
+
+
+def test_a_broken_expert_is_named_and_the_next_one_answers(tmp_path: Path) -> None:
+    (tmp_path / "hasty.py").write_text(BROKEN)
+    done = run(
+        "perceive", "fetch_from_hanger_camera", "--query", "colour=red on=hook", "--plugin", tmp_path / "hasty.py"
+    )
+    assert done.returncode == 1, "nothing red hangs there"
+    done = run(
+        "perceive", "fetch_from_hanger_camera", "--query", "type=cram:CoffeePack", "--plugin", tmp_path / "hasty.py"
+    )
+    assert done.returncode == 0, done.stderr
+    assert "plugin 'hasty'" in done.stderr and "ZeroDivisionError" in done.stderr
+    assert "pose: [0.7" in done.stdout
+
+
+def test_perceive_answers_and_writes_a_page(tmp_path: Path) -> None:
+    done = run("perceive", "fetch_from_hanger_camera", "--query", "colour=red on=Hanger", "--out", tmp_path, "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert [a["values"]["type"]["value"] for a in found["answers"]] == ["cram:CocoaBox"]
+    pose = found["answers"][0]["values"]["pose"]
+    assert pose["expert"] == "plausibility" and abs(pose["value"]["position"][1] + 0.18) < 0.005
+    page = (tmp_path / "perception.html").read_text()
+    assert "data:image/png;base64," in page and "hsv_colour" in page and "CocoaBox" in page
+    assert not re.search(r'(src|href)="https?:', page)
+
+
+@pytest.mark.parametrize(
+    ("query", "code", "said"),
+    [
+        ("colour=purple on=Hanger", 1, "nothing found for 'colour=purple on=Hanger': object"),
+        ("type=cram:TeaBxo", 2, "did you mean 'cram:TeaBox'"),
+        ("colour=mauve", 1, "'hsv_colour' never says colour 'mauve'; it says: red, orange"),
+        ("weight=3", 2, "a query cannot ask for 'weight'"),
+    ],
+)
+def test_questions_without_an_answer_say_why(query: str, code: int, said: str) -> None:
+    done = run("perceive", "fetch_from_hanger_camera", "--query", query, "--wants", "type")
+    assert done.returncode == code
+    assert said in done.stdout + done.stderr
+
+
+def test_a_scenario_without_a_camera_cannot_be_looked_at() -> None:
+    done = run("perceive", "fetch_from_hanger")
+    assert done.returncode == 2
+    assert "has no camera" in done.stderr and "add 'camera: {mount: flange}'" in done.stderr
