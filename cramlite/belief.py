@@ -32,12 +32,14 @@ class Held:
         tcp_to_thing: its pose in the TCP frame.
         opening: finger distance [m].
         sigma: standard deviation of its position in the hand [m]; motions in contact widen it.
+        joints: of the arm when it was grasped: where they still are, nothing has moved.
     """
 
     thing: str
     tcp_to_thing: Pose
     opening: float
     sigma: float = 0.0
+    joints: tuple[float, ...] = ()
 
 
 Relation = tuple[str, str, str]
@@ -99,7 +101,7 @@ class Belief:
         """The thing moves with the hand from now on; nothing else supports it until that is known."""
         poses = {k: v for k, v in self.poses.items() if k != held.thing}
         resting = self.unrelated("on", held.thing).unrelated("in", held.thing)
-        return replace(resting, poses=poses, held=held, opening=held.opening)
+        return replace(resting, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
 
     def released(self, estimate: Estimate, opening: float) -> Belief:
         """Let go of what is held; it is then where ``estimate`` says."""

@@ -20,7 +20,7 @@ from .errors import Unresolvable
 from .flow import Compound, Mark, Way, ways
 from .program import Section
 from .registry import Registry
-from .state import Effect, Item, State, passed
+from .state import Effect, Item, State, gripped, passed, renewed
 from .tasks import Decomposition, TaskType
 from .trace import Trace
 
@@ -98,7 +98,7 @@ class Search:
             everything = frozenset(name for name, _ in state.choices)
             conflict = yield state
             return everything if conflict is None else conflict & everything
-        item, rest = state.agenda[0], state.agenda[1:]
+        item, rest = renewed(state.agenda[0], state), state.agenda[1:]
         if isinstance(item, Effect):
             try:
                 closed = self._close(state, item, rest)
@@ -242,7 +242,8 @@ class Search:
         if isinstance(action, Compound):
             return replace(state, agenda=rest)
         belief = self.tasks[action.task].effects(action, state.belief)
-        return replace(state, agenda=rest, belief=belief, actions=(*state.actions, action) if top else state.actions)
+        after = replace(state, agenda=rest, belief=belief, actions=(*state.actions, action) if top else state.actions)
+        return gripped(after) if top else after
 
     def _nogood(self, choices: tuple[tuple[str, str], ...]) -> Conflict | None:
         """The names of the choices in a combination that failed before and is made again with the last choice."""

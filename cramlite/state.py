@@ -8,13 +8,14 @@ becomes one control step. What a branch needs beyond that, a way back to where i
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
 from .belief import Belief
-from .designators import Action, Designator, Motion
+from .designators import Action, Designator, Location, Motion, Place
 from .errors import Unresolvable
 from .flow import Compound, Mark, touched
 from .program import AnyStep, Control, Monitor, Parallel, Repeat, Section, TryInOrder, clash
@@ -45,7 +46,12 @@ class Frame:
 
 @dataclass(frozen=True)
 class State:
-    """A node of the search: what is done, and what is still to do."""
+    """A node of the search: what is done, and what is still to do.
+
+    Args:
+        grip: what was held when the last action of the plan ended.
+        again: names of places that were bound before the grip last changed -> the how manieth the next one will be.
+    """
 
     agenda: tuple[Item, ...]
     belief: Belief
@@ -57,11 +63,36 @@ class State:
     motions: frozenset[str] = frozenset()
     choices: tuple[tuple[str, str], ...] = ()
     frames: tuple[Frame, ...] = ()
+    grip: str = ""
+    again: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def folding(self) -> bool:
         """Whether what is resolved now will be part of a control step."""
         return any(f.compound.decided_at_run_time for f in self.frames)
+
+
+def gripped(state: State) -> State:
+    """The state behind an action of the plan. If it took or let go of something, the places bound so far are history: the
+    same thing stands elsewhere, or is held in another way, and whoever asks for its grasp again gets a new answer."""
+    held = state.belief.held.thing if state.belief.held else ""
+    if held == state.grip:
+        return state
+    bound = Counter(k.split("#")[0] for k, v in state.bindings.items() if isinstance(v, Place))
+    return replace(state, grip=held, again={name: count + 1 for name, count in bound.items()})
+
+
+def renewed(item: Item, state: State) -> Item:
+    """A place, or a motion to one, under the name that it has since the grip changed."""
+    if isinstance(item, Location):
+        return _renewed(item, state)
+    if isinstance(item, Motion) and item.to is not None:
+        return replace(item, to=_renewed(item.to, state))
+    return item
+
+
+def _renewed(place: Location, state: State) -> Location:
+    return replace(place, name=f"{place.name}#{state.again[place.name]}") if place.name in state.again else place
 
 
 def passed(state: State, mark: Mark) -> State:

@@ -89,7 +89,7 @@ def _opening(motion: Motion, context: Context) -> float:
 
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
-    """Released things are expected where they are, or, over a container, on its floor."""
+    """Released things are expected where they are; over a container on its floor, and if they were put down, on that."""
     from cramlite_plugins.experts.reach import held_pose
     from cramlite_plugins.experts.set_down import lowest
 
@@ -99,9 +99,18 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     if into:
         floor = belief.pose(str(context.bindings[into]).split("/")[0]).position[2]
         pose = Pose((*pose.position[:2], floor - lowest(thing, pose)), pose.quaternion)
+    elif surface := _surface(belief, belief.held.thing):
+        pose = Pose((*pose.position[:2], surface.position[2] - lowest(thing, pose)), pose.quaternion)
     source = f"predicted: let go by {motion.name}"
     sigma = math.hypot(DROPPED if into else LET_GO, belief.held.sigma)
     return belief.released(Estimate(belief.base() * pose, sigma, source), opening)
+
+
+def _surface(belief: Belief, thing: str) -> Pose | None:
+    """The surface that a thing was put down on, base frame."""
+    support = belief.relates("on", thing)
+    feature = belief.feature(support, "vrps:SurfaceFeature") if support else None
+    return belief.pose(support) * feature.pose if support and feature else None
 
 
 def _payload(motion: Motion, belief: Belief, context: Context) -> Found:

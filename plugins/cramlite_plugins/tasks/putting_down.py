@@ -31,6 +31,10 @@ class PuttingDown(TaskType):
         )
         yield Decomposition(steps, "guarded motion down to the surface")
 
+    def effects(self, action: Action, belief: Belief) -> Belief:
+        locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""
+        return belief.unrelated("on", locatum).related(("on", locatum, relatum.split("/")[0]))
+
     def begins_at(self, action: Action) -> Location:
         surface = action.roles["Relatum"].name
         return Location(f"on({surface})", "on", surface, action.parameters.get("where", {}))

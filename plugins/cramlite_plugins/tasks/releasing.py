@@ -1,4 +1,4 @@
-"""soma:Releasing: open the fingers where the hand is."""
+"""soma:Releasing: open the fingers, where what they hold rests on something."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class Releasing(TaskType):
     task = "soma:Releasing"
     aliases = ("Release", "LetGo")
     roles = (Role("Locatum"), Role("Relatum", required=False))
-    summary = "open the fingers; what they held stays with what supports it"
+    summary = "open the fingers; what they held stays with what supports it, and is put down there first if it does not"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
@@ -20,7 +20,23 @@ class Releasing(TaskType):
             Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
         )
-        yield Decomposition(steps, "open the fingers here")
+        if _rests(action, belief):
+            yield Decomposition(steps, "open the fingers here")
+        else:
+            down = Action(action.inside("PuttingDown"), "soma:PuttingDown", action.roles)
+            yield Decomposition((down, *steps), "it is in the air: put it down first, then open the fingers")
+
+
+def _rests(action: Action, belief: Belief) -> bool:
+    """Whether what is held is where it would stay: not moved since it was grasped, known to rest there, or nothing that
+    it could be put down on is named."""
+    held, relatum = belief.held, action.roles.get("Relatum")
+    assert held is not None
+    if relatum is None or relatum.entity is None or held.joints == belief.joints:
+        return True
+    there = relatum.entity.split("/")[0]
+    known = any(belief.relates(p, held.thing) == there for p in ("on", "hangs_on", "in"))
+    return known or belief.feature(relatum.entity, "vrps:SurfaceFeature") is None
 
 
 @hookimpl
