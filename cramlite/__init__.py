@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .designators import Action, Late, Location, Motion, Object, Place
     from .engine import Engine, Solution
     from .episode import Entity, Episode, Event, Repair, Track
-    from .errors import CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
+    from .errors import EARLIER_TASKS, CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
     from .experts import Expert, Inputs, Judged
     from .geometry import Pose
     from .interpretation import Interpretation
@@ -62,7 +62,7 @@ _HOMES = {
     "designators": "Action Late Location Motion Object Place",
     "engine": "Engine Solution",
     "episode": "Entity Episode Event Repair Track",
-    "errors": "CramliteError NoSolution PluginError Unresolvable UserError nearest",
+    "errors": "EARLIER_TASKS CramliteError NoSolution PluginError Unresolvable UserError nearest",
     "experts": "Expert Inputs Judged",
     "geometry": "Pose",
     "interpretation": "Interpretation",
@@ -83,6 +83,7 @@ _HOMES = {
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names.split()}
 
 __all__ = [
+    "EARLIER_TASKS",
     "Action",
     "Answers",
     "Backend",

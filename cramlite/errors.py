@@ -25,12 +25,17 @@ class PluginError(CramliteError):
     exit_code = 3
 
 
+EARLIER_TASKS = "earlier tasks"
+"""For ``Unresolvable(because=...)``: how the tasks before were carried out, whatever objects, places and motions were chosen."""
+
+
 class Unresolvable(Exception):
     """A plugin's answer "mine, impossible".
 
     Args:
         reason: a short clause with numbers and units, e.g. "reach 0.91 m > 0.85 m of arm 'ur5e'".
-        because: names of the designators or roles whose choices this depends on; empty means all earlier ones.
+        because: names of the designators or roles whose choices this depends on, and ``EARLIER_TASKS``; empty means
+            all earlier ones.
     """
 
     def __init__(self, reason: str, because: tuple[str, ...] = ()) -> None:

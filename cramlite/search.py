@@ -16,7 +16,7 @@ from typing import Any
 
 from .answers import Context, Grounding, Refused
 from .designators import Action, Designator, Late, Location, Motion, Object
-from .errors import Unresolvable
+from .errors import EARLIER_TASKS, Unresolvable
 from .flow import Compound, Mark, Way, ways
 from .program import Section
 from .registry import Registry
@@ -212,7 +212,8 @@ class Search:
         except Unresolvable as impossible:
             self.trace.add(node, item.name, str(item), "impossible", plugin, impossible.reason)
             names = frozenset(name for name, _ in state.choices)
-            conflict |= (names & set(impossible.because)) if impossible.because else names
+            said = set(impossible.because) | (set(state.opened) if EARLIER_TASKS in impossible.because else set())
+            conflict |= (names & said) if said else names
 
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:
         """The task type's own decompositions."""

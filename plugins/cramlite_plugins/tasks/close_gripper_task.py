@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
 
 
 class CloseGripperTask(TaskType):
@@ -15,7 +15,7 @@ class CloseGripperTask(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'")
+            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
         yield Decomposition(
             (
                 Motion(

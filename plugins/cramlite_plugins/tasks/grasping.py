@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Parameter,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class Grasping(TaskType):
@@ -21,7 +33,7 @@ class Grasping(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'")
+            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
         grasp = self.begins_at(action)
         patient = action.roles["Patient"].name
         speed = self.parameter(action, "approach_speed_m_s")

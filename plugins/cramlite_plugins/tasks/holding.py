@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Motion,
+    Parameter,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class Holding(TaskType):
@@ -16,7 +27,7 @@ class Holding(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held")
+            raise Unresolvable("nothing is held", because=(EARLIER_TASKS,))
         hold = Motion(
             action.inside("hold"),
             "hold",

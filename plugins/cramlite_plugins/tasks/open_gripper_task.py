@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
 
 
 class OpenGripperTask(TaskType):
@@ -15,7 +15,9 @@ class OpenGripperTask(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"opening would drop '{belief.held.thing}'; Releasing does that on purpose")
+            raise Unresolvable(
+                f"opening would drop '{belief.held.thing}'; Releasing does that on purpose", because=(EARLIER_TASKS,)
+            )
         yield Decomposition(
             (Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="open"),), "open"
         )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Role, TaskType, Unresolvable, hookimpl
+from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Location, Role, TaskType, Unresolvable, hookimpl
 
 
 class Placing(TaskType):
@@ -16,7 +16,7 @@ class Placing(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held that could be placed")
+            raise Unresolvable("nothing is held that could be placed", because=(EARLIER_TASKS,))
         parts = ("soma:PuttingDown", "soma:Releasing", "soma:Retracting")
         steps = tuple(
             Action(action.inside(p.split(":")[-1]), p, action.roles, parameters=action.parameters) for p in parts

@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Parameter,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class PuttingDown(TaskType):
@@ -20,7 +32,7 @@ class PuttingDown(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held that could be put down")
+            raise Unresolvable("nothing is held that could be put down", because=(EARLIER_TASKS,))
         place, surface = self.begins_at(action), action.roles["Relatum"]
         guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n")}
         steps = (

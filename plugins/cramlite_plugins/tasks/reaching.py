@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class Reaching(TaskType):
@@ -16,7 +27,9 @@ class Reaching(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"the gripper holds '{belief.held.thing}'; only an empty hand reaches")
+            raise Unresolvable(
+                f"the gripper holds '{belief.held.thing}'; only an empty hand reaches", because=(EARLIER_TASKS,)
+            )
         goal = action.goal or Location("home", "home")
         yield Decomposition(
             (Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}"),),

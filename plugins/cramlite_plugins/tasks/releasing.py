@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
 
 
 class Releasing(TaskType):
@@ -15,7 +15,7 @@ class Releasing(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held that could be released")
+            raise Unresolvable("nothing is held that could be released", because=(EARLIER_TASKS,))
         steps = (
             Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),

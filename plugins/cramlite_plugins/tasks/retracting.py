@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class Retracting(TaskType):
@@ -15,7 +26,7 @@ class Retracting(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"the gripper still holds '{belief.held.thing}'")
+            raise Unresolvable(f"the gripper still holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
         away = Location(action.inside("away"), "retreat")
         touched = tuple(o.name for o in action.roles.values())
         back = Motion(action.inside("back"), "linear", away, {"stage": "pose"}, touched, "straight back out of contact")

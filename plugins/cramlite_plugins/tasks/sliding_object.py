@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Parameter,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class SlidingObject(TaskType):
@@ -21,13 +33,15 @@ class SlidingObject(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held that could be slid")
+            raise Unresolvable("nothing is held that could be slid", because=(EARLIER_TASKS,))
         surface = action.roles["Relatum"]
         way = Location(
             action.inside("slide"), "slide", surface.name, {"distance_m": self.parameter(action, "distance_m")}
         )
         force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}
-        slide = Motion(action.inside("stroke"), "compliant_slide", way, force, (surface.name,), f"along {surface.entity}")
+        slide = Motion(
+            action.inside("stroke"), "compliant_slide", way, force, (surface.name,), f"along {surface.entity}"
+        )
         yield Decomposition((way, slide), "straight stroke that follows the surface")
 
 

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class Transporting(TaskType):
@@ -16,7 +27,7 @@ class Transporting(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held that could be carried")
+            raise Unresolvable("nothing is held that could be carried", because=(EARLIER_TASKS,))
         goal = action.goal or Location("home", "home")
         yield Decomposition(
             (Motion(action.inside("carry"), "transfer", goal, reason=f"to the stand-off of {goal}"),),

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
 
 
 class Ungrasping(TaskType):
@@ -16,7 +27,7 @@ class Ungrasping(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held that could be let go")
+            raise Unresolvable("nothing is held that could be let go", because=(EARLIER_TASKS,))
         place, container = self.begins_at(action), action.roles["Relatum"].entity
         steps = (
             place,
