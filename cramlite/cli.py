@@ -75,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     execute.add_argument("--world", required=True, help="world.json of a run directory, or a scenario")
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
     execute.add_argument("--out", type=Path, help="folder for the recorded run")
+    execute.add_argument("--no-episode", action="store_true", help="write no episode into it")
     execute.add_argument("--json", action="store_true")
     controller = _add(commands, "controller", _controller, "open the ports of a virtual robot controller")
     controller.add_argument(
@@ -234,6 +235,7 @@ def _execute(arguments: argparse.Namespace) -> int:
         world=arguments.world,
         seed=arguments.seed,
         out=arguments.out,
+        episode=not arguments.no_episode,
         plugins=arguments.plugin,
         block=arguments.block,
         json_output=arguments.json,

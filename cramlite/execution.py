@@ -25,6 +25,7 @@ def execute_program(
     world: str,
     seed: int = 0,
     out: Path | None = None,
+    episode: bool = True,
     plugins: Sequence[Path] = (),
     block: Sequence[str] = (),
     json_output: bool = False,
@@ -34,7 +35,7 @@ def execute_program(
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
         world: the ``world.json`` of a run directory, or a scenario, whose world with this seed is taken.
-        out: folder for the recorded run: ``execution.json``, ``rollout.npz`` and ``episode/``.
+        out: folder for the recorded run: ``execution.json``, ``rollout.npz`` and, with ``episode``, ``episode/``.
 
     Returns:
         0 when the program came to its end.
@@ -54,7 +55,7 @@ def execute_program(
         raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
     rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
     if out is not None:
-        _write(out, rollout, program.stem, knowledge)
+        _write(out, rollout, program.stem, knowledge, episode=episode)
     print(as_json(rollout_json(rollout)) if json_output else rollout_text(rollout))
     if rollout.outcome != "finished":
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
@@ -129,11 +130,12 @@ def _text(program: Path) -> str:
         raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
 
 
-def _write(out: Path, rollout: Rollout, name: str, knowledge: Any) -> None:
+def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
     try:
         out.mkdir(parents=True, exist_ok=True)
         (out / "execution.json").write_text(as_json(rollout_json(rollout)))
         save_rollout(rollout, out / "rollout.npz")
     except OSError as error:
         raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
-    knowledge.simulator.save_episode(knowledge.simulator.episode(rollout, name), out / "episode")
+    if episode:
+        knowledge.simulator.save_episode(knowledge.simulator.episode(rollout, name), out / "episode")

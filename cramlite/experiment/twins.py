@@ -70,7 +70,18 @@ def run_elsewhere(text: str, suffix: str, world: World, seed: int) -> Rollout:
         program, place, out = folder / f"program{suffix}", folder / "world.json", folder / "out"
         program.write_text(text, encoding="utf-8")
         place.write_bytes(TypeAdapter(World).dump_json(world))
-        words = ["execute", str(program), "--world", str(place), "--seed", str(seed), "--out", str(out), "--json"]
+        words = [
+            "execute",
+            str(program),
+            "--world",
+            str(place),
+            "--seed",
+            str(seed),
+            "--out",
+            str(out),
+            "--no-episode",
+            "--json",
+        ]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         done = subprocess.run(
             [sys.executable, "-m", "cramlite.cli", *words], env=environment, capture_output=True, text=True, check=False
