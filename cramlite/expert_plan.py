@@ -133,7 +133,8 @@ class _Planner:
         if output in self.priors or output == OBJECTS or output in order or output in open_:
             return
         for provider in self.providers(output)[:1]:
-            for name in (*self._needs(provider), *(u for u in provider.uses if self.cost(u) < INFINITE)):
+            names = (*self._needs(provider), *(u for u in provider.uses if self.cost(u) < INFINITE))
+            for name in sorted(names, key=lambda n: (self.cost(n), n)):  # what is cheap may exclude objects
                 self.before(name, order, (*open_, output))
         order.append(output)
 

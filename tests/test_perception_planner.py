@@ -102,6 +102,15 @@ def test_what_is_out_spares_the_dearer_experts() -> None:
     assert runs["guess"] == 1 and runs["colour_word"] == 3
 
 
+def test_a_scene_expert_that_a_dear_one_uses_does_not_keep_objects_alive() -> None:
+    dear = (
+        Expert("fit", "", ("segment",), ("fits",), lambda _: {"fits": 1}, "object", cost_ms=90.0),
+        Expert("choose", "", ("fits",), ("pose",), lambda _: {"pose": 1}, "object", uses=("relations",)),
+    )
+    runs = {r.expert: r.count for r in ask("colour=green", *dear, wanted=("pose",)).runs}
+    assert runs["row"] == 3 and runs["fit"] == 1
+
+
 def test_the_cheapest_provider_is_asked_first_and_the_next_if_it_fails() -> None:
     def coy(inputs: Inputs) -> Mapping[str, Any]:
         if inputs["segment"].startswith("green"):

@@ -20,7 +20,8 @@ class AssumingArmPose(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         goal = action.goal or Location("home", "home")
         move = Motion(action.inside("move"), "transfer", goal, reason=f"to where the arm stands before {goal}")
-        if belief.held is None and any(0 < e.sigma <= IN_PLACE for e in belief.poses.values()):
+        let_go = (e for e in belief.poses.values() if e.source.startswith("predicted"))
+        if belief.held is None and any(0 < e.sigma <= IN_PLACE for e in let_go):
             away = Location(action.inside("away"), "retreat")
             back = Motion(action.inside("back"), "linear", away, {"stage": "pose"}, reason="clear of what was let go")
             yield Decomposition((away, back, move), f"straight back, then collision-free motion to {goal}")
