@@ -26,6 +26,7 @@ import pytest
 from pydantic import BaseModel
 
 from cramlite import Budget, Engine, cli, hookspecs, read_scenario, scenario
+from cramlite.arguments import parser
 from cramlite.explain import tasks_json
 from cramlite.quantities import Angle, Length, Mass
 from cramlite.registry import Registry
@@ -264,7 +265,7 @@ def test_every_task_is_documented() -> None:
 
 
 def _commands() -> dict[str, argparse.ArgumentParser]:
-    actions = cli._parser()._actions
+    actions = parser(cli.COMMANDS)._actions
     return dict(next(a for a in actions if isinstance(a, argparse._SubParsersAction)).choices)
 
 
