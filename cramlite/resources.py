@@ -15,7 +15,7 @@ def data_folder(kind: str) -> Path:
 
 
 def find_scenario(name: str) -> Path:
-    """A scenario file: a path, or the bare name of a shipped one.
+    """A scenario file: a path, or the name of a shipped one, with or without its folder ("tasks/grasping").
 
     Raises:
         UserError: there is no such file; lists the shipped ones, the nearest first.
@@ -23,7 +23,9 @@ def find_scenario(name: str) -> Path:
     path = Path(name)
     if path.is_file():
         return path
-    shipped = {p.stem: p for p in data_folder("scenarios").glob("**/*.yaml")}
-    if name in shipped:
-        return shipped[name]
+    folder = data_folder("scenarios")
+    shipped = {p.stem: p for p in sorted(folder.glob("**/*.yaml"))}
+    full = {p.relative_to(folder).with_suffix("").as_posix(): p for p in shipped.values()}
+    if name in full or name in shipped:
+        return full.get(name) or shipped[name]
     raise UserError(f"There is no scenario file '{name}', and none of that name is shipped; {nearest(name, shipped)}.")

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, TaskType, hookimpl
+from cramlite import Action, Belief, Decomposition, Motion, Parameter, TaskType, hookimpl
 
 
 class NoOp(TaskType):
     task = "artm:NoOp"
     aliases = ("Wait", "DoNothing")
     summary = "neither arm nor gripper moves"
+    parameters = (
+        Parameter("duration_s", 0.0, "a pause of a demonstration means nothing; who wants one says how long"),
+    )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        yield Decomposition((), "nothing to do")
+        duration = self.parameter(action, "duration_s")
+        wait = Motion(action.inside("wait"), "hold", parameters={"duration_s": duration}, reason="stand still")
+        yield Decomposition((wait,) if duration > 0 else (), "stand still" if duration > 0 else "nothing to do")
 
 
 @hookimpl

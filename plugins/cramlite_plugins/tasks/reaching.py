@@ -17,6 +17,8 @@ from cramlite import (
     hookimpl,
 )
 
+HOME = Location("home", "home")  # where a free motion leads when nothing follows it
+
 
 class Reaching(TaskType):
     task = "soma:Reaching"
@@ -30,11 +32,14 @@ class Reaching(TaskType):
             raise Unresolvable(
                 f"the gripper holds '{belief.held.thing}'; only an empty hand reaches", because=(EARLIER_TASKS,)
             )
-        goal = action.goal or Location("home", "home")
-        yield Decomposition(
-            (Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}"),),
-            f"collision-free motion to {goal}",
-        )
+        goal = action.goal or HOME
+        if goal == HOME and "Goal" in action.roles:  # nothing that follows says where: to where it could be grasped
+            name = action.roles["Goal"].name
+            near = Location(f"grasp({name})", "grasp", name)
+            move = Motion(action.inside("move"), "transfer", near, reason=f"to the stand-off of {near}")
+            yield Decomposition((near, move), f"collision-free motion to {near}")
+        move = Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}")
+        yield Decomposition((move,), f"collision-free motion to {goal}", 1.0)
 
 
 @hookimpl

@@ -13,8 +13,8 @@ from cramlite.belief import Relation
 from cramlite.verdict import Cost
 
 if TYPE_CHECKING:
-    from cramlite.phases import Phase, PhaseName
-    from cramlite.rules import Rule
+    from cramlite.phases import Phase, PhaseName, Timeline
+    from cramlite.rules import Clause, Rule
 
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
 SWING = 0.04  # what hangs on a peg may swing: 0.011 m/s, 3 mm to and fro, was measured 10 s after letting go [m/s]
@@ -104,41 +104,80 @@ def _unsettled(rollout: Rollout, thing: str, limit: float) -> str:
 
 @dataclass(frozen=True)
 class TaskRules:
-    """The postconditions of each task, from the rule that interprets demonstrations, hold when its code has run.
+    """What each task's rule, the one that interprets demonstrations, asks for while its code ran and afterwards, holds.
 
-    A task whose rule has none (a free motion, say) is judged by its runtime conditions.
+    Runtime conditions count, too: an arm that stood at the park state all along has not been parked. A task that has
+    nothing left to do after the code before it (the gripper is open already) is judged by its postconditions; where no
+    code came before, nothing was done at all, and all its conditions count. What a rule asks for before is left to the
+    planner: a robot's retreat may begin where nothing is touched any more.
     """
 
     name: str = "task_rules"
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from cramlite.phases import Segment, Timeline
+        from cramlite.phases import Timeline
 
         assert candidate.episode is not None
         timeline = Timeline(candidate.episode, candidate.taxonomy)
         rules = {r.task: r for r in candidate.rules}
+        assert candidate.rollout is not None
+        now, idle = float(candidate.rollout.times[0]), True
         for action in candidate.actions:
             span = _span(candidate, action.name)
-            if action.task in rules and span is not None:
-                yield _judged(rules[action.task], action, timeline.phases(Segment(*span)), self.name)
+            if span is None and candidate.rollout.outcome != "finished":
+                return  # the program ended before
+            now, idle = (span[1], False) if span else (now, idle)
+            if action.task in rules:
+                ways = _ways(timeline, *(span or (now, now)))
+                yield _judged(rules[action.task], action, ways, self.name, after_only=span is None and not idle)
 
 
-def _judged(rule: Rule, action: Action, phases: Mapping[PhaseName, Phase], name: str) -> Finding:
+def _ways(timeline: Timeline, start: float, end: float) -> list[Mapping[PhaseName, Phase]]:
+    """The phases of a task's code; those without its first moments, in which the arm still follows what the code before
+    it commanded (up to 5 mm of servo lag after a fast motion, gone within 0.2 s: measured); and those with the moments
+    after it, in which its effects may still appear (the padding of the published rule base)."""
+    from cramlite.phases import PADDING, Segment
+
+    spans = [(start, end)]
+    if end - start > 2 * PADDING:
+        spans += [(start + PADDING, end), (start, end + PADDING)]
+    return [timeline.phases(Segment(*span)) for span in spans]
+
+
+def _judged(
+    rule: Rule, action: Action, ways: Iterable[Mapping[PhaseName, Phase]], name: str, *, after_only: bool
+) -> Finding:
+    phases = ("post",) if after_only else ("run", "post")
+    clauses = [c for c in rule.written_order if c.phase in phases or _binds(c)]
+    wrong = [_unmet(clauses, action, rule, phases) for phases in ways]
+    if not all(wrong):
+        said = " and ".join(c.text for c in clauses if c.phase != "pre")
+        return Finding(name, True, f"{action.name}: {said}", origin=action.name)
+    clause = next(c for c in wrong if c is not None)
+    roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
+    when = "after" if clause.phase == "post" else "during"
+    said = f"{when} {action.name} '{clause.text}' does not hold" + (f" ({roles})" if roles else "")
+    return Finding(name, False, said, origin=action.name)
+
+
+def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Clause | None:
     """The first condition that no filling of the open variables satisfies; roles are the objects that were meant."""
-    after = [c for c in rule.written_order if c.phase == "post"]
-    clauses = after or list(rule.written_order)
     bindings: list[dict[str, Any]] = [
         {k: _felt(o.entity or "", phases) for k, o in action.roles.items() if k in rule.roles}
     ]
     for clause in clauses:
         bindings = [found for b in bindings for found in clause.condition.solve(phases[clause.phase], b)]
         if not bindings:
-            roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
-            return Finding(
-                name, False, f"after {action.name} '{clause.text}' does not hold ({roles})", origin=action.name
-            )
-    return Finding(name, True, f"after {action.name}: {' and '.join(c.text for c in clauses)}", origin=action.name)
+            return clause
+    return None
+
+
+def _binds(clause: Clause) -> bool:
+    """Whether a clause says which entities are meant (the effector, a class), rather than what holds."""
+    from cramlite.conditions import atoms
+
+    return all(a.predicate.timeless for a in atoms(clause.condition))
 
 
 def _felt(entity: str, phases: Mapping[PhaseName, Phase]) -> str:

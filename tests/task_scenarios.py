@@ -1,0 +1,48 @@
+"""The scenarios of the task types: each with a sibling that must fail, and what that one's refusal must say."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+from cramlite import Budget, Engine, Trace, read_scenario
+from cramlite.goals import plan_from_tasks
+from cramlite.plugin_types import Candidate
+from cramlite.resources import find_scenario
+from cramlite.verdict import Verdict
+
+REFUSED = {
+    "assuming_arm_pose": "during 1.AssumingArmPose 'arm_moves()' does not hold",
+    "assuming_arm_pose_constrained": "1.AssumingArmPoseConstrained/touch: no contact within 0.09 m",
+    "close_gripper_task": "the gripper already holds 'block'",
+    "extract_hole_from_peg": "during 2.ExtractHoleFromPeg 'grasps(Gripper, Locatum)' does not hold",
+    "grasping": "after 1.Grasping 'grasps(Gripper, Patient)' does not hold",
+    "holding": "nothing is held",
+    "insert_hole_onto_peg": "3.InsertHoleOntoPeg/lower: no contact within 0.0135 m",
+    "no_op": "'arm/forearm_link' hit 'weight'",
+    "open_gripper_task": "during 1.OpenGripperTask 'gripper_moves()' does not hold",
+    "parking_arms": "during 1.ParkingArms 'arm_moves()' does not hold",
+    "picking_up": "after 2.PickingUp 'grasps(Gripper, Locatum)' does not hold",
+    "placing": "after 3.Placing 'touches(Locatum, Relatum)' does not hold",
+    "putting_down": "3.PuttingDown/lower: no contact within 0.09 m",
+    "reaching": "during 1.Reaching 'approaches(Goal) or labelled(soma:Reaching, Goal)' does not hold",
+    "releasing": "after 3.Releasing 'touches(Locatum, Relatum)' does not hold",
+    "retracting": "the gripper still holds 'block'",
+    "sliding_gripper": "2.SlidingGripper/stroke: no contact for",
+    "sliding_object": "2.SlidingObject/stroke: force",
+    "transporting": "during 3.Transporting 'grasps(Gripper, Patient)' does not hold",
+    "ungrasping": "from the middle of the opening of 'basket'",
+}
+"""Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
+
+
+def attempt(engine: Engine, name: str, seed: int = 0) -> tuple[Candidate | None, Verdict | None, str]:
+    """The first complete program of a scenario, run and judged: candidate, verdict, and all reasons against it.
+
+    Without a candidate the reasons are those of the search.
+    """
+    scenario = read_scenario(find_scenario(f"tasks/{name}"))
+    setting, trace = engine.setting(scenario, seed=seed), Trace()
+    plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
+    for candidate, verdict in islice(engine.attempts(plan, setting, Budget(proofs=1), trace), 1):
+        return candidate, verdict, "" if verdict.passed else verdict.reason
+    return None, None, "; ".join(e.reason for e in trace.entries)

@@ -1,0 +1,59 @@
+"""Every task type with a scenario of its own is proven by physics, and its sibling is refused for the stated reason."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from task_scenarios import REFUSED, attempt
+
+from cramlite import Engine, UserError
+from cramlite.resources import data_folder, find_scenario
+from cramlite.tasks import task_type
+from cramlite.testing import check_task_type
+
+
+@pytest.fixture(scope="module")
+def engine() -> Engine:
+    return Engine()
+
+
+@pytest.mark.parametrize("name", sorted(REFUSED))
+def test_it_is_proven(engine: Engine, name: str) -> None:
+    candidate, verdict, reasons = attempt(engine, name)
+    assert candidate is not None and verdict is not None, reasons
+    assert verdict.passed, reasons
+    wanted = task_type(engine.knowledge.tasks, "".join(w.capitalize() for w in name.split("_"))).task
+    judged = {f.origin for f in verdict.findings if f.validator == "task_rules"}
+    assert {a.name for a in candidate.actions if a.task == wanted} <= judged, f"no rule judged {wanted}: {judged}"
+    assert any(a.task == wanted for a in candidate.actions)
+
+
+@pytest.mark.parametrize("name", sorted(REFUSED))
+def test_its_sibling_is_refused(engine: Engine, name: str) -> None:
+    _, verdict, reasons = attempt(engine, f"{name}_fails")
+    assert verdict is None or not verdict.passed
+    assert REFUSED[name] in reasons
+
+
+def test_no_scenario_is_left_out() -> None:
+    shipped = {p.stem for p in (data_folder("scenarios") / "tasks").glob("*.yaml")}
+    assert shipped == set(REFUSED) | {f"{name}_fails" for name in REFUSED}
+
+
+def test_every_task_type_keeps_its_contract(engine: Engine) -> None:
+    for task in engine.knowledge.tasks.values():
+        check_task_type(task)
+
+
+def test_shipped_scenarios_have_short_and_full_names() -> None:
+    assert find_scenario("tasks/grasping") == find_scenario("grasping")
+    assert find_scenario("tasks/grasping").parent.name == "tasks"
+    with pytest.raises(UserError, match="grasping"):
+        find_scenario("tasks/graspin")
+
+
+def test_a_scenario_in_the_folder_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "grasping").write_text("")
+    assert find_scenario("grasping") == Path("grasping")
