@@ -25,7 +25,7 @@ REFUSED = {
     "placing": "after 3.Placing 'touches(Locatum, Relatum)' does not hold",
     "putting_down": "3.PuttingDown/lower: no contact within 0.09 m",
     "reaching": "during 1.Reaching 'approaches(Goal) or labelled(soma:Reaching, Goal)' does not hold",
-    "releasing": "after 3.Releasing 'touches(Locatum, Relatum)' does not hold",
+    "releasing": "3.Releasing/PuttingDown/lower: no contact within 0.09 m",
     "retracting": "the gripper still holds 'block'",
     "sliding_gripper": "2.SlidingGripper/stroke: no contact for",
     "sliding_object": "2.SlidingObject/stroke: force",
