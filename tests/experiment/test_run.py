@@ -29,7 +29,7 @@ def experiment(tmp_path: Path) -> Path:
     scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
     (folder / "scenario.yaml").write_text(scenario)
     text = (FOLDER / "experiment.yaml").read_text()
-    text = text.replace("budget: {proofs: 4}", "budget: {proofs: 1, asks: 2}\nmost_candidates: 1")
+    text = text.replace("budget: {proofs: 4, asks: 400}", "budget: {proofs: 1, asks: 2}\nmost_candidates: 1")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith(("main:", "hard:"))]
     at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
     lines.insert(at + 1, "  main: {first: 1000, count: 1, about: quick}")

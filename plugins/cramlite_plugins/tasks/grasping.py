@@ -19,6 +19,9 @@ from cramlite import (
 )
 
 
+IN_PLACE = 0.01  # standard deviation [m] up to which a thing that was let go may still be between the fingers
+
+
 class Grasping(TaskType):
     task = "soma:Grasping"
     aliases = ("Grasp",)
@@ -53,7 +56,12 @@ class Grasping(TaskType):
             Motion(action.inside("close"), "gripper", grasp, close, reason=f"hold {action.roles['Patient'].entity}"),
             Motion(action.inside("payload"), "payload", reason="the arm now carries the object"),
         )
-        yield Decomposition(steps, "pre-grasp, straight approach, close on the object")
+        entity = action.roles["Patient"].entity or ""
+        if entity in belief.poses and 0 < belief.poses[entity].sigma <= IN_PLACE:  # fingers may still be around it
+            away = Location(action.inside("away"), "retreat")
+            back = Motion(action.inside("back"), "linear", away, {"stage": "pose"}, (patient,), "clear of what was let go")
+            yield Decomposition((away, back, *steps), "straight back, then pre-grasp, straight approach, close")
+        yield Decomposition(steps, "pre-grasp, straight approach, close on the object", 1.0)
 
     def begins_at(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
