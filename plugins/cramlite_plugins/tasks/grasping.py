@@ -18,7 +18,6 @@ from cramlite import (
     hookimpl,
 )
 
-
 IN_PLACE = 0.01  # standard deviation [m] up to which a thing that was let go may still be between the fingers
 
 
@@ -59,7 +58,9 @@ class Grasping(TaskType):
         entity = action.roles["Patient"].entity or ""
         if entity in belief.poses and 0 < belief.poses[entity].sigma <= IN_PLACE:  # fingers may still be around it
             away = Location(action.inside("away"), "retreat")
-            back = Motion(action.inside("back"), "linear", away, {"stage": "pose"}, (patient,), "clear of what was let go")
+            back = Motion(
+                action.inside("back"), "linear", away, {"stage": "pose"}, (patient,), "clear of what was let go"
+            )
             yield Decomposition((away, back, *steps), "straight back, then pre-grasp, straight approach, close")
         yield Decomposition(steps, "pre-grasp, straight approach, close on the object", 1.0)
 
