@@ -238,14 +238,8 @@ class Engine:
         trace, budget = trace if trace is not None else Trace(), budget or Budget()
         for number, (plan, source) in enumerate(self._plans(goal, world, trace, progress), 1):
             if number > budget.sequences:
-                trace.add(
-                    0,
-                    "sequences",
-                    "",
-                    "capped",
-                    "engine",
-                    f"{budget.sequences} task sequences tried, the rest left out",
-                )
+                left = f"{budget.sequences} task sequences tried, the rest left out"
+                trace.add(0, "sequences", "", "capped", "engine", left)
                 return
             trace.candidate = number
             if number in skip:

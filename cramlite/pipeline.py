@@ -48,9 +48,7 @@ def resolve_scenario(
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
     engine = make_engine(scenario, plugins, block)
     setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
-    for thing in setting.world.things:  # said once and whole, unlike progress: a repair changes what is proven
-        for note in thing.notes:
-            print(f"thing '{thing.name}': {note}.", file=sys.stderr)
+    _say_notes(setting)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
         print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
@@ -77,6 +75,13 @@ def resolve_scenario(
     _finish(run, solution, engine, say, report=report)
     print(as_json(_summary(solution, run)) if json_output else solution_text(solution, str(run.path)))
     return 0
+
+
+def _say_notes(setting: Setting) -> None:
+    """Repairs of things, once and whole, unlike progress: they change what is proven."""
+    for thing in setting.world.things:
+        for note in thing.notes:
+            print(f"thing '{thing.name}': {note}.", file=sys.stderr)
 
 
 def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:

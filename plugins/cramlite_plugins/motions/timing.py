@@ -86,18 +86,6 @@ def duration(path: Sequence[Sequence[float]], speed: float, acceleration: float)
     return sum(segment_times(path, speed, acceleration))
 
 
-def leading_limits(robot: Robot, a: Sequence[float], b: Sequence[float]) -> tuple[float, float]:
-    """The largest speed and acceleration of the leading axis that keep every joint within its own limits.
-
-    Joint i moves |dq_i| / D times as fast as the leading axis, so v <= velocity_i D / |dq_i|.
-    """
-    way = leading(a, b)
-    shares = [abs(y - x) / way if way > 0 else 0.0 for x, y in zip(a, b, strict=True)]
-    speed = min((v / s for v, s in zip(robot.velocity, shares, strict=True) if s > 0), default=min(robot.velocity))
-    gains = [a / s for a, s in zip(robot.acceleration, shares, strict=True) if s > 0]
-    return speed, min(gains, default=min(robot.acceleration))
-
-
 def linear_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float) -> str:
     """The joint that a straight motion would drive too fast.
 

@@ -60,12 +60,6 @@ class Segment:
     def count(self) -> int:
         return int(np.count_nonzero(self.mask))
 
-    @cached_property
-    def crop(self) -> tuple[slice, slice]:
-        """The rows and columns around it."""
-        rows, columns = np.flatnonzero(self.mask.any(1)), np.flatnonzero(self.mask.any(0))
-        return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(columns[0]), int(columns[-1]) + 1)
-
 
 @dataclass(frozen=True)
 class Extents:

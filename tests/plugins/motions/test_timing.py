@@ -41,12 +41,6 @@ def test_a_given_duration_is_kept(way: float, time: float, acceleration: float) 
     assert gain == acceleration or gain > acceleration
 
 
-def test_limits_of_the_leading_axis() -> None:
-    speed, acceleration = t.leading_limits(UR5E, (0,) * 6, (1.0, 0.5, 0, 0, 0, 0))
-    assert speed == pytest.approx(UR5E.velocity[0])
-    assert acceleration == pytest.approx(UR5E.acceleration[0])
-
-
 def test_a_linear_motion_that_is_too_fast_names_the_joint() -> None:
     path, ways = [(0.0,) * 6, (0.1, 0, 0, 0, 0, 0)], [0.0, 0.01]
     assert t.linear_excess(UR5E, path, ways, 0.1) == ""
