@@ -1,0 +1,154 @@
+"""Closed loop of meaning: is a run of each task type read as that task, by the rules that read demonstrations?
+
+    python tests/benchmarks/meaning.py [--seeds 10] [--only grasping,placing]
+
+Every scenario under scenarios/tasks/ is resolved; its first program's run becomes an episode by the event detection for
+demonstrations, and the rules interpret it twice: "states" cuts the run where states change and knows nothing else;
+"cuts" also cuts it where the program's tasks end, which a log of a robot says, but not what they are. A task counts as
+read if an action within its span matches it with the same things in its roles.
+
+The same program is then run with a gripper that stays open, and in a world without the thing that it is about; neither
+run may be read as the task. Tasks that need no grasp may be, with an open gripper, and are left out there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from task_scenarios import REFUSED, attempt
+
+from cramlite import Action, Engine, Episode, Pose, SetGripper
+from cramlite.episode import Event
+from cramlite.interpretation import Interpreted
+from cramlite.phases import PADDING
+from cramlite.plugin_types import Candidate
+from cramlite.resources import data_folder
+from cramlite.run import content_key
+
+GRASPED = {
+    "artm:CloseGripperTask", "artm:ExtractHoleFromPeg", "artm:InsertHoleOntoPeg", "artm:OpenGripperTask",
+    "artm:SlidingObject", "artm:Ungrasping", "soma:Grasping", "soma:Holding", "soma:PickingUp", "soma:Placing",
+    "soma:PuttingDown", "soma:Releasing", "soma:Transporting",
+}  # fmt: skip
+Spans = dict[str, tuple[float, float]]
+
+
+def spans(candidate: Candidate) -> Spans:
+    """When the code of each task ran."""
+    rollout, code = candidate.rollout, candidate.code
+    assert rollout is not None and code is not None
+    found: Spans = {}
+    for now, line in zip(rollout.times.tolist(), rollout.lines.tolist(), strict=True):
+        if line and (task := code.task_of(int(line))):
+            found[task] = (found.get(task, (now, now))[0], now)
+    return found
+
+
+def with_cuts(episode: Episode, when: Spans) -> Episode:
+    """The episode with an action of no stated kind for each task."""
+    actions = [Event(f"act_{k}", "soma:PhysicalAction", "action", a, b, {}) for k, (a, b) in enumerate(when.values())]
+    return replace(episode, events=(*episode.events, *(e for e in actions if e.end > e.start)))
+
+
+def within(engine: Engine, episode: Episode, span: tuple[float, float]) -> Iterator[Interpreted]:
+    """The actions that overlap a span, and what follows it within the padding of the rules."""
+    for action in engine.interpret(episode).actions:
+        if action.start < span[1] + PADDING and action.end > span[0]:
+            yield action
+
+
+def reads(engine: Engine, episode: Episode, span: tuple[float, float], task: Action) -> tuple[bool, set[str]]:
+    """Whether the task was read with its own things, and everything that was read."""
+    meant = {k: (o.entity or "").split("/")[0] for k, o in task.roles.items()}
+    found, own = set(), False
+    for action in within(engine, episode, span):
+        for match in action.matches:
+            found.add(match.task)
+            same = all(match.roles.get(k, v).split("/")[0] == v for k, v in meant.items())
+            own = own or (match.task == task.task and same)
+    return own, found
+
+
+def spoiled(engine: Engine, candidate: Candidate, what: str, task: Action) -> Candidate | None:
+    """The same program with a gripper that stays open, or without the thing that the task is about, run again."""
+    things = {(o.entity or "").split("/")[0] for k, o in task.roles.items() if k in ("Patient", "Locatum")}
+    world, program = candidate.world, candidate.program
+    if what == "open":
+        wide = candidate.robot.gripper.opening[1]
+        program = replace(program, steps=tuple(
+            replace(s, opening=wide, expect="any") if isinstance(s, SetGripper) else s for s in program.steps
+        ))  # fmt: skip
+    else:
+        things = {t for t in things if world.thing(t).movable}
+        world = world.moved({t: Pose((3.0, 3.0, 0.1)) for t in things})
+    if (what == "open" and task.task not in GRASPED) or (what == "gone" and not things):
+        return None
+    simulator, backend = engine.knowledge.simulator, engine.knowledge.backends[candidate.robot.backend]
+    code = backend.emit(program, candidate.robot)
+    rollout = simulator.execute(code.text, world, engine.knowledge.robots, mount=program.robot, seed=0)
+    return replace(candidate, code=code, rollout=rollout, episode=simulator.episode(rollout, program.name))
+
+
+def one(engine: Engine, name: str, seed: int, tally: Counter[str], matrix: dict[str, Counter[str]]) -> None:
+    candidate, verdict, reasons = attempt(engine, name, seed)
+    tally["runs"] += 1
+    if candidate is None or verdict is None or not verdict.passed:
+        print(f"{name} seed {seed}: not proven: {reasons[:200]}")
+        return
+    tally["proven"] += 1
+    wanted = "".join(w.capitalize() for w in name.split("_"))
+    task = next(a for a in candidate.actions if a.task.split(":")[1] == wanted)
+    when = spans(candidate)
+    assert candidate.episode is not None
+    for kind, episode in (("states", candidate.episode), ("cuts", with_cuts(candidate.episode, when))):
+        own, found = reads(engine, episode, when[task.name], task)
+        tally[kind] += own
+        matrix.setdefault(task.task, Counter()).update(f"{f.split(':')[1]}" for f in found if kind == "cuts")
+        if not own:
+            print(
+                f"{name} seed {seed}: by {kind} not read as {task.task}, but as {', '.join(sorted(found)) or 'nothing'}"
+            )
+    for what in ("open", "gone"):
+        bad = spoiled(engine, candidate, what, task)
+        if bad is not None and bad.episode is not None:
+            tally[f"{what} runs"] += 1
+            end = float(bad.rollout.times[-1]) if bad.rollout else 0.0
+            if reads(engine, with_cuts(bad.episode, spans(bad)), (0.0, end), task)[0]:
+                tally[f"{what} read"] += 1
+                print(
+                    f"{name} seed {seed}: read as {task.task} with {'an open gripper' if what == 'open' else 'nothing there'}"
+                )
+
+
+def main() -> None:
+    """Print what failed, the matrix, and the sums."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=1, help="seeds 0 .. N-1 of the worlds")
+    parser.add_argument("--only", default="", help="scenarios, separated by commas")
+    options = parser.parse_args()
+    rules = content_key(*sorted(data_folder("task_rules").glob("*.yaml")))
+    print(f"rules {rules}")
+    engine, tally, matrix = Engine(), Counter[str](), dict[str, Counter[str]]()
+    begin = time.process_time()
+    for name in options.only.split(",") if options.only else sorted(REFUSED):
+        for seed in range(options.seeds):
+            one(engine, name, seed, tally, matrix)
+    print("executed -> read as (number of runs), cut at the ends of tasks")
+    for task, found in sorted(matrix.items()):
+        print(f"{task:34s} " + ", ".join(f"{k} {n}" for k, n in found.most_common()))
+    print(", ".join(f"{k} {tally[k]}" for k in ("runs", "proven", "states", "cuts")))
+    print(f"open gripper: {tally['open read']} of {tally['open runs']} read as the task")
+    print(f"thing removed: {tally['gone read']} of {tally['gone runs']} read as the task")
+    print(f"{time.process_time() - begin:.0f} s of CPU time; rules {rules}")
+
+
+if __name__ == "__main__":
+    main()
