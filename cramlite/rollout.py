@@ -56,6 +56,7 @@ class Rollout:
         messages: the program's log.
         outcome: "finished", or why it ended: "halted", "protective stop", "timeout", "error".
         reason: one clause with numbers when the outcome is not "finished".
+        values: thing name -> (N,) value of the joint that it moves on [m, rad].
     """
 
     world: World
@@ -71,3 +72,4 @@ class Rollout:
     outcome: str = "finished"
     reason: str = ""
     extra: dict[str, float] = field(default_factory=dict)
+    values: dict[str, Floats] = field(default_factory=dict)

@@ -26,6 +26,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
     header = {
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
         "messages": [asdict(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
+        "values": {name: values.tolist() for name, values in rollout.values.items()},
     }  # fmt: skip
     arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
     poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
@@ -56,6 +57,8 @@ def load_rollout(path: Path, world: World) -> Rollout:
 
 
 def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Rollout:
+    import numpy as np
+
     touches: list[list[Touch]] = [[] for _ in data["times"]]
     for sample, pair, force, lift in data["touches"].tolist():
         a, b = header["pairs"][int(pair)]
@@ -69,5 +72,6 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         outcome=header["outcome"],
         reason=header["reason"],
         extra=header["extra"],
+        values={name: np.array(values) for name, values in header.get("values", {}).items()},
         **{name: data[name] for name in _ARRAYS},
     )

@@ -81,6 +81,40 @@ class Feature:
 
 
 @dataclass(frozen=True)
+class Joint:
+    """How a thing moves against what carries it: a drawer slides, a door turns.
+
+    Args:
+        kind: along, or about, the z axis of ``pose``.
+        pose: of the joint, in the thing's frame.
+        lower, upper: its range [m, rad]; at the lower end the thing is closed.
+        value: at the start, where the thing's own pose says that it is [m, rad].
+        parent: the thing that it is mounted in, which stands still and does not collide with it; "" for none.
+        damping: [N s/m, Nm s/rad].
+        friction: dry friction [N, Nm].
+    """
+
+    kind: Literal["slide", "hinge"]
+    pose: Pose
+    lower: float
+    upper: float
+    value: float = 0.0
+    parent: str = ""
+    damping: float = 5.0
+    friction: float = 1.0
+
+    def moved(self, thing: Pose, by: float) -> Pose:
+        """Where a thing that is at a pose is when the joint has moved on by so much [m, rad]."""
+        step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0, 0, 0), (0, 0, by))
+        return thing * self.pose * step * self.pose.inverse()
+
+    def between(self, thing: Pose, other: Pose) -> float:
+        """How far the joint moves from one pose of its thing to another [m, rad]."""
+        step = (thing * self.pose).inverse() * (other * self.pose)
+        return step.position[2] if self.kind == "slide" else float(step.rotvec[2])
+
+
+@dataclass(frozen=True)
 class Thing:
     """An object of the world.
 
@@ -93,6 +127,7 @@ class Thing:
         friction: sliding friction coefficient of its geoms.
         inertia: how the mass is spread; None spreads it evenly over the geoms.
         mesh: what the thing looks like; None where its geoms say it all.
+        joint: how it moves against what carries it; None for things that stand free or are fixed.
         notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
     """
 
@@ -106,6 +141,7 @@ class Thing:
     inertia: Inertia | None = None
     mesh: MeshFile | None = None
     notes: tuple[str, ...] = ()
+    joint: Joint | None = None
 
     @property
     def movable(self) -> bool:

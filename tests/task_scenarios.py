@@ -13,12 +13,14 @@ from cramlite.verdict import Verdict
 REFUSED = {
     "assuming_arm_pose": "during 1.AssumingArmPose 'arm_moves()' does not hold",
     "assuming_arm_pose_constrained": "1.AssumingArmPoseConstrained/touch: no contact within 0.09 m",
+    "closing": "during 1.Closing 'joint_falls(Patient) or isa(Patient, soma:Lid) and moves(Patient)' does not hold",
     "close_gripper_task": "the gripper already holds 'block'",
     "extract_hole_from_peg": "during 2.ExtractHoleFromPeg 'grasps(Gripper, Locatum)' does not hold",
     "grasping": "after 1.Grasping 'grasps(Gripper, Patient)' does not hold",
     "holding": "nothing is held",
     "insert_hole_onto_peg": "3.InsertHoleOntoPeg/lower: no contact within 0.0135 m",
     "no_op": "'arm/forearm_link' hit 'weight'",
+    "opening": "1.Opening/pull: force",
     "open_gripper_task": "during 1.OpenGripperTask 'gripper_moves()' does not hold",
     "parking_arms": "during 1.ParkingArms 'arm_moves()' does not hold",
     "picking_up": "after 2.PickingUp 'grasps(Gripper, Locatum)' does not hold",
@@ -33,6 +35,11 @@ REFUSED = {
     "ungrasping": "from the middle of the opening of 'basket'",
 }
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
+
+MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing"}
+"""Further scenarios that are proven, with the task that they are about."""
+BLOCKED = {"opening_blocked": "mm inside 'post'"}
+"""Further scenarios that are refused."""
 
 
 def attempt(engine: Engine, name: str, seed: int = 0) -> tuple[Candidate | None, Verdict | None, str]:

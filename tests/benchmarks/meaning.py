@@ -35,7 +35,8 @@ from cramlite.run import content_key
 
 GRASPED = {
     "artm:CloseGripperTask", "artm:ExtractHoleFromPeg", "artm:InsertHoleOntoPeg", "artm:OpenGripperTask",
-    "artm:SlidingObject", "artm:Ungrasping", "soma:Grasping", "soma:Holding", "soma:PickingUp", "soma:Placing",
+    "artm:SlidingObject", "artm:Ungrasping", "soma:Closing", "soma:Grasping",
+    "soma:Holding", "soma:Opening", "soma:PickingUp", "soma:Placing",
     "soma:PuttingDown", "soma:Releasing", "soma:Transporting",
 }  # fmt: skip
 Spans = dict[str, tuple[float, float]]

@@ -93,6 +93,7 @@ def detect(rollout: Rollout, name: str) -> Episode:
         "joints": rollout.joints,
         "wrench": rollout.wrench,
         "lines": rollout.lines,
+        **{f"joint:{name}": values for name, values in rollout.values.items()},
     }
     return Episode(
         name=name,

@@ -19,6 +19,8 @@ CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:Sur
 def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
     """A thing, its features, and the parts that its shape names although no feature describes them."""
     properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
+    if thing.joint is not None:
+        properties |= {"joint_lower": thing.joint.lower, "joint_upper": thing.joint.upper}
     if not any(CONSTRAINED_DOF.get(f.type, 0.0) > 1.0 for f in thing.features):
         properties["constrained_dof"] = 1.0
     whole = Entity(

@@ -48,7 +48,9 @@ def make_scene(
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
     movers = ("effector", *((belief.held.thing,) if belief.held else ()))
+    joints = [t for t in belief.world.things if t.joint is not None and t.joint.parent]
     pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
+    pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
     extra = {} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}

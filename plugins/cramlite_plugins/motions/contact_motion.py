@@ -100,7 +100,8 @@ def frame_along(axis: Floats) -> Pose:
 
 def carried(motion: Motion, belief: Belief) -> float:
     """Upward force of the compliant arm [N]: the weight of what it holds, less what presses on a surface."""
-    weight = GRAVITY * (belief.world.thing(belief.held.thing).mass or 0.0) if belief.held else 0.0
+    held = belief.world.thing(belief.held.thing) if belief.held else None
+    weight = GRAVITY * (held.mass or 0.0) if held is not None and held.joint is None else 0.0  # rails carry a drawer
     return weight - float(motion.parameters.get("press_n", 0.0))
 
 

@@ -18,7 +18,7 @@ import mujoco
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Pose
 from cramlite.robots import Robot
-from cramlite.world import Geom, Inertia, Physics, RobotMount, Thing, World
+from cramlite.world import Geom, Inertia, Joint, Physics, RobotMount, Thing, World
 
 from ..shapes.hull import hull_volume
 from .index import Model
@@ -69,11 +69,14 @@ def check(world: World, robots: Mapping[str, Robot]) -> None:
             raise UserError(f"robot '{mount.name}': there is no robot type '{mount.type}'; {hint}")
     for thing in world.things:
         _check_thing(thing)
+        _check_joint(thing, world)
 
 
 def _check_thing(thing: Thing) -> None:
     if not thing.geoms:
-        raise UserError(f"thing '{thing.name}' has no geoms; give it at least one box, cylinder, capsule, sphere or convex")
+        raise UserError(
+            f"thing '{thing.name}' has no geoms; give it at least one box, cylinder, capsule, sphere or convex"
+        )
     if thing.mass is not None and not 1e-4 <= thing.mass < 1e4:
         raise UserError(f"thing '{thing.name}': mass {thing.mass} kg; it must lie between 0.0001 and 10000 kg")
     for i, geom in enumerate(thing.geoms):
@@ -84,10 +87,29 @@ def _check_thing(thing: Thing) -> None:
         if len(geom.size) != count or not all(0 < s < 100 for s in geom.size):
             raise UserError(f"{where}: a {geom.shape} needs {count} positive size(s) in metres, not {geom.size}")
         if (geom.shape == "convex") != (len(geom.corners) >= 4):
-            raise UserError(f"{where}: a {geom.shape} with {len(geom.corners)} corners; only a convex hull has, 4 or more")
+            raise UserError(
+                f"{where}: a {geom.shape} with {len(geom.corners)} corners; only a convex hull has, 4 or more"
+            )
         friction = thing.friction if geom.friction is None else geom.friction
         if not 0 <= friction < 100:
             raise UserError(f"{where}: friction {friction}; it must not be negative")
+
+
+def _check_joint(thing: Thing, world: World) -> None:
+    joint = thing.joint
+    if joint is None:
+        return
+    things = {t.name: t for t in world.things}
+    if joint.parent and (joint.parent not in things or things[joint.parent].movable):
+        fixed = [t.name for t in world.things if not t.movable]
+        raise UserError(
+            f"thing '{thing.name}' is mounted in '{joint.parent}', which is no fixed thing; {nearest(joint.parent, fixed)}"
+        )
+    if thing.mass is None:
+        raise UserError(f"thing '{thing.name}' has a joint and no mass; give it one")
+    if not joint.lower <= joint.value <= joint.upper or joint.lower == joint.upper:
+        span = f"{joint.lower:g} .. {joint.upper:g}"
+        raise UserError(f"thing '{thing.name}': its joint is at {joint.value:g}, outside {span}")
 
 
 def set_options(spec: Any, physics: Physics) -> None:
@@ -131,7 +153,9 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, 
         # MuJoCo adds the margins of a pair, so that only one side may have it
         margin = clearance if planning else 0.0
         body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
-        if thing.movable:
+        if thing.joint is not None and not planning:
+            _add_joint(spec, body, thing.name, thing.joint)
+        elif thing.movable:
             body.add_freejoint(name=thing.name)
     if thing.inertia is not None and thing.movable:
         _set_inertia(body, thing.mass or 0.0, thing.inertia)
@@ -139,6 +163,23 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, 
     volume = sum(_volume(g) for _, g in geoms)
     for key, geom in geoms:
         _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask, margin)
+
+
+def _add_joint(spec: Any, body: Any, name: str, joint: Joint) -> None:
+    """A hinge or a slide whose value at the body's own pose is the stated one."""
+    kinds = {"slide": mujoco.mjtJoint.mjJNT_SLIDE, "hinge": mujoco.mjtJoint.mjJNT_HINGE}
+    body.add_joint(
+        name=name,
+        type=kinds[joint.kind],
+        pos=joint.pose.position,
+        axis=tuple(joint.pose.turn((0.0, 0.0, 1.0))),
+        ref=joint.value,
+        range=(joint.lower, joint.upper),
+        damping=joint.damping,
+        frictionloss=joint.friction,
+    )
+    if joint.parent:
+        spec.add_exclude(bodyname1=name, bodyname2=joint.parent)
 
 
 def _set_inertia(body: Any, mass: float, inertia: Inertia) -> None:

@@ -72,8 +72,10 @@ class Compiled:
         mujoco.mj_forward(self.model, data)
 
     def place(self, data: Data, thing: str, pose: Pose) -> None:
-        """Put a movable thing somewhere, at rest. Things without a free joint (fixed or carried) stay."""
-        index = self.things[thing]
+        """Put a movable thing somewhere, at rest; one on a joint as near as that lets it. Others (fixed, carried) stay."""
+        index, own = self.things[thing], self.world.thing(thing)
+        if index.joint is not None and own.joint is not None:
+            data.qpos[index.joint] = own.joint.value + own.joint.between(own.pose, pose)
         if index.qpos is not None and index.dof is not None:
             data.qpos[index.qpos : index.qpos + 7] = (*pose.position, *pose.quaternion)
             data.qvel[index.dof : index.dof + 6] = 0.0
@@ -146,7 +148,10 @@ def _thing_index(model: Model, name: str) -> ThingIndex:
     if int(body.jntnum[0]) == 0:
         return ThingIndex(int(body.id), None, None)
     joint = int(body.jntadr[0])
-    return ThingIndex(int(body.id), int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]))
+    address = int(model.jnt_qposadr[joint])
+    if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+        return ThingIndex(int(body.id), None, None, address)
+    return ThingIndex(int(body.id), address, int(model.jnt_dofadr[joint]))
 
 
 def _owner(model: Model, world: World, geom: int) -> Owner:

@@ -38,11 +38,13 @@ class Owner:
 
 @dataclass(frozen=True)
 class ThingIndex:
-    """A thing's body; qpos and dof are the addresses of its free joint, None where it has none."""
+    """A thing's body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
+    address of its hinge or slide."""
 
     body: int
     qpos: int | None
     dof: int | None
+    joint: int | None = None
 
 
 @dataclass(frozen=True)
@@ -168,5 +170,3 @@ def _range(model: Model, address: int) -> float:
     """The far end of the range of the finger joint at a qpos address."""
     joint = int(np.flatnonzero(model.jnt_qposadr == address)[0])
     return float(model.jnt_range[joint, 1])
-
-

@@ -16,6 +16,7 @@ from cramlite.geometry import Pose
 from cramlite.quantities import Length, Mass
 from cramlite.world import Feature, Geom, Thing
 
+from .furniture import cabinet, door, drawer
 from .mesh_model import mesh_thing
 from .vessels import bottle, bowl, can, mug
 
@@ -214,6 +215,9 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "bowl": bowl,
     "mug": mug,
     "mesh": mesh_thing,
+    "cabinet": cabinet,
+    "drawer": drawer,
+    "door": door,
 }
 
 

@@ -49,6 +49,7 @@ class Recorder:
         """Everything so far. Times are those of the samples' due dates."""
         samples = self._samples
         names = samples[0]["poses"] if samples else ()
+        joints = samples[0]["values"] if samples else ()
         return Rollout(
             world=self.compiled.world,
             effector=self.index.name,
@@ -62,6 +63,7 @@ class Recorder:
             messages=tuple(self.messages),
             outcome=outcome,
             reason=reason,
+            values={n: np.array([s["values"][n] for s in samples]) for n in joints},
         )
 
     def _sample(self, data: Data, line: int) -> dict[str, Any]:
@@ -76,6 +78,7 @@ class Recorder:
             "wrench": wrench(model, data, index),
             "opening": index.opening(model, data),
             "line": line,
+            "values": {t: float(data.qpos[i.joint]) for t, i in self.compiled.things.items() if i.joint is not None},
         }
 
 
@@ -145,4 +148,3 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
     weight = np.array([0.0, 0.0, -GRAVITY * mass.sum()])
     arm = mass @ data.xipos[bodies] / mass.sum() - data.site_xpos[index.ft]
     return np.concatenate([force + weight, torque + cross(arm, weight)])
-
