@@ -43,7 +43,7 @@ def test_pads_without_friction_hold_nothing(seed: int) -> None:
 @given(st.floats(0.01, 0.038), st.floats(0.02, 0.1))
 def test_a_can_is_as_wide_as_its_diameter(radius: float, half: float) -> None:
     every = grasps.ranked(can("c", Pose(), radius, 2 * half), GRIPPER, 0.9)
-    found = [g for g in every if "shallow" not in g.name]
+    found = [g for g in every if "shallow" not in g.name and "tips" not in g.name]  # those grip beside the axis
     assert found
     assert all(g.width < 2 * radius + 1e-6 and g.slant < math.atan(0.9) for g in every)
     assert all(g.width == pytest.approx(2 * radius, abs=1e-6) and g.slant < 1e-3 for g in found)

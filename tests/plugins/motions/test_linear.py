@@ -51,7 +51,7 @@ def test_it_stops_out_of_reach_at_a_singularity_and_at_the_base() -> None:
     assert "singularity" in far.reason or "wrist centre" in far.reason
     near = straight(None, UR5E, q, down(0.0, -0.05, 0.2))
     assert isinstance(near, Refusal)
-    assert "base axis" in near.reason or "one step" in near.reason
+    assert "singularity" in near.reason
 
 
 def test_it_stops_at_a_joint_limit() -> None:
