@@ -25,6 +25,7 @@ REFUSED = {
     "parking_arms": "during 1.ParkingArms 'arm_moves()' does not hold",
     "picking_up": "after 2.PickingUp 'grasps(Gripper, Locatum)' does not hold",
     "placing": "after 3.Placing 'touches(Locatum, Relatum)' does not hold",
+    "pushing": "during 1.Pushing 'touches(Gripper, Patient)' does not hold",
     "putting_down": "3.PuttingDown/lower: no contact within 0.09 m",
     "reaching": "during 1.Reaching 'approaches(Goal) or labelled(soma:Reaching, Goal)' does not hold",
     "releasing": "3.Releasing/PuttingDown/lower: no contact within 0.09 m",

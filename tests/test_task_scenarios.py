@@ -36,6 +36,16 @@ def test_its_sibling_is_refused(engine: Engine, name: str, says: str) -> None:
     assert says in reasons
 
 
+def test_a_push_moves_the_block_as_far_as_asked_and_away_from_the_robot(engine: Engine) -> None:
+    candidate, _, reasons = attempt(engine, "pushing")
+    assert candidate is not None and candidate.rollout is not None, reasons
+    track = candidate.rollout.poses["block"][:, :2]
+    way, out = track[-1] - track[0], track[0] / float((track[0] @ track[0]) ** 0.5)
+    assert float(way @ out) > 0.04
+    assert 0.05 < float((way @ way) ** 0.5) < 0.075  # 60 mm, and what it was pushed until it was felt
+    assert candidate.belief.poses["block"].sigma >= 0.06
+
+
 def test_no_scenario_is_left_out() -> None:
     shipped = {p.stem for p in (data_folder("scenarios") / "tasks").glob("*.yaml")}
     assert shipped == {*REFUSED, *(f"{name}_fails" for name in REFUSED), *MORE, *BLOCKED}

@@ -133,32 +133,52 @@ class TaskRules:
                 yield _judged(rules[action.task], action, ways, self.name, after_only=span is None and not idle)
 
 
-def _ways(timeline: Timeline, start: float, end: float) -> list[Mapping[PhaseName, Phase]]:
-    """The phases of a task's code; those without its first moments, in which the arm still follows what the code before
-    it commanded (up to 5 mm of servo lag after a fast motion, gone within 0.2 s: measured); and those with the moments
-    after it, in which its effects may still appear (the padding of the published rule base)."""
+Way = tuple[Mapping["PhaseName", "Phase"], bool]
+"""Phases, and whether what a rule asks for before counts, too."""
+
+
+def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
+    """How a task's code may be taken, and its rule be met.
+
+    As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of
+    servo lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still
+    appear (the padding of the published rule base); and from a change of state in it on, where, as for an action of a
+    demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch.
+    """
     from cramlite.phases import PADDING, Segment
 
-    spans = [(start, end)]
+    yield timeline.phases(Segment(start, end)), False
     if end - start > 2 * PADDING:
-        spans += [(start + PADDING, end), (start, end + PADDING)]
-    return [timeline.phases(Segment(*span)) for span in spans]
+        yield timeline.phases(Segment(start + PADDING, end)), False
+        yield timeline.phases(Segment(start, end + PADDING)), False
+        yield from ((timeline.phases(Segment(cut, end)), True) for cut in timeline.cuts if start < cut < end - PADDING)
 
 
-def _judged(
-    rule: Rule, action: Action, ways: Iterable[Mapping[PhaseName, Phase]], name: str, *, after_only: bool
-) -> Finding:
+def _judged(rule: Rule, action: Action, ways: Iterable[Way], name: str, *, after_only: bool) -> Finding:
     phases = ("post",) if after_only else ("run", "post")
     clauses = [c for c in rule.written_order if c.phase in phases or _binds(c)]
-    wrong = [_unmet(clauses, action, rule, phases) for phases in ways]
-    if not all(wrong):
+    clause = _unmet_in(rule, clauses, action, ways)
+    if clause is None:
         said = " and ".join(c.text for c in clauses if c.phase != "pre")
         return Finding(name, True, f"{action.name}: {said}", origin=action.name)
-    clause = next(c for c in wrong if c is not None)
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
     when = "after" if clause.phase == "post" else "during"
     said = f"{when} {action.name} '{clause.text}' does not hold" + (f" ({roles})" if roles else "")
     return Finding(name, False, said, origin=action.name)
+
+
+def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Clause | None:
+    """None where the rule is met in one of the ways, else what the first one lacks."""
+    first: Clause | None = None
+    starts = any(c.phase == "pre" and not _binds(c) for c in rule.written_order)
+    for phases, before in ways:
+        if before and not starts:
+            continue
+        clause = _unmet(rule.written_order if before else clauses, action, rule, phases)
+        if clause is None:
+            return None
+        first = first or clause
+    return first
 
 
 def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Clause | None:

@@ -1,0 +1,70 @@
+"""soma:Pushing: closed fingers touch a thing and move it along its support."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Parameter,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
+
+
+class Pushing(TaskType):
+    task = "soma:Pushing"
+    aliases = ("Push",)
+    roles = (Role("Patient"),)
+    summary = "touch a thing with closed fingers and push it along"
+    parameters = (
+        Parameter("distance_m", 0.06, "five times what rules call displaced, and more than the play at the start"),
+        Parameter("speed_m_s", 0.02, "at 30 mm/s a pushed block runs ahead of the fingers in simulation"),
+        Parameter("touch_force_n", 1.0, "0.2 kg on wood slides at 1.2 N; less is noise of the sensor"),
+    )
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        if belief.held is not None:
+            raise Unresolvable(f"the gripper holds '{belief.held.thing}'; empty fingers push", because=(EARLIER_TASKS,))
+        patient, beside = action.roles["Patient"], self.begins_at(action)
+        far = Location(
+            action.inside("far"), "pushed", patient.name, {"distance_m": self.parameter(action, "distance_m")}
+        )
+        feel = {
+            "speed_m_s": 0.01, "force_n": self.parameter(action, "touch_force_n"), "beyond_m": 0.01, "expect": "any",
+        }  # fmt: skip
+        push, touch = {"stage": "pose", "speed_m_s": self.parameter(action, "speed_m_s")}, (patient.name,)
+        steps = (
+            beside,
+            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("transfer"), "transfer", beside, reason=f"beside {patient.entity}"),
+            Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
+            Motion(action.inside("touch"), "until_contact", beside, feel, touch, f"to {patient.entity}"),
+            far,
+            Motion(action.inside("push"), "linear", far, push, touch, f"{patient.entity} moves along"),
+        )
+        yield Decomposition(steps, "touch, then straight on")
+
+    def effects(self, action: Action, belief: Belief) -> Belief:
+        """The thing is somewhere within the stroke."""
+        thing = action.roles["Patient"].entity or ""
+        known = belief.poses[thing]
+        spread = known.sigma + self.parameter(action, "distance_m")
+        return replace(belief, poses={**belief.poses, thing: replace(known, sigma=spread, source="predicted: pushed")})
+
+    def begins_at(self, action: Action) -> Location:
+        patient = action.roles["Patient"].name
+        return Location(f"push({patient})", "push", patient)
+
+
+@hookimpl
+def task_types() -> Iterable[TaskType]:
+    return [Pushing()]
