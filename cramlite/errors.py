@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 
 class CramliteError(Exception):
     """One paragraph for a person: where, what, what would be right, what next."""
@@ -56,9 +58,16 @@ def nearest(name: str, valid: object) -> str:
     import difflib
 
     names = sorted(str(v) for v in valid)  # type: ignore[attr-defined]
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    hint = f"did you mean '{close[0]}'? " if close else ""
+    hint = did_you_mean(name, names)
     if len(names) > LONGEST_LIST:
         some = difflib.get_close_matches(name, names, n=6, cutoff=0.0)
         return f"{hint}of {len(names)} names the nearest are: {', '.join(some)}"
     return f"{hint}valid are: {', '.join(names) or 'none'}"
+
+
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
+    """ "did you mean 'x'? ", or nothing where no valid name is near."""
+    import difflib
+
+    close = difflib.get_close_matches(name, sorted(valid), n=1, cutoff=0.5)
+    return f"did you mean '{close[0]}'? " if close else ""

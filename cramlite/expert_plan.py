@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from .errors import CramliteError
+from .errors import CramliteError, did_you_mean
 from .experts import OBJECTS, SEGMENT, SEGMENTS, Expert
 from .object_query import UNKNOWN, Check, ObjectQuery
 
@@ -146,7 +146,8 @@ class _Planner:
         for condition in self.query.conditions:
             if condition.output == output and not self._within(condition.value, condition.check, condition.key, domain):
                 said = ", ".join(domain) or "nothing"
-                return f"expert '{expert.name}' never says {condition.key} '{condition.value}'; it says: {said}"
+                hint = did_you_mean(str(condition.value), domain)
+                return f"expert '{expert.name}' never says {condition.key} '{condition.value}'; {hint}it says: {said}"
         return ""
 
     def _within(self, value: str | float, check: Check, key: str, domain: tuple[str, ...]) -> bool:

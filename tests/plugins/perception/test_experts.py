@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from cramlite import Engine, Expert, Inputs, Thing, Unresolvable
+from cramlite import Engine, Expert, Inputs, Judged, Thing, Unresolvable
 from cramlite.expert_plan import NoPipeline
 from cramlite.looking import ask
 from cramlite.object_query import parse_query
@@ -86,6 +86,37 @@ def test_the_colour_and_size_of_an_object() -> None:
             assert tallest - 0.03 < answer.value("size") < tallest + 0.04  # the tab is 26 mm high
             expected = {"cram:TeaBox": "green", "cram:CoffeePack": "brown", "cram:BiscuitBox": "blue"}
             assert answer.value("colour") == expected.get(thing.type, answer.value("colour"))
+
+
+def test_the_material_is_that_of_what_it_was_taken_for() -> None:
+    """A class's (foil: coffee), an upper class's (cardboard: most boxes), and a product's own (metal: mints)."""
+    own = {"cram:CoffeePack": "foil", "cram:MintBox": "metal"}
+    for answer in see("type=cram:BoxedProduct on=Hanger", wanted=("material",)).answers:
+        kind, said = answer.value("type"), answer.values["material"]
+        assert said.value == own.get(kind, "cardboard")
+        assert said.judged.confidence >= answer.values["type"].judged.confidence - 1e-9
+        assert said.judged.reason.startswith("not seen: ") and kind in said.judged.reason
+    assert {a.value("type") for a in see("material=metal type=cram:Hanger").answers} == {"cram:Hanger"}
+    assert not see("material=metal type=cram:CoffeePack").answers
+
+
+def test_a_material_that_nothing_known_is_made_of() -> None:
+    with pytest.raises(NoPipeline, match=r"never says material 'cardbord'; did you mean 'cardboard'\? it says: .*metal"):
+        see("material=cardbord")
+
+
+def test_the_material_of_what_is_unknown_is_not_guessed() -> None:
+    from cramlite_plugins.perception.material import material
+
+    tea = next(p for p in engine().knowledge.products if p.type == "cram:TeaBox")
+    bare = {"models": (tea,), "taxonomy": engine().knowledge.taxonomy}
+    looks = {"candidates": (Judged("tea_box", 0.1),), "type": Judged("unknown", 0.9)}
+    with pytest.raises(Unresolvable, match="nobody says of what material a 'unknown' is"):
+        material(Inputs(bare | looks))
+    with pytest.raises(Unresolvable, match="of what material a 'soma:Table' is"):
+        material(Inputs(bare | {"candidates": (), "type": Judged("soma:Table", 0.9)}))
+    sure = material(Inputs(bare | looks | {"type": Judged("cram:TeaBox", 0.1)}))["material"]
+    assert (sure.value, sure.confidence) == ("cardboard", 0.1)
 
 
 def test_the_pose_of_one_product() -> None:

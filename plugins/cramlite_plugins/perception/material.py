@@ -1,0 +1,60 @@
+"""Expert: what an object is made of: not seen, but known of what it was taken for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from cramlite import Expert, Inputs, Judged, Unresolvable, hookimpl
+from cramlite.object_query import UNKNOWN
+
+from .products import entries
+
+PROPERTY = "cram:material"
+
+
+def known_material(model: str, kind: str, taxonomy: Any) -> tuple[str, str] | None:
+    """The material of a product and where that is said: in its own entry, or of the nearest class of it."""
+    own = entries().get(model, {}).get("material")
+    if own is not None:
+        return str(own), f"the entry of '{model}'"
+    said = taxonomy.said(kind, PROPERTY)
+    return (str(said[0][1].filler), f"every {said[0][0]}") if said else None
+
+
+def materials(priors: Mapping[str, Any]) -> tuple[str, ...]:
+    """Those of the models and fixtures that are known."""
+    things = (*priors.get("models", ()), *priors.get("fixtures", ()))
+    found = (known_material(t.name, t.type, priors["taxonomy"]) for t in things)
+    return tuple(sorted({said[0] for said in found if said}))
+
+
+def material(inputs: Inputs) -> Mapping[str, Any]:
+    """Materials of the models that it may be, each as sure as those together; of a fixture, its class's."""
+    models = {m.name: m for m in inputs["models"]}
+    kind = inputs.judged("type")
+    looks = [(c.value, models[c.value].type, c.confidence) for c in inputs["candidates"] if c.value in models]
+    if not looks and kind.value != UNKNOWN:
+        fixture = inputs.get("fixture")
+        looks = [(fixture.name if fixture else "", kind.value, kind.confidence)]
+    shares: dict[str, float] = {}
+    whys: dict[str, str] = {}
+    for name, type_, sure in looks:
+        said = known_material(name, type_, inputs["taxonomy"])
+        if said is not None:
+            shares[said[0]] = shares.get(said[0], 0.0) + sure
+            whys.setdefault(said[0], f"not seen: {said[1]} is of {said[0]}, and it was taken for a {type_}")
+    order = sorted(shares, key=lambda m: (-shares[m], m))
+    if kind.value == UNKNOWN or not order:
+        raise Unresolvable(f"nobody says of what material a '{kind.value}' is")
+    ranked = [Judged(m, min(1.0, shares[m]), whys[m]) for m in order]
+    return {"material": Judged(ranked[0].value, ranked[0].confidence, ranked[0].reason, tuple(ranked[1:]))}
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    return [
+        Expert("known_material", "the material that is known of what it was taken for",
+               ("candidates", "type", "models", "taxonomy"), ("material",), material, "object", uses=("fixture",),
+               domains={"material": materials}, cost_ms=0.2),
+    ]  # fmt: skip
