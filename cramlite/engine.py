@@ -31,6 +31,7 @@ from .world import World
 
 if TYPE_CHECKING:
     from .looking import Look
+    from .plugin_types import Camera
 
 Progress = Callable[[str], None]
 Source = tuple[Interpretation | None, Episode | None]
@@ -51,6 +52,7 @@ class Setting:
         seed: of everything that is drawn.
         real: the world that programs run in, where it differs from what is believed; never shown to plugins.
         look: the picture that the belief comes from, where poses come from a camera.
+        camera: that the robot has, where poses are known without it.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Setting:
     seed: int
     real: World | None = None
     look: Look | None = None
+    camera: Camera | None = None
 
     def belief(self) -> Belief:
         mount = self.world.robots[0]
@@ -191,7 +194,11 @@ class Engine:
 
             seen = look(scenario, world, real or world, robot, self.knowledge, seed)
             return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen)
-        return Setting(scenario.name, world, relations, robot, writer, seed, real)
+        if scenario.spec.camera is None:
+            return Setting(scenario.name, world, relations, robot, writer, seed, real)
+        from .looking import camera_of
+
+        return Setting(scenario.name, world, relations, robot, writer, seed, real, camera=camera_of(scenario))
 
     def _check_world(self, scenario: Scenario, world: World) -> None:
         """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
@@ -283,7 +290,7 @@ class Engine:
         """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
         mount = setting.world.robots[0]
         context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
-        context = replace(context, camera=setting.look.camera if setting.look else None)
+        context = replace(context, camera=setting.look.camera if setting.look else setting.camera)
         search = Search(
             self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress
         )
@@ -299,7 +306,9 @@ class Engine:
             for step in candidate.program.steps:
                 self.registry.notify("on_step", step=step, candidate=candidate)
             progress(f"candidate program {proofs} of {len(candidate.program.steps)} steps: running its text")
-            candidate, verdict = prove(candidate, self.knowledge, setting.backend, setting.seed, setting.real)
+            candidate, verdict = prove(
+                candidate, self.knowledge, setting.backend, setting.seed, setting.real, setting.camera
+            )
             outcome = "proven" if verdict.passed else "failed"
             trace.add(0, "proof", str(plan), outcome, setting.backend.name, verdict.reason)  # type: ignore[arg-type]
             if not verdict.passed:

@@ -109,14 +109,17 @@ def one(engine: Engine, name: str, seed: int, tally: Counter[str], matrix: dict[
     task = next(a for a in candidate.actions if a.task.split(":")[1] == wanted)
     when = spans(candidate)
     assert candidate.episode is not None
+    either = False
     for kind, episode in (("states", candidate.episode), ("cuts", with_cuts(candidate.episode, when))):
         own, found = reads(engine, episode, when[task.name], task)
         tally[kind] += own
+        either = either or own
         matrix.setdefault(task.task, Counter()).update(f"{f.split(':')[1]}" for f in found if kind == "cuts")
         if not own:
             print(
                 f"{name} seed {seed}: by {kind} not read as {task.task}, but as {', '.join(sorted(found)) or 'nothing'}"
             )
+    tally["either"] += either
     for what in ("open", "gone"):
         bad = spoiled(engine, candidate, what, task)
         if bad is not None and bad.episode is not None:
@@ -145,7 +148,7 @@ def main() -> None:
     print("executed -> read as (number of runs), cut at the ends of tasks")
     for task, found in sorted(matrix.items()):
         print(f"{task:34s} " + ", ".join(f"{k} {n}" for k, n in found.most_common()))
-    print(", ".join(f"{k} {tally[k]}" for k in ("runs", "proven", "states", "cuts")))
+    print(", ".join(f"{k} {tally[k]}" for k in ("runs", "proven", "states", "cuts", "either")))
     print(f"open gripper: {tally['open read']} of {tally['open runs']} read as the task")
     print(f"thing removed: {tally['gone read']} of {tally['gone runs']} read as the task")
     print(f"{time.process_time() - begin:.0f} s of CPU time; rules {rules}")

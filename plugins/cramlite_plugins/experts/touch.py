@@ -25,13 +25,14 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if surface is None:
         raise Unresolvable(f"'{entity}' has no vrps:SurfaceFeature to touch", (location.of or "",))
     middle = belief.pose(entity.split("/")[0]) * surface.pose
-    scene, tips = make_scene(belief, context), context.robot.gripper.pad[1] / 2
+    free, near = make_scene(belief, context), make_scene(belief, context, [entity.split("/")[0]])
+    tips = context.robot.gripper.pad[1] / 2
     facing = math.degrees(math.atan2(middle.position[1], middle.position[0]))
     for k, yaw in enumerate(YAWS):
         turn = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(facing + yaw))) * DOWN
         at = shift(Pose(middle.position, turn.quaternion), (0, 0, tips + ALMOST))
         before = shift(at, (0, 0, ABOVE))
-        for where, pose in (("above it", before), ("at it", at)):
+        for where, pose, scene in (("above it", before, free), ("at it", at, near)):
             there = stance(scene, context, pose, belief.joints)
             if isinstance(there, str):
                 yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there}")
