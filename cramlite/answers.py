@@ -13,7 +13,7 @@ from .world import RobotMount
 
 if TYPE_CHECKING:
     from .ontology import Taxonomy
-    from .plugin_types import Camera
+    from .world import Camera
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,6 @@ from .world import World
 
 if TYPE_CHECKING:
     from .looking import Look
-    from .plugin_types import Camera
 
 Progress = Callable[[str], None]
 Source = tuple[Interpretation | None, Episode | None]
@@ -52,7 +51,6 @@ class Setting:
         seed: of everything that is drawn.
         real: the world that programs run in, where it differs from what is believed; never shown to plugins.
         look: the picture that the belief comes from, where poses come from a camera.
-        camera: that the robot has, where poses are known without it.
     """
 
     name: str
@@ -63,7 +61,6 @@ class Setting:
     seed: int
     real: World | None = None
     look: Look | None = None
-    camera: Camera | None = None
 
     def belief(self) -> Belief:
         mount = self.world.robots[0]
@@ -194,11 +191,7 @@ class Engine:
 
             seen = look(scenario, world, real or world, robot, self.knowledge, seed)
             return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen)
-        if scenario.spec.camera is None:
-            return Setting(scenario.name, world, relations, robot, writer, seed, real)
-        from .looking import camera_of
-
-        return Setting(scenario.name, world, relations, robot, writer, seed, real, camera=camera_of(scenario))
+        return Setting(scenario.name, world, relations, robot, writer, seed, real)
 
     def _check_world(self, scenario: Scenario, world: World) -> None:
         """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
@@ -290,7 +283,8 @@ class Engine:
         """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
         mount = setting.world.robots[0]
         context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
-        context = replace(context, camera=setting.look.camera if setting.look else setting.camera)
+        cameras = (setting.look.camera,) if setting.look else setting.world.cameras
+        context = replace(context, camera=next(iter(cameras), None))
         search = Search(
             self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress
         )
@@ -302,13 +296,13 @@ class Engine:
             except StopIteration:
                 return
             proofs += 1
-            candidate = assemble(setting.name, plan, setting.belief(), state, setting.robot, setting.world, self.knowledge)
+            candidate = assemble(
+                setting.name, plan, setting.belief(), state, setting.robot, setting.world, self.knowledge
+            )
             for step in candidate.program.steps:
                 self.registry.notify("on_step", step=step, candidate=candidate)
             progress(f"candidate program {proofs} of {len(candidate.program.steps)} steps: running its text")
-            candidate, verdict = prove(
-                candidate, self.knowledge, setting.backend, setting.seed, setting.real, setting.camera
-            )
+            candidate, verdict = prove(candidate, self.knowledge, setting.backend, setting.seed, setting.real)
             outcome = "proven" if verdict.passed else "failed"
             trace.add(0, "proof", str(plan), outcome, setting.backend.name, verdict.reason)  # type: ignore[arg-type]
             if not verdict.passed:

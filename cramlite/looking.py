@@ -17,9 +17,9 @@ from .errors import NoSolution, UserError
 from .experts import Judged
 from .object_query import RELATIONS, UNKNOWN, ObjectQuery, parse_query
 from .perception import Perceived, Percept, perceive
-from .plugin_types import Camera
 from .scenario import Scenario
-from .world import Thing, World
+from .scenario_world import camera_of
+from .world import Camera, Thing, World
 
 if TYPE_CHECKING:
     from .knowledge import Knowledge
@@ -251,14 +251,6 @@ def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: 
         return str(knowledge.registry.fault(owners.get(expert, expert), "experts", expert, error))
 
     return perceive(query, knowledge.experts, priors, knowledge.taxonomy, fault)
-
-
-def camera_of(scenario: Scenario) -> Camera | None:
-    """The scenario's camera."""
-    spec = scenario.spec.camera
-    if spec is None:
-        return None
-    return Camera(spec.at.pose(), scenario.spec.robot.name if spec.mount == "flange" else None)
 
 
 def _believed(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:

@@ -15,7 +15,7 @@ from .program import Code, Program
 from .robots import Robot
 from .rollout import Rollout
 from .verdict import Cost, Finding
-from .world import Thing, World
+from .world import Camera, Thing, World
 
 if TYPE_CHECKING:
     from .episode import Episode
@@ -125,21 +125,6 @@ class Simulator(Protocol):
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
         """A picture of one sample of a rollout: (height, width, 3) uint8."""
         ...
-
-
-@dataclass(frozen=True)
-class Camera:
-    """A depth camera.
-
-    Args:
-        pose: its optical frame (z forward, x right, y down) in the world, or in the flange frame of ``mount``.
-        mount: the robot whose flange it is on; None for one that is fixed.
-        joints: of that robot when it looks [rad].
-    """
-
-    pose: Pose
-    mount: str | None = None
-    joints: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

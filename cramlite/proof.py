@@ -9,11 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from .belief import Belief
-from .episode import Entity, Episode, Track
-from .geometry import Pose
 from .knowledge import Knowledge
 from .plan import Plan
-from .plugin_types import Backend, Camera, Candidate
+from .plugin_types import Backend, Candidate
 from .program import Program, Snapshot
 from .robots import Robot
 from .search import Conflict
@@ -49,18 +47,12 @@ def assemble(
 
 
 def prove(
-    candidate: Candidate,
-    knowledge: Knowledge,
-    backend: Backend,
-    seed: int,
-    real: World | None = None,
-    camera: Camera | None = None,
+    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int, real: World | None = None
 ) -> tuple[Candidate, Verdict]:
     """Judge a candidate, cheap checks first; its text runs only if those pass.
 
     Args:
         real: the world that the text runs in; the candidate's own, which is what was believed, by default.
-        camera: that the robot has; on a flange it becomes an entity of the run's episode, which rules about looking ask for.
 
     Returns:
         The candidate with code and rollout as far as they came to be, and the verdict.
@@ -89,21 +81,8 @@ def prove(
     episode = knowledge.simulator.episode(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
-    if camera is not None and camera.mount == candidate.program.robot:
-        episode = with_camera(episode, camera, candidate.robot)
     candidate = replace(candidate, rollout=rollout, episode=episode)
     return candidate, Verdict((*findings, *judge(candidate, knowledge, rollout=True)))
-
-
-def with_camera(episode: Episode, camera: Camera, robot: Robot) -> Episode:
-    """The episode with the camera on the robot's flange, as an entity that is where the hand has it."""
-    hand = episode.tracks[episode.effector or ""]
-    to_camera = robot.gripper.tcp.inverse() * camera.pose
-    rows = [Pose(tuple(row[:3]), tuple(row[3:])) * to_camera for row in hand.poses.tolist()]
-    poses = np.array([(*p.position, *p.quaternion) for p in rows])
-    entity = Entity("flange_camera", ("cram:Camera",))
-    tracks = {**episode.tracks, "flange_camera": Track(hand.times, poses)}
-    return replace(episode, entities=(*episode.entities, entity), tracks=tracks)
 
 
 def judge(

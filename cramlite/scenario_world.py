@@ -11,7 +11,7 @@ from .errors import UserError, nearest
 from .geometry import Pose
 from .plugin_types import ModelMaker
 from .scenario import Scenario, ThingSpec, VarySpec
-from .world import Physics, RobotMount, Thing, World
+from .world import Camera, Physics, RobotMount, Thing, World
 
 
 def build_world(
@@ -50,7 +50,17 @@ def build_world(
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
     physics = Physics(**scenario.spec.physics.model_dump())
-    return World(tuple(built.values()), (mount,), physics), tuple(relations)
+    camera = camera_of(scenario)
+    cameras = () if camera is None else (camera,)
+    return World(tuple(built.values()), (mount,), physics, cameras=cameras), tuple(relations)
+
+
+def camera_of(scenario: Scenario) -> Camera | None:
+    """The scenario's camera."""
+    spec = scenario.spec.camera
+    if spec is None:
+        return None
+    return Camera(spec.at.pose(), scenario.spec.robot.name if spec.mount == "flange" else None)
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:

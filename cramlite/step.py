@@ -18,4 +18,3 @@ class Step:
 
     origin: str = field(default="", kw_only=True)
     comment: str = field(default="", kw_only=True)
-

@@ -191,6 +191,26 @@ class Disturbance:
 
 
 @dataclass(frozen=True)
+class Camera:
+    """A depth camera.
+
+    Args:
+        pose: its optical frame (z forward, x right, y down) in the world, or in the flange frame of ``mount``.
+        mount: the robot whose flange it is on; None for one that is fixed.
+        joints: of that robot when it looks [rad].
+    """
+
+    pose: Pose
+    mount: str | None = None
+    joints: tuple[float, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """What runs and episodes call it; no thing can be called so."""
+        return f"{self.mount or 'world'}/camera"
+
+
+@dataclass(frozen=True)
 class World:
     """Everything a simulator needs, and nothing about how it is solved."""
 
@@ -198,6 +218,7 @@ class World:
     robots: tuple[RobotMount, ...] = ()
     physics: Physics = Physics()
     disturbance: Disturbance = Disturbance()
+    cameras: tuple[Camera, ...] = ()
 
     def thing(self, name: str) -> Thing:
         """The thing of that name.

@@ -40,7 +40,7 @@ REFUSED = {
 
 MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing"}
 """Further scenarios that are proven, with the task that they are about."""
-BLOCKED = {"opening_blocked": "mm inside 'post'"}
+BLOCKED = {"looking_at_hidden": "'in_view(Patient)' does not hold", "opening_blocked": "mm inside 'post'"}
 """Further scenarios that are refused."""
 
 

@@ -114,6 +114,27 @@ def test_a_thing_that_was_taken_for_something_else_is_an_objection(world: World)
     assert objections(gone) == ["'second', which was taken for a cram:CoffeePack, is not there"]
 
 
+def test_a_run_records_where_its_cameras_are(world: World) -> None:
+    """A fixed one stands still, one on a flange moves with it; a robot that is not there carries none."""
+    from cramlite.world import Camera
+    from cramlite_plugins.episodes.entities import camera_entities
+    from cramlite_plugins.simulation.compile import compile_world
+    from cramlite_plugins.simulation.recorder import Recorder
+
+    above = Camera(Pose((0.4, 0, 1.5), (0, 1, 0, 0)))
+    flange, lost = (replace(above, pose=Pose((0, 0.09, 0.03)), mount=name) for name in ("arm", "nobody"))
+    compiled = compile_world(replace(world, cameras=(above, flange, lost)), Engine().knowledge.robots)
+    recorder, data = Recorder(compiled, "arm"), compiled.data()
+    recorder.observe(data)
+    rollout = recorder.rollout()
+    assert tuple(rollout.poses["world/camera"][0]) == (*above.pose.position, *above.pose.quaternion)
+    there = Pose(tuple(rollout.poses["arm/camera"][0][:3]), tuple(rollout.poses["arm/camera"][0][3:]))
+    hand = Pose(tuple(rollout.poses["effector"][0][:3]), tuple(rollout.poses["effector"][0][3:]))
+    tcp = Engine().knowledge.robots["ur5e"].gripper.tcp
+    assert there.distance(hand * tcp.inverse() * flange.pose)[0] < 1e-6
+    assert [(e.name, e.part_of) for e in camera_entities(rollout)] == [("world/camera", None), ("arm/camera", "arm")]
+
+
 BROKEN = """
 from cramlite import Expert, hookimpl
 

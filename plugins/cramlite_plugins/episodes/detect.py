@@ -29,7 +29,7 @@ from cramlite.episode import Episode, Event, Track
 from cramlite.geometry import Floats
 from cramlite.rollout import Rollout
 
-from .entities import effector_entities, thing_entities
+from .entities import camera_entities, effector_entities, thing_entities
 from .signals import (
     GAP,
     SHORT,
@@ -83,7 +83,8 @@ def detect(rollout: Rollout, name: str) -> Episode:
     Returns:
         Timeline of states only; actions are what lies between their boundaries, and are segmented later.
     """
-    entities = (*(e for t in rollout.world.things for e in thing_entities(t, rollout)), *effector_entities(rollout))
+    things = (e for t in rollout.world.things for e in thing_entities(t, rollout))
+    entities = (*things, *effector_entities(rollout), *camera_entities(rollout))
     known = {e.name for e in entities}
     pairs = _pairs(rollout, known)
     states = (*_contacts(rollout, pairs), *_supports(rollout, pairs), *_grasps(rollout, pairs))

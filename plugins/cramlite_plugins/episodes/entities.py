@@ -40,6 +40,12 @@ def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
     return (Entity(name, types), *(Entity(f"{name}/{tip}", ("soma:Finger",), part_of=name) for tip in tips))
 
 
+def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """The cameras that were recorded; one on a flange is a part of the effector."""
+    known = [c for c in rollout.world.cameras if c.name in rollout.poses]
+    return tuple(Entity(c.name, ("cram:Camera",), c.mount, c.pose if c.mount is None else None) for c in known)
+
+
 def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
     """Side lengths of the axis-aligned box around a shape [m], in its own frame; None without a shape."""
     if not geoms:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
@@ -11,6 +12,7 @@ from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.phases import Phase, Predicate, Row
 
 from ..episodes.entities import bounds
+from .antipodal import body, crossed
 
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
@@ -18,6 +20,8 @@ NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
 VIEW = np.deg2rad(30.0)
 """[rad] from the camera's axis: half the 60 deg that common depth cameras see."""
+DRAWN_IN = 0.9
+"""Share of a box's corners' distances: its very edge may touch what it stands on."""
 APPROACHED = 0.01
 """[m] by which a distance must shrink to count."""
 
@@ -38,7 +42,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             in_view,
             cost=5,
             possible=lambda timeline: bool(timeline.entities_of("cram:Camera")),
-            doc="A thing is within 30 deg of a camera's axis.",
+            doc="A thing is within 30 deg of a camera's axis, and no other hides it.",
         ),
         Predicate(
             "pose_known",
@@ -105,15 +109,32 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
 
 
 def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
-    """in_view(Thing): the camera looks along its z axis (the optical frame of ROS REP 103)."""
+    """in_view(Thing): the camera looks along its z axis (the optical frame of ROS REP 103); the way to the thing's origin,
+    or to one of the corners of its box, drawn in by a tenth, is free of other things whose shapes are known."""
     for camera in phase.timeline.entities_of("cram:Camera"):
         eye = _pose(phase, camera, phase.end)
         for other in [name] if name is not None else _things(phase):
             pose = _pose(phase, other, phase.end)
             if eye is not None and pose is not None and other != camera:
                 x, y, z = eye.inverse().apply(pose.position)
-                if np.arctan2(np.hypot(x, y), z) < VIEW:
+                if np.arctan2(np.hypot(x, y), z) < VIEW and not _hidden(phase, other, eye):
                     yield (other,)
+
+
+def _hidden(phase: Phase, name: str, eye: Pose) -> bool:
+    """Whether another thing is before each point of a thing that is looked at, at the end of a phase."""
+    pose, box = _pose(phase, name, phase.end), _box(phase, name)
+    assert pose is not None
+    inside = np.array([(0.0, 0.0, 0.0), *(itertools.product(*zip(*box, strict=True)) if box else ())]) * DRAWN_IN
+    points, whole = pose.apply(inside), name.split("/")[0]
+    free = np.ones(len(points), dtype=bool)
+    for other in _things(phase):
+        geoms, its = phase.timeline.entities[other].geoms, _pose(phase, other, phase.end)
+        if other != whole and geoms and its is not None:
+            shape, back = body(geoms), its.inverse()
+            start, ends = back.apply(eye.position)[None], back.apply(points)
+            free &= [not crossed(shape, start, end[None]) for end in ends]
+    return not free.any()
 
 
 def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:

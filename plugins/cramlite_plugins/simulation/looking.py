@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import mujoco
 
 from cramlite.errors import UserError
-from cramlite.plugin_types import Camera
 from cramlite.robots import Robot
 from cramlite.view import View
-from cramlite.world import World
+from cramlite.world import Camera, World
 
 from .compile import compile_world
 from .index import site_pose

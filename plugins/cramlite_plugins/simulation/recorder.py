@@ -11,7 +11,7 @@ from cramlite.geometry import Floats, Pose
 from cramlite.rollout import Message, Rollout, Touch
 
 from .compile import Compiled
-from .index import Data, EffectorIndex, Model, Owner, RobotIndex
+from .index import Data, EffectorIndex, Model, Owner, RobotIndex, site_pose
 from .nominal_arm import cross
 
 GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
@@ -70,6 +70,7 @@ class Recorder:
         model, index = self.compiled.model, self.index
         poses = {t: (*data.xpos[i.body], *data.xquat[i.body]) for t, i in self.compiled.things.items()}
         frames = {"effector": index.pose(data), **finger_poses(data, index)}
+        frames |= camera_poses(self.compiled, data)
         joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
         return {
             "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},
@@ -101,6 +102,16 @@ def finger_poses(data: Data, index: EffectorIndex) -> dict[str, Pose]:
     turn = index.pose(data).quaternion
     middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
     return {f"effector/{side}": Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
+
+
+def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
+    """The optical frames of the world's cameras."""
+    flanges = {name: index.flange for name, index in compiled.robots.items()}
+    return {
+        c.name: c.pose if c.mount is None else site_pose(data, flanges[c.mount]) * c.pose
+        for c in compiled.world.cameras
+        if c.mount is None or c.mount in flanges
+    }
 
 
 def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:

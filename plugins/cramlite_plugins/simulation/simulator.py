@@ -10,8 +10,8 @@ from cramlite import Episode, ModelMaker, Robot, Rollout, Simulator, World, hook
 
 if TYPE_CHECKING:
     from cramlite import Pose, Thing
-    from cramlite.plugin_types import Camera
     from cramlite.view import View
+    from cramlite.world import Camera
 
 
 class MujocoSimulator:

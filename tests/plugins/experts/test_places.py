@@ -107,7 +107,7 @@ def test_visible_means_that_others_do_not_hide_it() -> None:
 
 
 def test_a_camera_looks_one_way() -> None:
-    from cramlite.plugin_types import Camera
+    from cramlite.world import Camera
 
     wanted = _wanted(_belief(), where={"visible_from": "camera"})
     towards = Pose.from_axes((0.45, -1.2, 0.25), (0, 1, 0), (1, 0, 0))
@@ -124,7 +124,11 @@ coordinate = st.floats(-0.3, 0.3)
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.tuples(coordinate, coordinate, coordinate), st.tuples(coordinate, coordinate, coordinate), st.sampled_from(range(4)))
+@given(
+    st.tuples(coordinate, coordinate, coordinate),
+    st.tuples(coordinate, coordinate, coordinate),
+    st.sampled_from(range(4)),
+)
 def test_rays_meet_what_the_ray_caster_of_mujoco_meets(a: Any, b: Any, kind: int) -> None:
     geom = (
         Geom("box", (0.05, 0.08, 0.1)), Geom("sphere", (0.09,)), Geom("cylinder", (0.06, 0.1)), Geom("capsule", (0.05, 0.07)),
