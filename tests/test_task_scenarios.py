@@ -56,6 +56,18 @@ def test_every_task_type_keeps_its_contract(engine: Engine) -> None:
         check_task_type(task)
 
 
+@pytest.mark.parametrize(
+    ("alias", "task"),
+    [
+        ("PickUp", "PickingUp"), ("Place", "Placing"), ("Transport", "Transporting"), ("Open", "Opening"),
+        ("Close", "Closing"), ("Push", "Pushing"), ("ParkArms", "ParkingArms"), ("LookAt", "LookingAt"),
+        ("Detect", "LookingFor"), ("HoleOnPeg", "InsertHoleOntoPeg"), ("Sliding", "SlidingObject"), ("PutDown", "PuttingDown"),
+    ],
+)  # fmt: skip
+def test_names_that_users_of_cram_know(engine: Engine, alias: str, task: str) -> None:
+    assert task_type(engine.knowledge.tasks, alias) is task_type(engine.knowledge.tasks, task)
+
+
 def test_shipped_scenarios_have_short_and_full_names() -> None:
     assert find_scenario("tasks/grasping") == find_scenario("grasping")
     assert find_scenario("tasks/grasping").parent.name == "tasks"

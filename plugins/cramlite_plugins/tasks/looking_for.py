@@ -9,7 +9,7 @@ from cramlite import Action, Belief, Decomposition, Location, Motion, Role, Task
 
 class LookingFor(TaskType):
     task = "soma:LookingFor"
-    aliases = ("LookFor", "Searching")
+    aliases = ("LookFor", "Searching", "Detect")
     roles = (Role("Patient", required=False),)
     summary = "bring the camera to where something would be seen"
 
