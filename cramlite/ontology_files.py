@@ -54,7 +54,7 @@ def _syntax(path: Path, content: bytes) -> str:
         raise UserError(
             f"{path}: this file is in OWL functional syntax, which is not read here. Convert it to RDF/XML: "
             f"'robot convert -i {path.name} -o {path.stem}.rdf', or 'pip install py-horned-owl', then in Python "
-            f'\'pyhornedowl.open_ontology("{path.name}", "ofn").save_to_file("{path.stem}.rdf", "rdf")\''
+            f"'pyhornedowl.open_ontology(\"{path.name}\", \"ofn\").save_to_file(\"{path.stem}.rdf\", \"rdf\")'"
         )
     return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
 

@@ -172,9 +172,7 @@ def _decode(hint: Any, value: Any, where: _Where, name: str, lines: dict[int, in
         return value
     if origin in (dict, Mapping):
         kind = get_args(hint)[1]
-        return {
-            k: _decode(kind, v, where.inner[k], f"{name}.{k}", lines) for k, v in _object(value, where, name).items()
-        }
+        return {k: _decode(kind, v, where.inner[k], f"{name}.{k}", lines) for k, v in _object(value, where, name).items()}
     if is_dataclass(hint):
         return _dataclass(hint, value, where, name, lines)
     return _plain(hint, value, where, name)

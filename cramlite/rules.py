@@ -84,9 +84,7 @@ class Rule:
     @cached_property
     def changes(self) -> int:
         """How many relations the rule wants to begin or end: held before and denied after, or the reverse."""
-        said = {
-            (phase, denied): _said(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)
-        }
+        said = {(phase, denied): _said(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
         return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
 
     @property

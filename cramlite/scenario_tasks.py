@@ -82,9 +82,7 @@ class RuleSpec(BaseModel):
         if not self.do or not all(self.do):
             raise ValueError(f"'{self.rule}' needs something to do")
         if self.rule == "retry" and (len(self.do[0]) > 1 or not isinstance(self.do[0][0], TaskSpec)):
-            raise ValueError(
-                "'retry' is for one task, whose parameters it changes; try_in_order with 'at: run' is for more"
-            )
+            raise ValueError("'retry' is for one task, whose parameters it changes; try_in_order with 'at: run' is for more")
         if self.rule == "retry" and not self.changes:
             raise ValueError("'retry' needs 'with': a list of changed parameters, one for each further attempt")
         if self.rule == "monitor" and self.force is None and self.slip is None and self.time is None:

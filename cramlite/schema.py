@@ -14,9 +14,7 @@ def scenario_schema() -> dict[str, Any]:
     schema = ScenarioSpec.model_json_schema(by_alias=True)
     entry = {"$ref": "#/$defs/task"}
     schema["properties"] |= {"tasks": {"type": "array", "items": entry}, "designator": entry}
-    schema["$defs"] = {n: d for n, d in schema["$defs"].items() if n not in ("TaskSpec", "RuleSpec")} | {
-        "task": _task()
-    }
+    schema["$defs"] = {n: d for n, d in schema["$defs"].items() if n not in ("TaskSpec", "RuleSpec")} | {"task": _task()}
     return {"$schema": DIALECT, **schema, "title": "cramlite scenario"}
 
 

@@ -18,3 +18,4 @@ class Step:
 
     origin: str = field(default="", kw_only=True)
     comment: str = field(default="", kw_only=True)
+

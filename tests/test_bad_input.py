@@ -40,11 +40,7 @@ SPOILED = {
     "YAML error": (("things:\n", "things: [\n"), ":12", "not valid YAML"),
     "tag": ((ROBOT, "robot: !robot {type: ur5e}"), ":10", "tag '!robot' is not allowed"),
     "tag of a scalar": (("model: boxed_product", "model: !x boxed_product"), ":15", "'!x'"),
-    "tag that would run code": (
-        (ROBOT, "prefer: !!python/object/apply:os.system [ls]"),
-        "python/object",
-        "not allowed",
-    ),
+    "tag that would run code": ((ROBOT, "prefer: !!python/object/apply:os.system [ls]"), "python/object", "not allowed"),
     "key given twice": ((ROBOT, f"{ROBOT}\n{ROBOT}"), ":11", "duplicate key"),
     "two things of one name": (("name: basket", "name: hook"), "two things are called 'hook'"),
     "thing called like the robot": (("name: floor", "name: arm"), "'arm' is used twice"),

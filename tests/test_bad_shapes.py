@@ -16,7 +16,9 @@ FLOOR = "  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: 
 SHELF = "  - {name: shelf, model: table, at: {position: [%s, 0.15]}, with: {size: [0.25 m, 0.25 m, 20 mm]}}\n"
 BLOCK = "  - {name: it, model: block, at: {position: [0.5, 0.2, 51 mm]}, with: {size: [50 mm, 50 mm, 100 mm]}}\n"
 MESH = "  - {name: it, model: mesh, at: {position: [0.5, 0.2, 30 mm]}, with: {file: it.stl, %s}}\n"
-PLACE = "[{task: Grasp, Patient: it}, {task: PickUp, Locatum: it, Relatum: floor}, {task: Place, Locatum: it, Relatum: shelf}]"
+PLACE = (
+    "[{task: Grasp, Patient: it}, {task: PickUp, Locatum: it, Relatum: floor}, {task: Place, Locatum: it, Relatum: shelf}]"
+)
 
 
 @pytest.fixture(autouse=True)
@@ -69,9 +71,7 @@ def test_a_peg_thicker_than_the_hole(process: Run, tmp_path: Path) -> None:
         "  - {name: it, model: boxed_product, at: {position: [0.45, -0.3, 56 mm], yaw: -70 deg},"
         " with: {size: [60 mm, 50 mm, 100 mm], hole_diameter: 5 mm}}\n"
     )
-    tasks = (
-        "[{task: Grasp, Patient: it}, {task: PickUp, Locatum: it}, {task: HoleOnPeg, Locatum: it, Relatum: hook/peg}]"
-    )
+    tasks = "[{task: Grasp, Patient: it}, {task: PickUp, Locatum: it}, {task: HoleOnPeg, Locatum: it, Relatum: hook/peg}]"
     _says(_resolve(process, tmp_path, things, tasks), 1, "a hole of 5.0 mm does not move on a peg of 6.0 mm")
 
 

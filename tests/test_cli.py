@@ -63,9 +63,7 @@ def test_interpret(run: Run) -> None:
     assert "Grasping" in why.out
 
 
-@pytest.mark.parametrize(
-    "why", ["Grasping", "Grasping@", "Grasping@x", "Grasping@99", "Graspin@0", "@0", "Grasping@-1"]
-)
+@pytest.mark.parametrize("why", ["Grasping", "Grasping@", "Grasping@x", "Grasping@99", "Graspin@0", "@0", "Grasping@-1"])
 def test_why_of_what_is_not_there(why: str, run: Run) -> None:
     ran = run("interpret", DEMONSTRATION, "--why", why)
     assert ran.code == 2, ran.err

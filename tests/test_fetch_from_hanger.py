@@ -114,9 +114,7 @@ def test_a_peg_that_jams_stops_the_program(tmp_path: Path) -> None:
     scenario = variant(tmp_path, jam, (ROBOT, ROBOT + "\nbudget: {proofs: 2, sequences: 1}"))
     run = cramlite("resolve", scenario, "--out", tmp_path / "run", "--no-report")
     assert run.returncode == 1, run.stderr
-    assert re.search(
-        r"ExtractHoleFromPeg/pull: (force [\d.]+ N > 25|only [-\d.e]+ m out within|not done within)", run.stderr
-    )
+    assert re.search(r"ExtractHoleFromPeg/pull: (force [\d.]+ N > 25|only [-\d.e]+ m out within|not done within)", run.stderr)
 
 
 def test_a_basket_out_of_reach_is_refused_without_trying_grasps(tmp_path: Path) -> None:
@@ -152,9 +150,7 @@ def test_a_grasp_from_the_side_of_the_wall_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("arm", ["ur5", "ur6"])
 def test_another_arm_is_one_line(arm: str, tmp_path: Path) -> None:
-    run = cramlite(
-        "resolve", variant(tmp_path, (ROBOT, f"robot: {{type: {arm}}}")), "--out", tmp_path / "run", "--no-report"
-    )
+    run = cramlite("resolve", variant(tmp_path, (ROBOT, f"robot: {{type: {arm}}}")), "--out", tmp_path / "run", "--no-report")
     if arm == "ur6":
         assert run.returncode == 2, run.stderr
         return

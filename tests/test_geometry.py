@@ -72,12 +72,7 @@ def test_axes() -> None:
 
 @pytest.mark.parametrize(
     ("position", "quaternion"),
-    [
-        ((0, 0, math.nan), (1, 0, 0, 0)),
-        ((0, 0, math.inf), (1, 0, 0, 0)),
-        ((0, 0, 0), (0, 0, 0, 0)),
-        ((0, 0), (1, 0, 0, 0)),
-    ],
+    [((0, 0, math.nan), (1, 0, 0, 0)), ((0, 0, math.inf), (1, 0, 0, 0)), ((0, 0, 0), (0, 0, 0, 0)), ((0, 0), (1, 0, 0, 0))],
 )
 def test_what_is_no_pose(position: tuple[float, ...], quaternion: tuple[float, ...]) -> None:
     with pytest.raises(ValueError, match="not a pose"):

@@ -216,9 +216,7 @@ def test_any_nesting_becomes_steps_in_its_own_order(waits: Path, tree: Any) -> N
 
 # In scenarios
 
-HEAD = (
-    "scenario: s\nrobot: {type: ur5e}\nthings:\n  - {name: tea, model: block, at: {position: [0.5, 0, 0.1]}}\ntasks:\n"
-)
+HEAD = "scenario: s\nrobot: {type: ur5e}\nthings:\n  - {name: tea, model: block, at: {position: [0.5, 0, 0.1]}}\ntasks:\n"
 
 
 @pytest.mark.parametrize(
@@ -227,11 +225,7 @@ HEAD = (
         ("  - ParkArms\n  - repeet: {times: 3}\n", 7, "did you mean 'repeat'"),
         ("  - repeat: {time: 3, do: [ParkArms]}\n", 6, "'repeat' has no 'time'; did you mean 'times'"),
         ("  - repeat: {times: 0, do: [ParkArms]}\n", 6, "greater than or equal to 1"),
-        (
-            "  - repeat:\n      times: 2\n      do:\n        - ParkArms\n        - ParkLegs\n",
-            10,
-            "no task type 'ParkLegs'",
-        ),
+        ("  - repeat:\n      times: 2\n      do:\n        - ParkArms\n        - ParkLegs\n", 10, "no task type 'ParkLegs'"),
         ("  - try_in_order:\n    - ParkArms\n    - [ParkArms, {task: Grasp, Patient: te}]\n", 8, "did you mean 'tea'"),
         ("  - monitor: {do: [ParkArms]}\n", 6, "needs 'force', 'slip' or 'time'"),
         ("  - monitor: {force: 20 mm, do: [ParkArms]}\n", 6, "'mm' is not a unit of force"),

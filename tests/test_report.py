@@ -102,9 +102,7 @@ def test_same_run_same_page(page: str, tmp_path: Path, solution: Solution, engin
 
 def test_hostile_names_are_escaped(tmp_path: Path, solution: Solution, engine: Engine) -> None:
     trace = Trace([replace(e, reason=HOSTILE, text=HOSTILE, designator=HOSTILE) for e in solution.trace.entries])
-    plan = Plan(
-        HOSTILE, tuple(replace(o, name=HOSTILE, types=(HOSTILE,)) for o in solution.plan.objects), solution.plan.actions
-    )
+    plan = Plan(HOSTILE, tuple(replace(o, name=HOSTILE, types=(HOSTILE,)) for o in solution.plan.objects), solution.plan.actions)
     code = replace(solution.candidate.code, text=HOSTILE)  # type: ignore[type-var]
     actions = tuple(replace(a, name=HOSTILE, task=HOSTILE) for a in solution.candidate.actions)
     candidate = replace(solution.candidate, plan=plan, code=code, actions=actions)

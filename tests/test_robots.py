@@ -80,7 +80,7 @@ def test_execute_runs_a_typed_program_and_explains_a_broken_one(run: Callable[..
     program.write_text(text.replace("MoveJoints", "MoveJonts"))
     wrong = run("execute", program, "--world", scenario)
     assert wrong.code == 2
-    assert 'line 9: the program.steps[0].step is "MoveJonts"' in wrong.err
+    assert "line 9: the program.steps[0].step is \"MoveJonts\"" in wrong.err
     assert "did you mean 'MoveJoints'" in wrong.err
     assert wrong.err.count("\n") == 1
 

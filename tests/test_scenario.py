@@ -83,9 +83,7 @@ def test_the_look_at_rules_sees_a_pose(text: str) -> None:
 def _poses(text: str) -> list[str]:
     """Places in a rule file with a number that is no threshold of one comparison, or with a forbidden key."""
     keys = [p for p, _ in _leaves(YAML(typ="safe").load(text)) if FORBIDDEN.search(p)]
-    leaves = [
-        (p, str(v)) for p, v in _leaves(YAML(typ="safe").load(text)) if p.split(".")[0] not in ("source", "explain")
-    ]
+    leaves = [(p, str(v)) for p, v in _leaves(YAML(typ="safe").load(text)) if p.split(".")[0] not in ("source", "explain")]
     threshold = re.compile(r"[<>=]=?\s*[-\d.]+( ?[a-z]+)?")
     return keys + [p for p, v in leaves if re.search(r"(?<![A-Za-z_\d])\d", threshold.sub("", v))]
 

@@ -103,9 +103,7 @@ def main() -> None:
     physics = float(np.median([seconds for _, seconds in found]))
     print(f"{found[0][0][0].outcome}: {simulated:.1f} s simulated, {len(kept)} physics steps")
     print(f"closed loop {closed:.2f} s, {simulated / closed:.1f} times real time")
-    print(
-        f"raw mj_step {physics:.2f} s, {simulated / physics:.1f} times real time, {1e6 * physics / len(kept):.0f} us a step"
-    )
+    print(f"raw mj_step {physics:.2f} s, {simulated / physics:.1f} times real time, {1e6 * physics / len(kept):.0f} us a step")
     print(f"closed loop / raw {closed / physics:.1f}")
     print("where the time goes: " + ", ".join(f"{c} {100 * s:.0f} %" for c, s in shares(text, world).items()))
 

@@ -28,8 +28,7 @@ def mjcf() -> str:
     body, beside = gripper_mjcf("wrist")
     slides = "".join(f'<joint name="{n}" type="slide" axis="{a}"/>' for n, a in zip(JOINTS[:3], AXES, strict=True))
     hinges = "".join(
-        f'<joint name="{n}" type="hinge" axis="{a}" pos="0 0 {TCP}" armature="0.01"/>'
-        for n, a in zip(JOINTS[3:], AXES, strict=True)
+        f'<joint name="{n}" type="hinge" axis="{a}" pos="0 0 {TCP}" armature="0.01"/>' for n, a in zip(JOINTS[3:], AXES, strict=True)
     )
     servos = "".join(
         f'<position name="{n}" joint="{n}" kp="{20000 if k < 3 else 300}" kv="{400 if k < 3 else 10}"'

@@ -97,9 +97,7 @@ def _u(rng: Rng, low: float, high: float) -> float:
     return float(rng.uniform(low, high))
 
 
-def _at(
-    mesh: Any, by: tuple[float, float, float], axis: tuple[float, float, float] = (0, 0, 1), angle: float = 0.0
-) -> Any:
+def _at(mesh: Any, by: tuple[float, float, float], axis: tuple[float, float, float] = (0, 0, 1), angle: float = 0.0) -> Any:
     mesh.apply_transform(trimesh.transformations.rotation_matrix(angle, axis))
     mesh.apply_translation(by)
     return mesh
@@ -148,13 +146,9 @@ def _jug(rng: Rng) -> Any:
 def _bracket(rng: Rng) -> Any:
     """An L of sheet with a hole in each leg."""
     a, b, w, t = _u(rng, 0.05, 0.12), _u(rng, 0.05, 0.12), _u(rng, 0.02, 0.06), _u(rng, 0.003, 0.010)
-    legs = _union(
-        _at(trimesh.creation.box((a, w, t)), (a / 2, 0, t / 2)), _at(trimesh.creation.box((t, w, b)), (t / 2, 0, b / 2))
-    )
+    legs = _union(_at(trimesh.creation.box((a, w, t)), (a / 2, 0, t / 2)), _at(trimesh.creation.box((t, w, b)), (t / 2, 0, b / 2)))
     return _less(
-        legs,
-        _at(_cylinder(0.004, 0.1), (0.7 * a, 0, 0)),
-        _at(_cylinder(0.004, 0.05), (0, 0, 0.7 * b), (0, 1, 0), math.pi / 2),
+        legs, _at(_cylinder(0.004, 0.1), (0.7 * a, 0, 0)), _at(_cylinder(0.004, 0.05), (0, 0, 0.7 * b), (0, 1, 0), math.pi / 2)
     )
 
 

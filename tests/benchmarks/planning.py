@@ -65,9 +65,7 @@ def solve(task: Problem, seed: int) -> Result:
 def executed(scene: Scene, path: Path) -> Iterator[Floats]:
     """Joint positions of the path with its corners rounded."""
     zones = []
-    for (a, corner, b), radius in zip(
-        zip(path.points, path.points[1:], path.points[2:], strict=False), path.radii, strict=True
-    ):
+    for (a, corner, b), radius in zip(zip(path.points, path.points[1:], path.points[2:], strict=False), path.radii, strict=True):
         found = [zone(scene.tip, corner, other, radius) if radius > 0 else 0.0 for other in (a, b)]
         zones.append((float(found[0] or 0.0), float(found[1] or 0.0)))
     for section in rounded(path.points, zones, [(SPEED, ACCELERATION)] * (len(path.points) - 1)):
@@ -133,21 +131,12 @@ def main() -> None:
     tasks = [problem(k, options.seed) for k in range(options.problems)]
     results = [solve(t, k) for k, t in enumerate(tasks)]
     paths = [r.path for r in results if r.path is not None]
-    line(
-        "cramlite",
-        [1e3 * r.seconds for r in results],
-        [p.duration for p in paths],
-        [r.distance for r in results if r.path],
-    )
+    line("cramlite", [1e3 * r.seconds for r in results], [p.duration for p in paths], [r.distance for r in results if r.path])
     checks = sum(r.checks for r in results)
-    print(
-        f"  straight joint lines {sum(p.samples == 0 for p in paths)}; first solutions {np.mean([p.first for p in paths]):.2f} s"
-    )
+    print(f"  straight joint lines {sum(p.samples == 0 for p in paths)}; first solutions {np.mean([p.first for p in paths]):.2f} s")
     corners = [r for p in paths for r in p.radii]
     print(f"  corners {len(corners)}, of them stops {sum(r == 0 for r in corners)}; {checks} state checks of ", end="")
-    print(
-        f"{1e6 * sum(r.seconds for r in results) / checks:.0f} us, planner included; raw {1e6 * raw_check(tasks[0].scene):.0f} us"
-    )
+    print(f"{1e6 * sum(r.seconds for r in results) / checks:.0f} us, planner included; raw {1e6 * raw_check(tasks[0].scene):.0f} us")
     for number, r in enumerate(results):
         if r.path is None:
             print(f"  problem {number}: {r.reason}")
@@ -156,12 +145,8 @@ def main() -> None:
         good = [(t, a) for t, a in zip(tasks, answers, strict=True) if "duration" in a]
         far = [smallest(t.scene, resampled([tuple(q) for q in a["path"]], STEP)) for t, a in good]
         line("sscbirrt", [a["ms"] for a in answers], [a["duration"] for _, a in good], far)
-        both = [
-            r.path.duration / a["duration"] for r, a in zip(results, answers, strict=True) if r.path and "duration" in a
-        ]
-        print(
-            f"  duration of ours / theirs on the same problem: {np.mean(both):.2f} mean, {np.median(both):.2f} median"
-        )
+        both = [r.path.duration / a["duration"] for r, a in zip(results, answers, strict=True) if r.path and "duration" in a]
+        print(f"  duration of ours / theirs on the same problem: {np.mean(both):.2f} mean, {np.median(both):.2f} median")
 
 
 if __name__ == "__main__":

@@ -34,12 +34,7 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     if not found.success or found.trajectory is None:
         return {"ms": 1e3 * spent, "reason": str(found.failure_reason)}
     _, samples = found.trajectory.sample(10_000_000)
-    return {
-        "ms": 1e3 * spent,
-        "duration": found.trajectory.duration,
-        "path": samples.tolist(),
-        "backend": found.backend,
-    }
+    return {"ms": 1e3 * spent, "duration": found.trajectory.duration, "path": samples.tolist(), "backend": found.backend}
 
 
 if __name__ == "__main__":

@@ -64,9 +64,7 @@ def emit(program: Program, robot: Robot) -> Code:
     cb3 = robot.sensor != "flange"
     out.add(*(PRELUDE.strip("\n").split("\n") if cb3 else ()))
     rest = len(out.lines)
-    out.add(
-        *FUNCTIONS.strip("\n").split("\n"), *urscript_search.functions(program), *urscript_flow.functions(program), ""
-    )
+    out.add(*FUNCTIONS.strip("\n").split("\n"), *urscript_search.functions(program), *urscript_flow.functions(program), "")
     out.add(*_start(program, robot), "")
     sections = {s.first: s for s in program.sections}
     for i, step in enumerate(program.steps):

@@ -226,10 +226,7 @@ def _monitor(step: Monitor, number_: int, gripper: Gripper) -> list[str]:
         lines += [_trip(number_, said, "force ", "measured", f" N > {number(step.force)} N"), "    end"]
     if step.slip is not None:
         lines += [f'    local closed = socket_get_var("POS", "{name}") - began', f"    if closed > {number(counts)}:"]
-        lines += [
-            _trip(number_, said, "the fingers closed further by ", "closed", f" of 255 > {number(counts)}: slip"),
-            "    end",
-        ]
+        lines += [_trip(number_, said, "the fingers closed further by ", "closed", f" of 255 > {number(counts)}: slip"), "    end"]
     if step.time is not None:
         lines += [f"    if waited > {number(step.time)}:"]
         lines += [_trip(number_, said, "not done after ", "waited", f" s > {number(step.time)} s"), "    end"]

@@ -51,6 +51,7 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide", 0.1 * k, key=name)
 
 
+
 def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """TCP poses that keep the handle in the hand while the joint goes to its goal."""
     from .reach import bound, causes, held_pose, tcp

@@ -77,9 +77,7 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     peg = find_peg(location, belief, context)
     depth = min(peg.length / 2, DEEPEST)
     tip = peg.root + peg.axis * peg.length + peg.over_tip
-    steps = np.array(
-        [peg.axis * CLEAR, -peg.axis * CLEAR, -peg.over_tip, -peg.axis * depth, np.array([0.0, 0.0, -peg.play])]
-    )
+    steps = np.array([peg.axis * CLEAR, -peg.axis * CLEAR, -peg.over_tip, -peg.axis * depth, np.array([0.0, 0.0, -peg.play])])
     centres = tip + np.cumsum(steps, axis=0)
     values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
     reason = ""

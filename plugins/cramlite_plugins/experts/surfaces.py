@@ -48,7 +48,9 @@ def lines(
         cone: largest angle of a contact normal to the closing direction [rad].
     """
     pairs = {_cell(p, w): (p, w) for p, n in _points(parts) for w in _ways(n, cone)}
-    found = [line for p, w in pairs.values() if (line := _line(shape, p, w, centre, gripper, slack, cone)) is not None]
+    found = [
+        line for p, w in pairs.values() if (line := _line(shape, p, w, centre, gripper, slack, cone)) is not None
+    ]
     found.sort(key=lambda x: (round(x.cost, 5), *np.round(x.middle, 5), *np.round(x.way, 5)))
     chosen: list[Line] = []
     for line in found:

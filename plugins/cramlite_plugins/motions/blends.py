@@ -82,9 +82,7 @@ class Corner:
 
     def rate(self, time: float) -> float:
         u = min(time / self.length, 1.0)
-        return (
-            2 * float(np.abs((1 - u) * (self.corner - self.start) + u * (self.goal - self.corner)).max()) / self.length
-        )
+        return 2 * float(np.abs((1 - u) * (self.corner - self.start) + u * (self.goal - self.corner)).max()) / self.length
 
     @property
     def bend(self) -> Floats:
@@ -144,9 +142,7 @@ def rounded(
         Corner(b + i * (a - b), b, b + o * (c - b), _least(b + i * (a - b), b, b + o * (c - b), before, after))
         for (a, b, c), (i, o), before, after in zip(_triples(q), zones, rates, rates[1:], strict=False)
     ]
-    free = [
-        leading(a, b) * max(0.0, 1 - o - i) for (a, b), (_, o), (i, _) in zip(pairwise(q), ends, ends[1:], strict=False)
-    ]
+    free = [leading(a, b) * max(0.0, 1 - o - i) for (a, b), (_, o), (i, _) in zip(pairwise(q), ends, ends[1:], strict=False)]
     corners = _reachable(corners, free, [a for _, a in rates])
     result: list[Section] = []
     for k, (speed, acceleration) in enumerate(rates):

@@ -44,11 +44,7 @@ def _back(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     lead, rest = _split(after)
     pivot = _ends(lead)[-1] if _ends(lead) else start.joints
     _check_lines(motion, start, context, pivot, _ends(rest))
-    steps = [
-        *_open(motion, start, after),
-        *_straight(motion, context, pivot, rest),
-        *_retraced(motion, start, context, lead),
-    ]
+    steps = [*_open(motion, start, after), *_straight(motion, context, pivot, rest), *_retraced(motion, start, context, lead)]
     kept = replace(start, poses=belief.poses) if belief.poses.keys() == start.poses.keys() else start
     reason = f"straight to where {len(rest)} steps began, then back the way of {len(lead)}"
     yield Grounding(tuple(steps), reason, 0.0, kept, key="back")
@@ -58,9 +54,7 @@ def _check_hand(motion: Motion, start: Belief, after: list[AnyStep]) -> None:
     """What is held must be the same again: nobody can say where something is that was let go or taken in between."""
     grips = [k for k, s in enumerate(after) if isinstance(s, SetGripper)]
     if start.held and grips:
-        raise Unresolvable(
-            f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again"
-        )
+        raise Unresolvable(f"'{motion.name}': the gripper moves while it holds '{start.held.thing}'; it cannot begin again")
     taken = next((k for k in grips if after[k].expect == "object"), None)  # type: ignore[union-attr]
     if taken is not None and any(not _sure(s) for s in after[taken + 1 :]):
         raise Unresolvable(f"'{motion.name}': what was taken hold of may be anywhere when a later step has failed")
@@ -131,3 +125,4 @@ def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnySte
             back.append(replace(step, target=target, joints=here, origin=motion.name, comment=motion.reason))
         here = (_ends([step]) or [here])[-1]
     yield from reversed(back)
+

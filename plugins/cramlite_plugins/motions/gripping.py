@@ -56,11 +56,8 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=comment)
     held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
     yield Grounding(
-        (step,),
-        "; ".join(filter(None, (f"close on {1000 * width:.0f} mm with {force:.0f} N", why))),
-        0.0,
-        belief.grasped(held),
-        key="close",
+        (step,), "; ".join(filter(None, (f"close on {1000 * width:.0f} mm with {force:.0f} N", why))), 0.0,
+        belief.grasped(held), key="close",
     )
 
 

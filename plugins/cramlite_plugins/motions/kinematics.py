@@ -48,14 +48,12 @@ def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
     result = [np.eye(4)]
     for (a, d, alpha), angle in zip(table(robot), q, strict=True):
         ct, st, ca, sa = math.cos(angle), math.sin(angle), math.cos(alpha), math.sin(alpha)
-        link = np.array(
-            [
-                [ct, -st * ca, st * sa, a * ct],
-                [st, ct * ca, -ct * sa, a * st],
-                [0.0, sa, ca, d],
-                [0.0, 0.0, 0.0, 1.0],
-            ]
-        )
+        link = np.array([
+            [ct, -st * ca, st * sa, a * ct],
+            [st, ct * ca, -ct * sa, a * st],
+            [0.0, sa, ca, d],
+            [0.0, 0.0, 0.0, 1.0],
+        ])
         result.append(result[-1] @ link)
     return result
 
@@ -96,7 +94,9 @@ def condition(robot: Robot, q: Sequence[float]) -> float:
     return float(np.linalg.svd(scaled, compute_uv=False)[-1])
 
 
-def polish(robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None) -> Joints | None:
+def polish(
+    robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None
+) -> Joints | None:
     """Newton's method from a near solution: q += J^+ twist, the shortest step where there are several.
 
     Args:

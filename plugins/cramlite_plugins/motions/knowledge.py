@@ -55,9 +55,7 @@ def classes(thing: Thing, context: Context) -> Iterator[str]:
     """The class of a thing, and those that it belongs to by its mass."""
     yield thing.type
     for name in sorted(context.taxonomy.restrictions):
-        heavy = (
-            known(name, MASS, context) if any(r.property == MASS for r in context.taxonomy.restrictions[name]) else None
-        )
+        heavy = known(name, MASS, context) if any(r.property == MASS for r in context.taxonomy.restrictions[name]) else None
         if heavy is not None and (thing.mass or 0.0) >= heavy.value:
             yield name
 
@@ -83,13 +81,7 @@ def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
     for parameter in KINDS[motion.kind].parameters:
         limit = lowest(_things(motion, parameter.name, belief, context), LIMITS.get(parameter.name, ""), context)
         asked = value(motion, parameter.name)
-        now = (
-            asked
-            if limit is None
-            else min(asked, limit.value)
-            if parameter.name.endswith("_n")
-            else asked * limit.value
-        )
+        now = asked if limit is None else min(asked, limit.value) if parameter.name.endswith("_n") else asked * limit.value
         if limit is not None and now < asked:
             changed[parameter.name] = now
             reasons.append(f"{parameter.name} {now:g} instead of {asked:g}, {limit}")

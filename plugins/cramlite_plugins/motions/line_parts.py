@@ -10,9 +10,7 @@ import numpy as np
 
 from cramlite.geometry import Floats
 
-CHUNK = (
-    0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
-)
+CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
 
 
 @dataclass(frozen=True)

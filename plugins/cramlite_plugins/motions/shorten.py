@@ -20,7 +20,9 @@ WORTH = 0.005  # a change must save this share of the duration: below, it only c
 STALE = 40  # attempts without a gain after which it ends
 
 
-def shortened(scene: Space, points: Points, speed: float, acceleration: float, *, seed: int, attempts: int) -> Points:
+def shortened(
+    scene: Space, points: Points, speed: float, acceleration: float, *, seed: int, attempts: int
+) -> Points:
     """Random shortcuts and corner moves that lower the duration with stops at corners.
 
     Geraerts and Overmars, Creating High-quality Paths for Motion Planning, IJRR 2007: a random

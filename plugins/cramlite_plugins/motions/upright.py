@@ -89,9 +89,7 @@ def carried(
         if _line_upright(context, carry, belief.joints, goal) and eased.line_free(belief.joints, goal):
             seconds = duration((belief.joints, goal), *pace)
             step = MoveJoints((goal,), *pace, origin=motion.name, comment=motion.reason)
-            yield Grounding(
-                (step,), f"one line, {seconds:.1f} s, {about}", seconds / 100, belief.moved(goal), key=f"{goal}"
-            )
+            yield Grounding((step,), f"one line, {seconds:.1f} s, {about}", seconds / 100, belief.moved(goal), key=f"{goal}")
             break
     yield from _over(motion, place, belief, context, carry, scene, (here, there), about)
 
@@ -160,7 +158,9 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
     return corners
 
 
-def _followed(corners: list[Pose], belief: Belief, context: Context, carry: Load, scene: Scene) -> list[Joints] | str:
+def _followed(
+    corners: list[Pose], belief: Belief, context: Context, carry: Load, scene: Scene
+) -> list[Joints] | str:
     """The joint position at each corner, or why the way cannot be gone."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))

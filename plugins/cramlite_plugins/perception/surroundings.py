@@ -111,9 +111,7 @@ def experts() -> Iterable[Expert]:
         Parameter("least", 60, "a peg of 6 mm, 100 mm long, has 150 pixels at 0.9 m"),
         Parameter("around_m", 0.30, "half the panel's diagonal and the peg"),
         Parameter("chroma", 0.03, "as the segments: the tab of a product is no peg"),
-        Parameter(
-            "misfit_m", 0.0007, "of 24 pegs 20 were 0.4 to 0.6 mm off and right, 4 were 0.8 to 1.0 and 4 mm wrong"
-        ),
+        Parameter("misfit_m", 0.0007, "of 24 pegs 20 were 0.4 to 0.6 mm off and right, 4 were 0.8 to 1.0 and 4 mm wrong"),
         Parameter("iterations", 20, "it moves less than 10 um after 8, measured"),
     )
     return [

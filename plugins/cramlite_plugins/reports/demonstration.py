@@ -45,15 +45,7 @@ def render(done: Finished) -> str:
     begin, end = episode.span
     rows = _state_rows(episode, begin, end)
     marks = [(f"{begin + k * (end - begin) / 4:.1f} s", 25 * k) for k in range(5)]
-    return fill(
-        "demonstration",
-        episode=episode,
-        rows=rows,
-        actions=_actions(done.solution, begin, end),
-        marks=marks,
-        begin=begin,
-        end=end,
-    )
+    return fill("demonstration", episode=episode, rows=rows, actions=_actions(done.solution, begin, end), marks=marks, begin=begin, end=end)
 
 
 def _state_rows(episode: Episode, begin: float, end: float) -> list[Row]:
@@ -61,17 +53,13 @@ def _state_rows(episode: Episode, begin: float, end: float) -> list[Row]:
     for event in episode.events:
         if event.kind != "action":
             rows.setdefault((short(event.type), " · ".join(event.roles.values())), []).append(event)
-    return [
-        Row(kind, about, tuple(_bar(e, begin, end) for e in events)) for (kind, about), events in sorted(rows.items())
-    ]
+    return [Row(kind, about, tuple(_bar(e, begin, end) for e in events)) for (kind, about), events in sorted(rows.items())]
 
 
 def _bar(event: Event, begin: float, end: float) -> Bar:
     left, width = _place(event.start, event.end, begin, end)
     roles = ", ".join(f"{k} {v}" for k, v in event.roles.items())
-    text = f"{short(event.type)} ({roles}), {event.start:.2f} to {event.end:.2f} s" + (
-        ", inferred from motion" if event.inferred else ""
-    )
+    text = f"{short(event.type)} ({roles}), {event.start:.2f} to {event.end:.2f} s" + (", inferred from motion" if event.inferred else "")
     return Bar(left, width, "", text)
 
 

@@ -45,14 +45,7 @@ def render(done: Finished) -> str:
     if found is None:
         return ""
     pairs = pair_up(found, chosen_sequence(done.solution))
-    return fill(
-        "interpretation",
-        found=found,
-        pairs=pairs,
-        rows=_rows(found, pairs),
-        readings=_readings(done.solution),
-        untried=UNTRIED,
-    )
+    return fill("interpretation", found=found, pairs=pairs, rows=_rows(found, pairs), readings=_readings(done.solution), untried=UNTRIED)
 
 
 def _rows(found: Interpretation, pairs: list[tuple[Interpreted, Match | None]]) -> list[tuple[str, list[Cell]]]:

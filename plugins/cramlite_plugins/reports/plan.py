@@ -21,14 +21,10 @@ def render(done: Finished) -> str:
     solution = done.solution
     decisions = next((a.decisions for a in attempts(solution.trace) if a.number == solution.number), ())
     chosen = {d.asked.designator: d.chosen for d in decisions if d.chosen is not None}
-    return fill(
-        "plan", plan=solution.plan, chosen=chosen, tasks=_tasks(solution, decisions), summaries=_summaries(done)
-    )
+    return fill("plan", plan=solution.plan, chosen=chosen, tasks=_tasks(solution, decisions), summaries=_summaries(done))
 
 
-def _tasks(
-    solution: Solution, decisions: tuple[Decision, ...]
-) -> list[tuple[Action, list[tuple[Entry, Entry | None]]]]:
+def _tasks(solution: Solution, decisions: tuple[Decision, ...]) -> list[tuple[Action, list[tuple[Entry, Entry | None]]]]:
     """Each action with the designators that were decided after it and before the next one."""
     names = {a.name: a for a in solution.plan.actions}
     found: dict[str, list[tuple[Entry, Entry | None]]] = {name: [] for name in names}

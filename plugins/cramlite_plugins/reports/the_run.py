@@ -69,11 +69,7 @@ def _marks(begin: float, end: float) -> list[tuple[str, float]]:
 
 def _where(code: Any, lines: Iterable[int]) -> dict[int, str]:
     """Line -> the step that it belongs to."""
-    return {
-        n: code.origins[max(k for k in code.origins if k <= n)]
-        for n in set(lines)
-        if n >= min(code.origins, default=n + 1)
-    }
+    return {n: code.origins[max(k for k in code.origins if k <= n)] for n in set(lines) if n >= min(code.origins, default=n + 1)}
 
 
 def _texts(code: Any, lines: Iterable[int]) -> dict[int, str]:

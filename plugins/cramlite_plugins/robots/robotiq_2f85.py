@@ -61,5 +61,5 @@ def _body(sensor: float, sensor_mass: float) -> str:
         f'<inertial pos="0 0 {centre:.9g}" mass="{mass:.9g}" diaginertia="0.0009 0.0009 0.0005"/>{disc if sensor else ""}'
         '<geom name="gripper/0" type="cylinder" fromto="0 0 0 0 0 0.014" size="0.0375" rgba="0.5 0.5 0.53 1"/>'
         f'<geom name="gripper/1" type="cylinder" fromto="0 0 0.014 0 0 {PALM}" size="0.0375" rgba=".16 .16 .18 1"/>'
-        f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
+        f'{finger(JAWS, "left", 1)}{finger(JAWS, "right", -1)}</body>'
     )

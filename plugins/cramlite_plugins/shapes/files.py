@@ -93,13 +93,9 @@ def closed(mesh: Any, where: str) -> Closed:
 
 def _check_file(path: Path) -> None:
     if path.suffix[1:].lower() not in KINDS:
-        raise UserError(
-            f"mesh '{path}': there is no reader for '{path.suffix}'; {nearest(path.suffix[1:].lower(), KINDS)}"
-        )
+        raise UserError(f"mesh '{path}': there is no reader for '{path.suffix}'; {nearest(path.suffix[1:].lower(), KINDS)}")
     if not path.is_file():
-        beside = (
-            [p.name for p in path.parent.glob("*") if p.suffix[1:].lower() in KINDS] if path.parent.is_dir() else []
-        )
+        beside = [p.name for p in path.parent.glob("*") if p.suffix[1:].lower() in KINDS] if path.parent.is_dir() else []
         raise UserError(f"mesh '{path}': there is no such file; beside it, {nearest(path.name, beside)}")
     size = path.stat().st_size
     if size == 0:

@@ -159,6 +159,4 @@ def _distance(point: Floats, ring: Floats) -> float:
 def _dense(ring: Floats, step: float = 0.002) -> Floats:
     """Points along a polygon, no more than a step apart [m]."""
     sides = zip(ring, np.roll(ring, -1, axis=0), strict=True)
-    return np.concatenate(
-        [a + (b - a) * np.linspace(0, 1, max(2, math.ceil(np.linalg.norm(b - a) / step)))[:, None] for a, b in sides]
-    )
+    return np.concatenate([a + (b - a) * np.linspace(0, 1, max(2, math.ceil(np.linalg.norm(b - a) / step)))[:, None] for a, b in sides])

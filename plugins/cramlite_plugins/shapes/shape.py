@@ -149,9 +149,7 @@ def _geom(corners: Floats, part: str) -> Geom:
     low, high = corners.min(axis=0), corners.max(axis=0)
     centre = np.round((low + high) / 2, 6)
     local = np.round(corners - centre, 6)
-    return Geom(
-        "convex", _three(np.abs(local).max(axis=0)), Pose(_three(centre)), part, corners=tuple(map(_three, local))
-    )
+    return Geom("convex", _three(np.abs(local).max(axis=0)), Pose(_three(centre)), part, corners=tuple(map(_three, local)))
 
 
 def _three(values: Any) -> tuple[float, float, float]:

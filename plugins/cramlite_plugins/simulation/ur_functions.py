@@ -79,9 +79,7 @@ class Functions:
         goals, laws, radii = map(list, zip(*self.blending, strict=True))
         self.blending.clear()
         try:
-            motion = (
-                self.arm.move_along(goals, radii[:-1], laws) if len(goals) > 1 else self.arm.move_joints(goal, *rates)
-            )
+            motion = self.arm.move_along(goals, radii[:-1], laws) if len(goals) > 1 else self.arm.move_joints(goal, *rates)
         except ValueError as error:
             raise ScriptError(f"movej: {error}") from None
         yield from self._follow(motion)
@@ -141,12 +139,7 @@ class Functions:
         return from_pose(place if tcp is None else place * active.inverse() * as_pose(tcp, "get_forward_kin"))
 
     def get_inverse_kin(
-        self,
-        x: Any,
-        qnear: Any = None,
-        maxPositionError: Any = 1e-10,
-        maxOrientationError: Any = 1e-10,
-        tcp: Any = None,
+        self, x: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10, tcp: Any = None
     ) -> list[float]:
         near = self.arm.q if qnear is None else self._joints(qnear, "get_inverse_kin")
         place = as_pose(x, "get_inverse_kin")
@@ -222,9 +215,7 @@ class Functions:
                 would have to be by then is not modelled.
         """
         if self.blending:
-            raise ScriptError(
-                "a movej with a blend radius must be followed by another movej, and nothing between them may wait"
-            )
+            raise ScriptError("a movej with a blend radius must be followed by another movej, and nothing between them may wait")
 
     def _only_here(self) -> None:
         if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):

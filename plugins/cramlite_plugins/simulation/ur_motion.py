@@ -129,9 +129,7 @@ def joint_motion(start: Floats, goal: Floats, speed: float, acceleration: float)
     return JointMotion(float(np.abs(goal - start).max()), speed, acceleration, start.copy(), goal)
 
 
-def blended_motion(
-    points: Sequence[Floats], radii: Sequence[float], rates: Sequence[tuple[float, float]], tcp: Tcp
-) -> BlendedMotion:
+def blended_motion(points: Sequence[Floats], radii: Sequence[float], rates: Sequence[tuple[float, float]], tcp: Tcp) -> BlendedMotion:
     """Several movej, each but the last with a blend radius.
 
     Args:

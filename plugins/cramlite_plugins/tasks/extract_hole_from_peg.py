@@ -28,12 +28,8 @@ class ExtractHoleFromPeg(TaskType):
         pull = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n", "force_limit_n")}
         path = {k: pull[k] for k in ("speed_m_s", "force_limit_n")}
         tare = Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force")
-        along = Motion(
-            action.inside("pull"), "force_extract", way, pull, touch, "along the peg, which leads it over its tip"
-        )
-        yield Decomposition(
-            (way, tare, along), "force-controlled pull: the peg leads, and nothing jams harder than the pull"
-        )
+        along = Motion(action.inside("pull"), "force_extract", way, pull, touch, "along the peg, which leads it over its tip")
+        yield Decomposition((way, tare, along), "force-controlled pull: the peg leads, and nothing jams harder than the pull")
         yield Decomposition(
             (way, tare, Motion(action.inside("pull"), "force_path", way, path, touch, reason)),
             "motion along the peg as it is believed to be, sideways compliant", 1.0,

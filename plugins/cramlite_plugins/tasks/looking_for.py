@@ -20,9 +20,7 @@ class LookingFor(TaskType):
         name = patient.name if patient else ""
         view = action.goal or Location(f"view({name})", "view", name)
         where = ", ".join(view.parameters.get("around", ())) or (patient.entity if patient else "")
-        move = Motion(
-            action.inside("look"), "transfer", view, reason=f"the camera sees {where}; the picture is taken here"
-        )
+        move = Motion(action.inside("look"), "transfer", view, reason=f"the camera sees {where}; the picture is taken here")
         yield Decomposition((view, move), f"the camera to a view of {where}")
 
 

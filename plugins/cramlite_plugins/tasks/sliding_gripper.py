@@ -30,9 +30,7 @@ class SlidingGripper(TaskType):
         )
         force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}
         tare = Motion(action.inside("tare"), "zero_sensor", reason="from here on, more is pressing")
-        slide = Motion(
-            action.inside("stroke"), "compliant_slide", way, force, (surface.name,), f"along {surface.entity}"
-        )
+        slide = Motion(action.inside("stroke"), "compliant_slide", way, force, (surface.name,), f"along {surface.entity}")
         yield Decomposition((way, tare, slide), "straight stroke that follows the surface")
 
 

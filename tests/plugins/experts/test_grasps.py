@@ -72,9 +72,7 @@ def test_a_part_that_is_walled_in_is_refused() -> None:
 
 def test_slanted_contacts_are_outside_the_cone() -> None:
     tilted = Pose((0, 0, 0), (math.cos(0.5), 0, 0, math.sin(0.5)))
-    found = antipodal.pinch(
-        antipodal.body([Geom("box", (0.02, 0.02, 0.05), tilted)]), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0))
-    )
+    found = antipodal.pinch(antipodal.body([Geom("box", (0.02, 0.02, 0.05), tilted)]), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)))
     assert found is not None
     assert found.slant == pytest.approx(math.pi / 2 - 1.0, abs=1e-6)
     assert antipodal.pinch(antipodal.body([Geom("sphere", (0.01,))]), Pose((0.1, 0, 0))) is None

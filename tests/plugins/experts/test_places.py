@@ -124,11 +124,7 @@ coordinate = st.floats(-0.3, 0.3)
 
 
 @settings(max_examples=60, deadline=None)
-@given(
-    st.tuples(coordinate, coordinate, coordinate),
-    st.tuples(coordinate, coordinate, coordinate),
-    st.sampled_from(range(4)),
-)
+@given(st.tuples(coordinate, coordinate, coordinate), st.tuples(coordinate, coordinate, coordinate), st.sampled_from(range(4)))
 def test_rays_meet_what_the_ray_caster_of_mujoco_meets(a: Any, b: Any, kind: int) -> None:
     geom = (
         Geom("box", (0.05, 0.08, 0.1)), Geom("sphere", (0.09,)), Geom("cylinder", (0.06, 0.1)), Geom("capsule", (0.05, 0.07)),

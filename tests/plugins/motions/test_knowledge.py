@@ -29,7 +29,7 @@ HEAD = """
 @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
 @prefix cram: <http://cramlite.org/ont/cram.owl#> .
 """
-SAID = '[ a owl:Restriction ; owl:onProperty {} ; owl:hasValue {} ; rdfs:comment "{}" ]'
+SAID = "[ a owl:Restriction ; owl:onProperty {} ; owl:hasValue {} ; rdfs:comment \"{}\" ]"
 
 
 class Resolved:
@@ -84,9 +84,7 @@ def test_without_the_axiom_the_default_is_back(tmp_path: Path) -> None:
     for file in sorted((ROOT / "ontologies").glob("*.ttl")):
         files.append(tmp_path / file.name)
         text = file.read_text()
-        files[-1].write_text(
-            re.sub(r"\[[^]]*cram:maximum\w*Force ;.*?\](?= [,.])", "[ a owl:Class ]", text, flags=re.S)
-        )
+        files[-1].write_text(re.sub(r"\[[^]]*cram:maximum\w*Force ;.*?\](?= [,.])", "[ a owl:Class ]", text, flags=re.S))
     fragile = Resolved(tmp_path, "take_off_hanger_tasks", GLASS, files=files)
     assert fragile.called("force_extract")[-2] == 25.0
     assert fragile.grip == 50.0
@@ -111,7 +109,8 @@ def test_what_bears_less_than_the_gripper_presses_is_refused(tmp_path: Path) -> 
 
 def test_heavy_things_are_moved_at_half_the_speed_and_acceleration(tmp_path: Path) -> None:
     light, heavy = (
-        Resolved(tmp_path, "place_on_shelf", ("100 mm]}}", f"100 mm], mass: {mass} kg}}}}")) for mass in (1.9, 2.1)
+        Resolved(tmp_path, "place_on_shelf", ("100 mm]}}", f"100 mm], mass: {mass} kg}}}}"))
+        for mass in (1.9, 2.1)
     )
     rates = [re.findall(r"movej\(.*a=([\d.]+), v=([\d.]+)\)", r.text) for r in (light, heavy)]
     assert set(rates[0]) == {("1.400000", "1.050000")}
@@ -120,14 +119,9 @@ def test_heavy_things_are_moved_at_half_the_speed_and_acceleration(tmp_path: Pat
     assert "a quarter of the kinetic energy" in heavy.text
 
 
-@pytest.mark.parametrize(
-    ("diameter", "radius", "pitch"), [(8, 0.0085, 0.00075), (9, 0.008, 0.001125), (12, 0.0065, 0.0015)]
-)
+@pytest.mark.parametrize(("diameter", "radius", "pitch"), [(8, 0.0085, 0.00075), (9, 0.008, 0.001125), (12, 0.0065, 0.0015)])
 def test_sizes_of_hole_and_peg_say_how_to_search(tmp_path: Path, diameter: int, radius: float, pitch: float) -> None:
-    changes = (
-        ("hole_diameter: 9 mm", f"hole_diameter: {diameter} mm"),
-        ("{search_radius_m: 0.008}", "{search_radius_m: 0}"),
-    )
+    changes = (("hole_diameter: 9 mm", f"hole_diameter: {diameter} mm"), ("{search_radius_m: 0.008}", "{search_radius_m: 0}"))
     found = Resolved(tmp_path, "retry_on_hanger", *changes)
     press, turns, wide, *_ = found.called("spiral_search")[9:]
     assert (press, wide) == (3.0, radius)

@@ -101,9 +101,7 @@ def test_the_material_is_that_of_what_it_was_taken_for() -> None:
 
 
 def test_a_material_that_nothing_known_is_made_of() -> None:
-    with pytest.raises(
-        NoPipeline, match=r"never says material 'cardbord'; did you mean 'cardboard'\? it says: .*metal"
-    ):
+    with pytest.raises(NoPipeline, match=r"never says material 'cardbord'; did you mean 'cardboard'\? it says: .*metal"):
         see("material=cardbord")
 
 

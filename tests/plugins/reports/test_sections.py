@@ -64,11 +64,7 @@ def test_long_paths_need_no_recursion() -> None:
 def test_every_line_of_code_is_in_one_block() -> None:
     text = "def p():\n  # open\n  a()\n\n  # close\n  b()\nend\n"
     found = list(blocks(Code("urscript", text, {3: "1.Grasping/open", 6: "2.Placing/close"}, ".script")))
-    assert [(b.task, [n.number for n in b.lines]) for b in found] == [
-        ("", [1]),
-        ("1.Grasping", [2, 3]),
-        ("2.Placing", [4, 5, 6, 7]),
-    ]
+    assert [(b.task, [n.number for n in b.lines]) for b in found] == [("", [1]), ("1.Grasping", [2, 3]), ("2.Placing", [4, 5, 6, 7])]
     assert [n.origin for n in found[1].lines] == ["", "1.Grasping/open"]
 
 

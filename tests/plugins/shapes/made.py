@@ -43,9 +43,7 @@ def mug(radius: float = 0.042, height: float = 0.09, wall: float = 0.005) -> Any
     """A cup with a handle on +x; origin half way up."""
     shell = trimesh.creation.annulus(radius - wall, radius, height, sections=32)
     floor = moved(trimesh.creation.cylinder(radius - 1e-4, wall, sections=32), (0, 0, (wall - height) / 2))
-    ring = turned(
-        trimesh.creation.torus(0.28 * height, 0.006, major_sections=24, minor_sections=12), (1, 0, 0), math.pi / 2
-    )
+    ring = turned(trimesh.creation.torus(0.28 * height, 0.006, major_sections=24, minor_sections=12), (1, 0, 0), math.pi / 2)
     room = trimesh.creation.cylinder(radius - wall, 2 * height, sections=32)
     handle = trimesh.boolean.difference([moved(ring, (radius + 0.016, 0, 0)), room], engine="manifold")
     return trimesh.boolean.union([shell, floor, handle], engine="manifold")

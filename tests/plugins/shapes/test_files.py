@@ -97,9 +97,7 @@ def test_an_open_mesh_is_closed_and_says_so(tmp_path: Path) -> None:
 def test_what_cannot_be_closed_becomes_its_hull_and_says_so(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     mesh = made.mug()
-    trimesh.Trimesh(mesh.vertices, mesh.faces[rng.random(len(mesh.faces)) > 0.3], process=False).export(
-        tmp_path / "torn.stl"
-    )
+    trimesh.Trimesh(mesh.vertices, mesh.faces[rng.random(len(mesh.faces)) > 0.3], process=False).export(tmp_path / "torn.stl")
     thing = make("mesh", "it", Pose(), {"file": str(tmp_path / "torn.stl"), "mass": 0.2})
     assert "convex hull is used" in thing.notes[0] and "cm3" in thing.notes[0]
     assert not any(f.type == "cram:Handle" for f in thing.features)

@@ -55,18 +55,12 @@ def test_a_hole_stays_open_to_its_rim(diameter: float) -> None:
 def test_without_the_bore_a_hole_is_filled_in() -> None:
     mesh = made.tagged()
     hulls = convex.parts(mesh.vertices, mesh.faces)
-    points = np.array(
-        [[0.0045 * 0.95 * np.cos(a), 0, 0.068 + 0.0045 * 0.95 * np.sin(a)] for a in np.linspace(0, 6.28, 60)]
-    )
-    inside = [
-        (points @ p[:, :3].T + p[:, 3] < -1e-6).all(axis=1) for h in hulls for p in [hull_planes(tuple(map(tuple, h)))]
-    ]
+    points = np.array([[0.0045 * 0.95 * np.cos(a), 0, 0.068 + 0.0045 * 0.95 * np.sin(a)] for a in np.linspace(0, 6.28, 60)])
+    inside = [(points @ p[:, :3].T + p[:, 3] < -1e-6).all(axis=1) for h in hulls for p in [hull_planes(tuple(map(tuple, h)))]]
     assert np.any(inside)
 
 
-@pytest.mark.parametrize(
-    ("mesh", "most"), [(made.bowl(), 40), (made.mug(), 60), (trimesh.creation.torus(0.04, 0.01), 60)]
-)
+@pytest.mark.parametrize(("mesh", "most"), [(made.bowl(), 40), (made.mug(), 60), (trimesh.creation.torus(0.04, 0.01), 60)])
 def test_parts_fill_what_the_mesh_fills_and_little_more(mesh: trimesh.Trimesh, most: int) -> None:
     found = shape.from_mesh(mesh)
     assert len(found.geoms) <= most

@@ -106,7 +106,9 @@ def test_a_capsule_through_a_plate_is_seen_when_planning() -> None:
     plate = thing(Geom("box", (0.3, 0.3, 0.02)), mass=1.0)
     rod = thing(Geom("capsule", (0.05, 0.2)), name="rod", at=Pose((0.5, 0, 0.2)))
     world = World((plate, rod), (RobotMount("arm", "ur5e", Pose((0, 0, 0.5))),))
-    compiled = compile_world(world, ROBOTS, planning=True, carried={"plate": Carried("arm", Pose())})
+    compiled = compile_world(
+        world, ROBOTS, planning=True, carried={"plate": Carried("arm", Pose())}
+    )
     data = compiled.data()
     index = compiled.robots["arm"]
     q = solve(compiled, Pose.from_axes((0.5, 0, 0.2), (0, 0, -1), (-1, 0, 0)), UR5E.home)

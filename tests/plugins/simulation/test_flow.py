@@ -195,9 +195,7 @@ def test_without_the_monitor_the_arm_presses_on_until_the_limit_of_the_program()
 
 
 def test_a_monitor_that_sees_nothing_changes_nothing() -> None:
-    rollout = flow(
-        go(START), Monitor((replace(INTO, target=HIGH, speed=0.1),), force=20.0, time=10.0, slip=0.02), CLOSED
-    )
+    rollout = flow(go(START), Monitor((replace(INTO, target=HIGH, speed=0.1),), force=20.0, time=10.0, slip=0.02), CLOSED)
     assert rollout.outcome == "finished"
     assert rollout.opening[-1] < 0.005
 

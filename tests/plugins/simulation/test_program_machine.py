@@ -205,10 +205,7 @@ def test_the_force_limit_of_the_program_holds_over_every_step() -> None:
         ({"steps": (MoveJoints((UR5E.home,), 1.0, 1.0),)}, r"step in line 9 has 6 joints"),
         ({"steps": (MoveJoints((FR3.home,), 1.0, 0.0),)}, "line 9: MoveJoints: acceleration 0 is not positive"),
         ({"steps": (MoveJoints((FR3.home,), 1.0, 1.0, (0.1,)),)}, "line 9: MoveJoints: 1 radii for 1 points"),
-        (
-            {"steps": (Parallel(((ZeroSensor(),), (ZeroSensor(),))),)},
-            "line 9: Parallel: more than one branch needs the arm",
-        ),
+        ({"steps": (Parallel(((ZeroSensor(),), (ZeroSensor(),))),)}, "line 9: Parallel: more than one branch needs the arm"),
     ],
 )
 def test_a_program_of_another_arm_is_refused_before_it_runs(change: dict[str, Any], said: str) -> None:

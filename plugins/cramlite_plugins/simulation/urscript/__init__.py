@@ -1,11 +1,11 @@
 """URScript: a parser with positions, a checker, and an interpreter with threads.
 
->>> from cramlite_plugins.simulation.urscript import Machine, load
->>> program = load("def double():\\n  global answer = 2 * 21\\nend\\n")
->>> machine = Machine(program)
->>> machine.cycle()
->>> machine.variables["answer"]
-42
+    >>> from cramlite_plugins.simulation.urscript import Machine, load
+    >>> program = load("def double():\\n  global answer = 2 * 21\\nend\\n")
+    >>> machine = Machine(program)
+    >>> machine.cycle()
+    >>> machine.variables["answer"]
+    42
 """
 
 from __future__ import annotations
