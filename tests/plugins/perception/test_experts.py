@@ -241,6 +241,12 @@ def test_a_peg_that_is_not_where_the_map_has_it() -> None:
     sample = Sample(view, (believed,), compiled.world, None, {})
     found = see("", sample, wanted=("refined",)).scene["refined"].value["hook"]
     assert found.value.distance(real.pose)[0] < 0.001
+    eye = np.array(view.camera.position)
+    towards = (eye - (0.8, 0, 0.42)) / np.linalg.norm(eye - (0.8, 0, 0.42))
+    for far in (0.006, 0.005, 0.004, -0.004, -0.006):  # along a ray: a thin peg must not be taken for its back side
+        wrong = hanger("hook", Pose(tuple(np.add(real.pose.position, far * towards).tolist()), real.pose.quaternion))
+        moved = see("", replace(sample, fixtures=(wrong,)), wanted=("refined",)).scene["refined"].value["hook"]
+        assert moved.value.distance(real.pose)[0] < 0.001, far
     away = hanger("hook", Pose((0.87, 0.10, 0.45), (0, 0, 0, 1)))
     assert "refined" not in see("", replace(sample, fixtures=(away,)), wanted=("refined",)).scene
 
