@@ -192,3 +192,18 @@ def test_a_scenario_without_a_camera_cannot_be_looked_at() -> None:
     done = run("perceive", "fetch_from_hanger")
     assert done.returncode == 2
     assert "has no camera" in done.stderr and "add 'camera: {mount: flange}'" in done.stderr
+
+
+@pytest.mark.parametrize(("sigma", "beyond"), [(0.0, 0.008), (0.001, 0.008), (0.002, 0.009), (0.004, 0.015)])
+def test_a_peg_that_is_less_surely_known_is_felt_for_further(world: World, sigma: float, beyond: float) -> None:
+    """8 mm at least; three standard deviations and the tip's 3 mm where that is more."""
+    from cramlite.belief import Estimate, Held, initial_belief
+    from cramlite_plugins.tasks.insert_hole_onto_peg import InsertHoleOntoPeg
+
+    belief = initial_belief(world, "arm", (0.0,) * 6, 0.08).grasped(Held("second", Pose(), 0.05))
+    poses = {**belief.poses, "hook": Estimate(world.thing("hook").pose, sigma, "camera")}
+    roles = {"Locatum": Object("held", entity="second"), "Relatum": Object("peg", entity="hook/peg")}
+    action = Action("1.InsertHoleOntoPeg", "artm:InsertHoleOntoPeg", roles)
+    (way,) = InsertHoleOntoPeg().decompose(action, replace(belief, poses=poses))
+    touch = next(s for s in way.steps if s.name.endswith("/touch"))
+    assert touch.parameters["beyond_m"] == pytest.approx(beyond)

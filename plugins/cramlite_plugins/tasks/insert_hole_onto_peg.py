@@ -8,6 +8,7 @@ from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter,
 
 TIP, DEEP, DOWN = 0, 2, 3  # corners of the place "insert": at the tip, past its bend, on the peg, let down
 FURTHER = 0.012  # how far below its believed place the peg may be met [m]: 5 mm of error, and the play twice
+SIGMAS, ROUND = 3.0, 0.003  # of a perceived peg's place that are felt for, and the hemisphere of a tip [m]
 
 
 class InsertHoleOntoPeg(TaskType):
@@ -18,7 +19,7 @@ class InsertHoleOntoPeg(TaskType):
     parameters = (
         Parameter("touch_speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),
         Parameter("touch_force_n", 3.0, "above sensor noise and the inertia of slow motion"),
-        Parameter("beyond_m", 0.008, "an unknown error of 5 mm along the peg, and 3 mm: the hemisphere of a tip"),
+        Parameter("beyond_m", 0.008, "an unknown error of 5 mm along the peg, or 3 sigma if more, and 3 mm"),
         Parameter("search_force_n", 3.0, "keeps contact; 0.9 N of friction at the tip does not shift the grasp"),
         Parameter("search_speed_m_s", 0.01, "found in simulation: the hole drops onto the tip before it has passed"),
         Parameter("search_radius_m", 0.0, "0: from the sizes of hole and peg, 8 mm for a play of 1.5 mm"),
@@ -44,7 +45,8 @@ class InsertHoleOntoPeg(TaskType):
             }
             return Motion(action.inside(name), kind, way, {**own, **more}, peg, reason)
 
-        beyond, advance = self.parameter(action, "beyond_m"), self.parameter(action, "advance_m")
+        known, advance = belief.poses.get((relatum.entity or "").split("/")[0]), self.parameter(action, "advance_m")
+        beyond = max(self.parameter(action, "beyond_m"), SIGMAS * known.sigma + ROUND if known else 0.0)
         steps = (
             way,
             Motion(action.inside("transfer"), "transfer", way, reason="the hole in front of the peg's tip"),
