@@ -1,6 +1,6 @@
 """Poses by registration libraries: the starts, the prior and the judge of ``pose``, the ICP of Open3D or of small_gicp.
 
-Both are extras: ``pip install cramlite[open3d]`` (0.9 GB), ``pip install cramlite[small_gicp]``.
+Both are extras: ``pip install cramlite[open3d]`` (0.9 GB), ``pip install cramlite[small-gicp]``.
 """
 
 from __future__ import annotations
@@ -110,7 +110,7 @@ def _library(module: str, extra: str) -> Any:
     except ImportError as error:
         raise UserError(
             f"The pose expert '{extra}' needs the library {module}, which is not installed or does not load "
-            f"({error}); run: pip install 'cramlite[{extra}]'"
+            f"({error}); run: pip install 'cramlite[{extra.replace('_', '-')}]'"
             + (" and, on Debian, apt-get install libusb-1.0-0 libgl1 libegl1 libx11-6" if module == "open3d" else "")
             + ". The default pose expert needs neither."
         ) from error

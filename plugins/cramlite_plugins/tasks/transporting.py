@@ -28,6 +28,15 @@ class Transporting(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
             raise Unresolvable("nothing is held that could be carried", because=(EARLIER_TASKS,))
+        there = action.roles.get("Destination")
+        if hanger := belief.relates("hangs_on", belief.held.thing):
+            if there is None or hanger.split("/")[0] != (there.entity or "").split("/")[0]:
+                held = tuple(o.name for o in action.roles.values())
+                raise Unresolvable(
+                    f"'{belief.held.thing}' hangs on '{hanger}' and must be pulled off first", because=(EARLIER_TASKS, *held)
+                )
+            yield Decomposition((), f"it hangs on '{hanger}' already")
+            return
         goal = action.goal or Location("home", "home")
         yield Decomposition(
             (Motion(action.inside("carry"), "transfer", goal, reason=f"to the stand-off of {goal}"),),
