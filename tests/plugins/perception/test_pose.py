@@ -141,5 +141,5 @@ def test_extras_work_or_say_what_is_missing(method: Callable[..., list[PoseHypot
 def test_an_extra_that_is_absent_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "small_gicp", None)
     view, mask, _ = _hanging(0.0, 1)
-    with pytest.raises(UserError, match=r"pip install 'cramlite\[small_gicp\]'"):
+    with pytest.raises(UserError, match=r"pip install 'cramlite\[small-gicp\]'"):
         pose_libraries.small_gicp_pose(view, mask, _model())
