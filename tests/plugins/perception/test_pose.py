@@ -131,7 +131,8 @@ def test_extras_work_or_say_what_is_missing(method: Callable[..., list[PoseHypot
     module = method.__name__.removesuffix("_pose")
     view, mask, truth = _hanging(0.0, 1)
     if importlib.util.find_spec(module) is None:
-        with pytest.raises(UserError, match=rf"pip install 'cramlite\[{module}\]'"):
+        extra = module.replace("_", "-")
+        with pytest.raises(UserError, match=rf"pip install 'cramlite\[{extra}\]'"):
             method(view, mask, _model())
         return
     metres, turn = _model().difference(method(view, mask, _model())[0].pose, truth)
