@@ -1,6 +1,6 @@
 """Pick and place in a cluttered shelf: how many, how fast, how long, and whether Coal agrees.
 
-    python tests/benchmarks/planning.py --problems 100 --peer /tmp/peer
+    python tests/benchmarks/planning.py --problems 100 --peer DIR
 
 A problem goes from one free tool pose in the shelf to another; each has a known true goal. Times are CPU time of the
 complete trajectory (inverse kinematics, planned, shortened, corners rounded and checked, timed); Coal then looks at it

@@ -10,13 +10,14 @@ from cramlite import (
     Belief,
     Decomposition,
     Location,
-    Motion,
     Parameter,
     Role,
     TaskType,
     Unresolvable,
     hookimpl,
 )
+
+from ..motions.by_handle import by_handle, handle_of
 
 
 class Opening(TaskType):
@@ -34,28 +35,13 @@ class Opening(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
             raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
-        patient, handle = action.roles["Patient"], self.begins_at(action)
-        way = Location(f"opened({patient.name})", "opened", patient.name, {"share": self.parameter(action, "share")})
-        force = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
-        close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
-        touch, back = (patient.name,), Location(action.inside("away"), "retreat")
-        steps = (
-            handle,
-            Motion(action.inside("open"), "gripper", handle, {"to": "place"}, reason="wider than the handle"),
-            Motion(action.inside("transfer"), "transfer", handle, reason="in front of the handle"),
-            Motion(action.inside("approach"), "linear", handle, {"stage": "pose"}, touch, "around the handle"),
-            Motion(action.inside("close"), "gripper", handle, close, reason="hold the handle"),
-            way,
-            Motion(action.inside("pull"), "force_path", way, force, touch, f"the way that {patient.entity} moves"),
-            Motion(action.inside("release"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
-            back,
-            Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
-        )
-        yield Decomposition(steps, "hold the handle, follow the joint, let go")
+        patient = action.roles["Patient"].name
+        way = Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share")})
+        values = {p.name: self.parameter(action, p.name) for p in self.parameters}
+        yield by_handle(action, way, "pull", values)
 
     def begins_at(self, action: Action) -> Location:
-        patient = action.roles["Patient"].name
-        return Location(f"handle({patient})", "handle", patient)
+        return handle_of(action)
 
 
 @hookimpl

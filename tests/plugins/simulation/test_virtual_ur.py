@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite_plugins.simulation.urscript import load
+from cramlite_plugins.simulation.urscript import Machine, Stopped, load
 from cramlite_plugins.simulation.virtual_ur.rtde import FORMATS, INPUTS, OUTPUTS, Recipe, packet, recipe, type_of
 
 HOST = "127.0.0.31"
@@ -228,5 +228,12 @@ def test_unknown_fields_are_named_as_such() -> None:
     assert packet("V", b"\x01") == b"\x00\x04V\x01"
 
 
-def test_a_thread_that_was_never_started_may_be_killed() -> None:
-    load("def p():\n  thrd = 0\n  kill thrd\nend\n")
+@pytest.mark.parametrize(("handle", "runs"), [("0", True), ("7", False)])
+def test_a_thread_that_was_never_started_may_be_killed(handle: str, runs: bool) -> None:
+    machine = Machine(load(f"def p():\n  thrd = {handle}\n  kill thrd\nend\n"))
+    if runs:
+        machine.cycle()
+        assert machine.finished
+    else:
+        with pytest.raises(Stopped, match="needs a thread's handle"):
+            machine.cycle()
