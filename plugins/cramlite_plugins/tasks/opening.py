@@ -16,8 +16,7 @@ from cramlite import (
     Unresolvable,
     hookimpl,
 )
-
-from ..motions.by_handle import by_handle, handle_of
+from cramlite_plugins.motions.by_handle import by_handle, handle_of
 
 
 class Opening(TaskType):
