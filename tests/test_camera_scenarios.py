@@ -207,3 +207,22 @@ def test_a_peg_that_is_less_surely_known_is_felt_for_further(world: World, sigma
     (way,) = InsertHoleOntoPeg().decompose(action, replace(belief, poses=poses))
     touch = next(s for s in way.steps if s.name.endswith("/touch"))
     assert touch.parameters["beyond_m"] == pytest.approx(beyond)
+
+
+@pytest.mark.parametrize(("peg", "said"), [("left_hook/peg", ""), ("hook/peg", "hangs on 'left_hook', not on 'hook'")])
+def test_a_product_is_taken_off_the_hanger_that_it_hangs_on(world: World, peg: str, said: str) -> None:
+    """Else each grasp was planned for each of the wrong hangers: 170 grasps of one seed."""
+    from cramlite import Unresolvable
+    from cramlite.belief import Held, initial_belief
+    from cramlite_plugins.tasks.extract_hole_from_peg import ExtractHoleFromPeg
+
+    hangs = ("hangs_on", "first", "left_hook")
+    belief = initial_belief(world, "arm", (0.0,) * 6, 0.08, [hangs]).grasped(Held("first", Pose(), 0.05))
+    parts = {"Locatum": Object("object_1", entity="first"), "Relatum": Object("object_3", part_of="object_2", entity=peg)}
+    action = Action("3.ExtractHoleFromPeg", "artm:ExtractHoleFromPeg", parts)
+    if not said:
+        assert len(list(ExtractHoleFromPeg().decompose(action, belief))) == 2
+        return
+    with pytest.raises(Unresolvable, match=said) as refused:
+        list(ExtractHoleFromPeg().decompose(action, belief))
+    assert refused.value.because == ("object_1", "object_3", "object_2")

@@ -23,6 +23,10 @@ class ExtractHoleFromPeg(TaskType):
         if belief.held is None or belief.held.thing != locatum.entity:
             holds = belief.held.thing if belief.held else "nothing"
             raise Unresolvable(f"'{locatum.entity}' must be held to be pulled off; the gripper holds {holds}")
+        hanger, peg = belief.relates("hangs_on", belief.held.thing), (relatum.entity or "").split("/")[0]
+        if hanger and hanger != peg:
+            because = tuple(n for n in (locatum.name, relatum.name, relatum.part_of) if n)
+            raise Unresolvable(f"'{locatum.entity}' hangs on '{hanger}', not on '{peg}'", because)
         way = Location(f"extract({locatum.name}, {relatum.name})", "extract", relatum.name)
         reason, touch = "lift to the middle of the hole, along the peg, over its tip", (relatum.name,)
         pull = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n", "force_limit_n")}
