@@ -32,7 +32,7 @@ def parser(commands: Mapping[str, Command]) -> argparse.ArgumentParser:
         command.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
         return command
 
-    for part in (_making, _running, _trying, _asking):
+    for part in (_making, _running, _trying, _asking, _writing):
         part(add)
     return whole
 
@@ -142,3 +142,11 @@ def _asking(add: Add) -> None:
         "--against", type=Path, action="append", metavar="PATH", help="originals of SOMA and DUL to compare with"
     )
     ontology.add_argument("--json", action="store_true")
+
+
+def _writing(add: Add) -> None:
+    """For authors of plugins."""
+    new = add("new", "write a package for a new plugin: complete, installable and tested")
+    new.add_argument("kind", choices=["backend", "expert", "predicate", "robot", "task", "validator"])
+    new.add_argument("name", metavar="NAME", help="of the plugin, in small letters, e.g. wiping or no_spill")
+    new.add_argument("--out", type=Path, metavar="DIR", help="the package's folder; default cramlite-NAME")

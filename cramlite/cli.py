@@ -191,6 +191,13 @@ def _schema(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _new(arguments: argparse.Namespace) -> int:
+    from .skeleton import skeleton_text, write_skeleton
+
+    print(skeleton_text(arguments.kind, write_skeleton(arguments.kind, arguments.name, arguments.out)))
+    return 0
+
+
 def _tasks(arguments: argparse.Namespace) -> int:
     from .explain import as_json, tasks_json, tasks_text
     from .knowledge import Knowledge
@@ -241,6 +248,7 @@ COMMANDS = {
     "experiment": _experiment,
     "explain": _explain,
     "interpret": _interpret,
+    "new": _new,
     "ontology": _ontology,
     "perceive": _perceive,
     "plugins": _plugins,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -100,9 +101,12 @@ class Knowledge:
 
     @cached_property
     def taxonomy(self) -> Taxonomy:
+        """All classes; a plugin's task that no ontology has is one below ``TaskType.above``."""
         from .ontology import load_taxonomy
 
-        return load_taxonomy(self.ontology_paths)
+        found = load_taxonomy(self.ontology_paths)
+        new = {name: (task.above,) for name, task in self.tasks.items() if name not in found.classes}
+        return replace(found, parents={**found.parents, **new}) if new else found
 
     @property
     def predicates(self) -> list[Predicate]:

@@ -79,6 +79,8 @@ class TaskType(ABC):
     roles: ClassVar[tuple[Role, ...]] = ()
     summary: ClassVar[str] = ""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
+    above: ClassVar[str] = "dul:Task"
+    """The class above ``task``, for tasks that no ontology has; where an ontology has it, that one is believed."""
     rule_file: ClassVar[Path | None] = None
     """The task's rule, beside the plugin's module; the shipped ones are in ``task_rules/``."""
     places: ClassVar[bool] = False

@@ -16,6 +16,17 @@ from types import ModuleType
 
 from . import hookspecs
 from .belief import Belief, Estimate, Held
+from .contracts import (
+    CHECKS,
+    check_backend,
+    check_declared,
+    check_expert,
+    check_predicate,
+    check_robot,
+    check_validator,
+    sample_program,
+    sample_robot,
+)
 from .designators import Action, Late, Location, Motion, Object
 from .errors import Unresolvable
 from .geometry import Pose
@@ -23,6 +34,11 @@ from .registry import Registry
 from .search import HOOKS
 from .tasks import Decomposition, TaskType
 from .world import Geom, RobotMount, Thing, World
+
+__all__ = [
+    "KINDS", "check_backend", "check_expert", "check_file", "check_plugin", "check_predicate", "check_robot",
+    "check_task_type", "check_validator", "sample_action", "sample_belief", "sample_program", "sample_robot",
+]  # fmt: skip
 
 KINDS = (
     "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert", "force_extract",
@@ -93,7 +109,7 @@ def _check_decomposition(task: TaskType, way: Decomposition, kinds: set[str]) ->
 
 
 def check_plugin(module: str | ModuleType) -> None:
-    """A plugin module loads, its hooks exist and match their specifications, and its task types keep their contract.
+    """A plugin module loads, its hooks exist and match their specifications, and what it declares keeps its contract.
 
     Raises:
         AssertionError: with what is wrong.
@@ -108,6 +124,8 @@ def check_plugin(module: str | ModuleType) -> None:
         assert set(given) <= set(valid), f"{plugin.__name__}.{name}({', '.join(given)}): arguments are {valid}"
     for task in own["task_types"]() if "task_types" in own else ():
         check_task_type(task)
+    for hook in CHECKS.keys() & own.keys():
+        check_declared(hook, own[hook]())
 
 
 def check_file(path: Path) -> None:

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from cramlite import Action, Belief, Decomposition, Motion, Parameter, Role, TaskType
+from cramlite import Action, Backend, Belief, Code, Decomposition, Expert, Motion, Parameter, Role, TaskType
+from cramlite.phases import Predicate
 from cramlite.registry import GROUP
-from cramlite.testing import check_file, check_plugin, check_task_type
+from cramlite.testing import (
+    check_backend,
+    check_expert,
+    check_file,
+    check_plugin,
+    check_predicate,
+    check_robot,
+    check_task_type,
+    sample_robot,
+)
 
 PLUGINS = sorted(p.value for p in importlib.metadata.entry_points(group=GROUP) if p.dist and p.dist.name == "cramlite")
 
@@ -73,3 +84,39 @@ def test_files(tmp_path: Path) -> None:
     path.write_text("from cramlite import hookimpl\n@hookimpl\ndef robts():\n    return []\n")
     with pytest.raises(AssertionError, match="robts"):
         check_file(path)
+
+
+def _lines(**changes: object) -> Backend:
+    body = {"name": "lines", "executable": False, "emit": lambda self, program, robot: Code("lines", "one\n", {1: "1.Reaching"}, ".txt")}
+    backend: Backend = type("Lines", (), body | changes)()
+    return backend
+
+
+SEEN = Expert("seen", "whether it is seen", ("view",), ("seen",), lambda inputs: {"seen": "yes"}, domains={"seen": ("yes",)})
+LIGHT = Predicate("light", 1, lambda phase, thing: (), doc="It is light.")
+ARM = sample_robot()
+COUNT = iter(range(99))
+
+
+@pytest.mark.parametrize(
+    ("check", "good", "bad", "says"),
+    [
+        (check_expert, SEEN, replace(SEEN, outputs=()), "makes nothing"),
+        (check_expert, SEEN, replace(SEEN, domains={"seem": ("yes",)}), "seem"),
+        (check_expert, SEEN, replace(SEEN, inputs=("seen",)), "needs what it makes"),
+        (check_expert, SEEN, replace(SEEN, cost_ms=0.0), "measured"),
+        (check_predicate, LIGHT, replace(LIGHT, arity=2), "2 arguments"),
+        (check_predicate, LIGHT, replace(LIGHT, name="Light"), "rules write names"),
+        (check_predicate, LIGHT, replace(LIGHT, doc=""), "no sentence"),
+        (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", "one\n", {2: "1.Reaching"}, ".txt")), "line 2 of 1"),
+        (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", "one\n", {1: "9.Flying"}, ".txt")), "9.Flying"),
+        (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", f"{next(COUNT)}\n", {}, ".txt")), "two texts"),
+        (check_robot, ARM, replace(ARM, home=(9.0, *ARM.home[1:])), "outside"),
+        (check_robot, ARM, replace(ARM, velocity=ARM.velocity[1:]), "values of 'velocity'"),
+        (check_robot, ARM, replace(ARM, mjcf=lambda: ARM.mjcf().replace('"tcp"', '"tool"')), "site 'tcp'"),
+    ],
+)  # fmt: skip
+def test_contracts_of_other_kinds(check: Callable[[object], None], good: object, bad: object, says: str) -> None:
+    check(good)
+    with pytest.raises(AssertionError, match=says):
+        check(bad)

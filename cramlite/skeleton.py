@@ -1,0 +1,104 @@
+"""A new plugin as a package: complete, installable and tested, to be changed into what its author wants."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import keyword
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from string import Template
+
+from . import __version__
+from .errors import UserError
+
+KINDS = ("backend", "expert", "predicate", "robot", "task", "validator")
+"""Kinds of plugin that ``cramlite new`` writes; each has a folder of templates in ``skeletons/``."""
+
+LONGEST = 40
+"""Characters of a name: it becomes part of file, module and class names."""
+
+_PLACES = {
+    "pyproject.toml": "pyproject.toml",
+    "README.md": "README.md",
+    "module.py": "{package}/__init__.py",
+    "rule.yaml": "{package}/{name}.yaml",
+    "test.py": "tests/test_{name}.py",
+    "scenario.yaml": "tests/try_{name}.yaml",
+}
+"""Template -> where its text goes."""
+
+
+def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path, ...]:
+    """Write a package for a new plugin.
+
+    Args:
+        kind: one of ``KINDS``.
+        name: of the plugin, in small letters, e.g. "wiping" or "no_spill".
+        out: the package's folder; ``cramlite-NAME`` in the current one if nothing is said.
+
+    Returns:
+        the files, the folder first.
+
+    Raises:
+        UserError: the name cannot be used, or the folder is not empty.
+    """
+    name = _checked(name)
+    folder = out or Path(f"cramlite-{name.replace('_', '-')}")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UserError(f"'{folder}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    words = _words(kind, name)
+    files = []
+    for template in sorted(p for part in ("common", kind) for p in _templates(part)):
+        path = folder / _PLACES[template.stem].format(**words)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(Template(template.read_text(encoding="utf-8")).substitute(words), encoding="utf-8")
+        files.append(path)
+    return folder, *files
+
+
+def _templates(part: str) -> list[Path]:
+    return sorted((Path(__file__).parent / "skeletons" / part).glob("*.txt"))
+
+
+def _words(kind: str, name: str) -> Mapping[str, str]:
+    """What the templates are filled with."""
+    major, minor = __version__.split(".")[:2]
+    return {
+        "kind": kind, "name": name, "camel": camel(name), "package": f"cramlite_{name}",
+        "distribution": f"cramlite-{name.replace('_', '-')}", "minor": f"{major}.{minor}", "next": f"{major}.{int(minor) + 1}",
+    }  # fmt: skip
+
+
+def camel(name: str) -> str:
+    """ "no_spill" -> "NoSpill"."""
+    return "".join(part[:1].upper() + part[1:] for part in name.split("_"))
+
+
+def _checked(name: str) -> str:
+    """The name, if modules, entry points and classes can be called so."""
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", name) or len(name) > LONGEST:
+        small = re.sub(r"[^a-z0-9]+", "_", re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name).lower()).strip("_0123456789")
+        hint = f" '{small[:LONGEST]}' would do." if small else ""
+        raise UserError(
+            f"'{name}' cannot be the name of a plugin: write small letters, digits and single underscores, a letter first, "
+            f"{LONGEST} characters at most, since module, entry point and class are named after it.{hint}"
+        )
+    if keyword.iskeyword(name) or keyword.issoftkeyword(name):
+        raise UserError(f"'{name}' is a word of Python and cannot name a plugin; '{name}_task', say, can.")
+    for point in importlib.metadata.entry_points(group="cramlite"):
+        if point.name == name:
+            owner = point.dist.name if point.dist else point.value
+            raise UserError(
+                f"There is a plugin '{name}' already, in '{owner}' ({point.value}); two of one name cannot be loaded. "
+                "'cramlite plugins' lists the names that are taken; choose another."
+            )
+    return name
+
+
+def skeleton_text(kind: str, files: tuple[Path, ...]) -> str:
+    """What was written, and what to do next."""
+    folder, *written = files
+    lines = [f"Wrote a {kind} plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]
+    return "\n".join([*lines, "It works as it is; change it step by step:",
+                      f"  cd {folder} && pip install -e '.[test]' && cramlite plugins && pytest"])  # fmt: skip

@@ -1,0 +1,130 @@
+"""``cramlite new``: each kind of package builds, installs beside the others without a network, and passes its own tests."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import Run
+
+from cramlite import UserError
+from cramlite.skeleton import KINDS, write_skeleton
+
+NAMES = {kind: f"made_{kind}" for kind in KINDS}
+
+
+def _run(*command: object, cwd: Path) -> str:
+    environment = {**os.environ, "PIP_NO_INDEX": "1", "PIP_DISABLE_PIP_VERSION_CHECK": "1", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        list(map(str, command)), cwd=cwd, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, f"{command}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
+    return done.stdout
+
+
+@dataclass(frozen=True)
+class Installed:
+    """Where the packages are, what ``cramlite plugins`` says of them, and what their tests said."""
+
+    folder: Path
+    plugins: dict[str, dict[str, Any]]
+    tests: str
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
+    """The packages of this environment, and one new plugin of each kind, built and installed from what was written."""
+    folder = tmp_path_factory.mktemp("new")
+    packages = [write_skeleton(kind, name, folder / kind)[0] for kind, name in NAMES.items()]
+    _run(sys.executable, "-m", "venv", "--without-pip", folder / "venv", cwd=folder)
+    (site,) = (folder / "venv" / "lib").glob("python*/site-packages")
+    (site / "borrowed.pth").write_text("\n".join(p for p in sys.path if p))
+    pip = (
+        sys.executable,
+        "-m",
+        "pip",
+        "--python",
+        folder / "venv",
+        "install",
+        "-q",
+        "--no-deps",
+        "--no-build-isolation",
+    )
+    _run(*pip, *packages, cwd=folder)
+    python = folder / "venv" / "bin" / "python"
+    listed = json.loads(_run(python, "-m", "cramlite.cli", "plugins", "--json", cwd=folder))
+    plain = ("-p", "no:cacheprovider", "-p", "no:xdist", "--import-mode=importlib", "-v", "--rootdir", folder)
+    said = _run(python, "-m", "pytest", *plain, *(f"{p}/tests" for p in packages), cwd=folder)
+    return Installed(folder, {p["name"]: p for p in listed}, said)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_package_is_installed_listed_and_tested(kind: str, installed: Installed) -> None:
+    plugin = installed.plugins[NAMES[kind]]
+    assert plugin["distribution"] == f"cramlite-made-{kind}"
+    assert plugin["version"] == "0.1.0"
+    assert plugin["hooks"] == ["task_types" if kind == "task" else f"{kind}s"]
+    assert plugin["fault"] == ""
+    assert len(re.findall(rf"^{kind}/tests/test_made_{kind}.py::\S+ PASSED", installed.tests, re.MULTILINE)) >= 2
+    assert not list((installed.folder / "venv").rglob(f"test_made_{kind}.py"))  # tests are not installed
+
+
+def test_what_is_written_is_clean(tmp_path: Path) -> None:
+    written = [write_skeleton(kind, name, tmp_path / kind) for kind, name in NAMES.items()]
+    assert not [f for _, *files in written for f in files if "$" in f.read_text()]
+    ruff = [
+        sys.executable,
+        "-m",
+        "ruff",
+        "check",
+        "--isolated",
+        "--config",
+        "line-length=120",
+        "--select=E,F,I,UP,B",
+        ".",
+    ]
+    for folder, *_ in written:
+        _run(*ruff, cwd=folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("NoSpill", "'no_spill' would do"),
+        ("no-spill", "'no_spill' would do"),
+        ("2nd", "'nd' would do"),
+        ("_", "a letter first"),
+        ("../evil", "'evil' would do"),
+        ("", "small letters"),
+        ("a" * 41, "40 characters"),
+        ("class", "a word of Python"),
+        ("match", "a word of Python"),
+        ("grasping", "There is a plugin 'grasping' already, in 'cramlite'"),
+        ("öl", "small letters"),
+    ],
+)
+def test_bad_names_are_explained(name: str, says: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=says):
+        write_skeleton("task", name, tmp_path / "made")
+    assert not (tmp_path / "made").exists()
+
+
+def test_nothing_is_overwritten(tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    first = run("new", "task", "no_spill")
+    assert first.code == 0
+    assert "cramlite-no-spill" in first.out
+    module = tmp_path / "cramlite-no-spill" / "cramlite_no_spill" / "__init__.py"
+    module.write_text("mine")
+    again = run("new", "task", "no_spill")
+    assert again.code == 2
+    assert "not an empty folder" in again.err
+    assert module.read_text() == "mine"
+    assert run("new", "task", "no_spill", "--out", module).code == 2
