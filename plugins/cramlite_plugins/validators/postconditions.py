@@ -10,6 +10,7 @@ import numpy as np
 
 from cramlite import Action, Candidate, Finding, Rollout, Thing, Validator, hookimpl
 from cramlite.belief import Relation
+from cramlite.geometry import Pose, Vector3
 from cramlite.verdict import Cost
 
 if TYPE_CHECKING:
@@ -17,7 +18,15 @@ if TYPE_CHECKING:
     from cramlite.rules import Clause, Rule
 
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
-SWING = 0.04  # what hangs on a peg may swing: 0.011 m/s, 3 mm to and fro, was measured 10 s after letting go [m/s]
+SWING = 0.04
+"""What hangs on a peg may swing by this [m/s], its hole at rest: a pendulum on a peg has nothing to brake it.
+
+Source: a body whose centre is d below the peg and swings by +-A gains h = A^2 / (2 d) of height at its turning points
+(pendulum, small angles), and comes off only if it rises by the r of the peg's bent tip. Its period
+2 pi sqrt((k^2 + d^2) / (g d)) is about 0.55 s for the products here (d = 70 mm, radius of gyration k = 34 mm), so that half a
+second shows nearly the whole 2 A: 0.04 m/s are A = 10 mm, h = 0.7 mm, an eighth of r = 6 mm. Measured: 4.3 mm to and fro after
+letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in all that time.
+"""
 
 
 @dataclass(frozen=True)
@@ -40,7 +49,7 @@ class EndState:
             if predicate in tests and subject in roles:
                 whole = rollout.world.thing(place.split("/")[0])  # where it really is, not where it was believed
                 wrong = tests[predicate](rollout, subject, whole) or _unsettled(
-                    rollout, subject, SWING if predicate == "hangs_on" else REST
+                    rollout, subject, hanging=predicate == "hangs_on"
                 )
                 yield Finding(self.name, not wrong, wrong or _holds(relation), origin=_last_about(candidate, subject))
 
@@ -90,16 +99,28 @@ def _of(hole: str, peg: str) -> tuple[str, str]:
     return hole.split("/")[0], peg.split("/")[0]
 
 
-def _unsettled(rollout: Rollout, thing: str, limit: float) -> str:
+def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
+    """Empty when a thing is let go and at rest; of one that hangs, the hole must be at rest, and the rest may swing."""
     held = any(
         "effector" in (t.a + t.b) and thing in (t.a.split("/")[0], t.b.split("/")[0]) for t in rollout.touches[-1]
     )
     if held:
         return f"the gripper still touches '{thing}' at the end"
+    hole = rollout.world.thing(thing).feature("vrps:Hole") if hanging else None
+    speed = _speed(rollout, thing, hole.pose.position if hole else (0.0, 0.0, 0.0))
+    if speed > REST:
+        what = f"the hole of '{thing}'" if hole else f"'{thing}'"
+        return f"{what} still moves at {1000 * speed:.0f} mm/s at the end"
+    swing = _speed(rollout, thing, (0.0, 0.0, 0.0)) if hole else 0.0
+    return f"'{thing}' still swings at {1000 * swing:.0f} mm/s at the end" if swing > SWING else ""
+
+
+def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
+    """How far a point of a thing gets about in the last half second [m/s]: the diagonal of the box around its way."""
     recent = rollout.times >= rollout.times[-1] - 0.5
-    way = float(np.linalg.norm(np.ptp(rollout.poses[thing][recent, :3], axis=0)))
-    span = float(np.ptp(rollout.times[recent])) or 1.0
-    return f"'{thing}' still moves at {1000 * way / span:.0f} mm/s at the end" if way / span > limit else ""
+    poses = [Pose(tuple(row[:3]), tuple(row[3:])) for row in rollout.poses[thing][recent]]
+    way = float(np.linalg.norm(np.ptp([p.apply(point) for p in poses], axis=0)))
+    return way / (float(np.ptp(rollout.times[recent])) or 1.0)
 
 
 @dataclass(frozen=True)
