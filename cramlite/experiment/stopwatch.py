@@ -22,6 +22,10 @@ class Stopwatch:
     def read(self) -> dict[str, float]:
         return {name: round(seconds, 3) for name, seconds in sorted(self._spent.items())}
 
+    def add(self, stage: str, seconds: float) -> None:
+        """Count what a process took that goes on."""
+        self._spent[stage] = self._spent.get(stage, 0.0) + seconds
+
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
         """Count what happens in this block."""
@@ -31,7 +35,7 @@ class Stopwatch:
             yield
         finally:
             whole, inner = _now() - begin, self._open.pop()
-            self._spent[stage] = self._spent.get(stage, 0.0) + whole - inner
+            self.add(stage, whole - inner)
             if self._open:
                 self._open[-1] += whole
 

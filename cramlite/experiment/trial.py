@@ -25,6 +25,7 @@ from ..scenario import Scenario, read_scenario
 from ..search import Budget, derive_seed
 from ..trace import Trace
 from ..verdict import Verdict
+from .executor import Executor
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
 from .spec import AblationSpec, Demonstration, Experiment, read_experiment
 from .stopwatch import Stopwatch
@@ -61,6 +62,7 @@ class Bench:
     experiment: Experiment
     scenario: Scenario
     engine: Engine
+    executor: Executor
     watch: Stopwatch = field(default_factory=Stopwatch)
 
 
@@ -84,7 +86,7 @@ def bench(
     )
     watch = Stopwatch()
     engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate", episode="detect")
-    return Bench(experiment, scenario, engine, watch)
+    return Bench(experiment, scenario, engine, Executor(plugins, (*block, *scenario.spec.block)), watch)
 
 
 def run_trial(trial: Trial) -> DemonstrationResult:

@@ -1,25 +1,17 @@
-"""Executing a text in a twin: another process is given the text and a world file, and nothing else."""
+"""Executing a text in a twin, and judging how that ended."""
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pydantic import TypeAdapter
-
 from ..engine import Setting
-from ..errors import UserError
 from ..plugin_types import Candidate
 from ..rollout import Rollout
-from ..rollout_file import load_rollout
 from ..search import derive_seed
 from ..twin import twin
 from ..world import World
+from .executor import ExecutorDied
 from .results import Execution
 
 if TYPE_CHECKING:
@@ -27,6 +19,8 @@ if TYPE_CHECKING:
     from .trial import Bench, Trial
 
 PICTURE = (320, 240)
+DEATHS = 2
+"""A text whose execution ended its process this often counts as failed."""
 
 
 def execute_in_twin(
@@ -46,8 +40,10 @@ def execute_in_twin(
     if errors:
         models = place.engine.knowledge.models
         world = twin(place.scenario, world, place.experiment.spec.twin, models, seed, len(setting.robot.joints))
-    with place.watch("execute"):
-        rollout = run_elsewhere(candidate.code.text, candidate.code.suffix, world, seed)
+    with place.watch("hand over"):
+        rollout = _run(place, candidate, world, seed)
+    if rollout is None:
+        return Execution(False, f"executor: the process died {DEATHS} times (out of memory, or killed)", 0.0, 0.0)
     with place.watch("judge"):
         episode = replace(place.engine.knowledge.simulator.episode(rollout, setting.name), extras={})
         said = goal_missed(place, replace(candidate, rollout=rollout, episode=episode, world=world))
@@ -59,36 +55,17 @@ def execute_in_twin(
     return Execution(not said, said, float(force), float(rollout.times[-1]), picture)
 
 
-def run_elsewhere(text: str, suffix: str, world: World, seed: int) -> Rollout:
-    """``cramlite execute`` in a process of its own.
-
-    Raises:
-        UserError: it broke, rather than the program.
-    """
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        program, place, out = folder / f"program{suffix}", folder / "world.json", folder / "out"
-        program.write_text(text, encoding="utf-8")
-        place.write_bytes(TypeAdapter(World).dump_json(world))
-        words = [
-            "execute",
-            str(program),
-            "--world",
-            str(place),
-            "--seed",
-            str(seed),
-            "--out",
-            str(out),
-            "--no-episode",
-            "--json",
-        ]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-        done = subprocess.run(
-            [sys.executable, "-m", "cramlite.cli", *words], env=environment, capture_output=True, text=True, check=False
-        )
-        if not (out / "rollout.npz").is_file():
-            raise UserError(f"The execution of a program broke: {done.stderr.strip() or done.returncode}")
-        return load_rollout(out / "rollout.npz", world)
+def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout | None:
+    """What happened; None if the process that executes died, and died again."""
+    assert candidate.code is not None
+    for _ in range(DEATHS):
+        try:
+            rollout, seconds = place.executor.run(candidate.code.text, candidate.code.suffix, world, seed)
+        except ExecutorDied:
+            continue
+        place.watch.add("execute", seconds)
+        return rollout
+    return None
 
 
 def _picture(trial: Trial, store: Store, place: Bench, number: int, rollout: Rollout) -> str:
