@@ -30,6 +30,7 @@ def parser(commands: Mapping[str, Command]) -> argparse.ArgumentParser:
             "--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file"
         )
         command.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
+        command.add_argument("--prefer", action="append", default=[], metavar="NAME", help="ask this plugin first")
         return command
 
     for part in (_making, _running, _trying, _asking, _writing):

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .scenario import Scenario
 
 
-def check_file(name: str, plugins: Sequence[Path] = (), block: Sequence[str] = ()) -> int:
+def check_file(name: str, plugins: Sequence[Path] = (), block: Sequence[str] = (), prefer: Sequence[str] = ()) -> int:
     """Check a scenario, a rule file or a program, and print what was found.
 
     Returns:
@@ -26,10 +26,10 @@ def check_file(name: str, plugins: Sequence[Path] = (), block: Sequence[str] = (
     if path.suffix in (".ttl", ".owl", ".rdf"):
         raise UserError(f"'{path}' is an ontology; 'cramlite ontology check {path}' checks it.")
     if path.suffix in (".script", ".urscript"):
-        return _check_program(path, plugins, block)
+        return _check_program(path, plugins, block, prefer)
     if path.suffix in (".yaml", ".yml") and path.is_file() and _is_rule(path):
-        return _check_rule(path, plugins, block)
-    return _check_scenario(find_scenario(name), plugins, block)
+        return _check_rule(path, plugins, block, prefer)
+    return _check_scenario(find_scenario(name), plugins, block, prefer)
 
 
 def _is_rule(path: Path) -> bool:
@@ -39,23 +39,23 @@ def _is_rule(path: Path) -> bool:
     return isinstance(data, dict) and "task" in data and "scenario" not in data
 
 
-def _check_rule(path: Path, plugins: Sequence[Path], block: Sequence[str]) -> int:
+def _check_rule(path: Path, plugins: Sequence[Path], block: Sequence[str], prefer: Sequence[str]) -> int:
     from .knowledge import Knowledge
     from .registry import Registry
     from .rules import load_rules
 
-    knowledge = Knowledge(Registry(tuple(plugins), tuple(block)))
+    knowledge = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer)))
     (rule,) = load_rules([path], knowledge.predicates, knowledge.taxonomy)
     print(f"{path}: the rule of {rule.task}, {len(rule.clauses)} conditions, roles {', '.join(rule.roles) or 'none'}")
     return 0
 
 
-def _check_scenario(path: Path, plugins: Sequence[Path], block: Sequence[str]) -> int:
+def _check_scenario(path: Path, plugins: Sequence[Path], block: Sequence[str], prefer: Sequence[str]) -> int:
     from .pipeline import make_engine
     from .scenario import read_scenario
 
     scenario = read_scenario(path)
-    engine = make_engine(scenario, plugins, block)
+    engine = make_engine(scenario, plugins, block, prefer)
     setting = engine.setting(scenario)
     things = len(setting.world.things)
     start = _start(scenario)
@@ -78,7 +78,7 @@ def _start(scenario: Scenario) -> str:
     return f"the demonstration '{name}'"
 
 
-def _check_program(path: Path, plugins: Sequence[Path], block: Sequence[str]) -> int:
+def _check_program(path: Path, plugins: Sequence[Path], block: Sequence[str], prefer: Sequence[str]) -> int:
     from .knowledge import Knowledge
     from .registry import Registry
 
@@ -86,7 +86,7 @@ def _check_program(path: Path, plugins: Sequence[Path], block: Sequence[str]) ->
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"The program '{path}' cannot be read: {error}.") from error
-    simulator = Knowledge(Registry(tuple(plugins), tuple(block))).simulator
+    simulator = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer))).simulator
     doubts = list(simulator.inspect(text))
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")

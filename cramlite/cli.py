@@ -57,6 +57,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         demonstration=arguments.demonstration,
         plugins=arguments.plugin,
         block=arguments.block,
+        prefer=arguments.prefer,
         report=not arguments.no_report,
         json_output=arguments.json,
     )
@@ -66,7 +67,7 @@ def _interpret(arguments: argparse.Namespace) -> int:
     from .engine import Engine
     from .explain import as_json, interpretation_text, repairs_json
 
-    engine = Engine(files=arguments.plugin, blocked=arguments.block)
+    engine = Engine(files=arguments.plugin, blocked=arguments.block, preferred=arguments.prefer)
     episode = engine.read_episode(arguments.episode)
     found = engine.interpret(episode)
     if arguments.why:
@@ -88,7 +89,7 @@ def _query(arguments: argparse.Namespace) -> int:
     from .explain import as_json
     from .query import ask, query_text, table, to_json
 
-    engine = Engine(files=arguments.plugin, blocked=arguments.block)
+    engine = Engine(files=arguments.plugin, blocked=arguments.block, preferred=arguments.prefer)
     episodes = [engine.read_episode(path) for path in arguments.episode]
     found = ask(query_text(arguments.sparql), engine.knowledge.ontology_paths, episodes, engine.registry)
     print(as_json(to_json(found)) if arguments.json else table(found))
@@ -101,7 +102,7 @@ def _ontology(arguments: argparse.Namespace) -> int:
     from .ontology_check import check_ontology, report_lines
     from .registry import Registry
 
-    registry = Registry(tuple(arguments.plugin), tuple(arguments.block))
+    registry = Registry(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
     report = check_ontology(arguments.files or Knowledge(registry).ontology_paths, arguments.against)
     print(as_json(report) if arguments.json else "\n".join(report_lines(report)))
     return 0 if report.sound else 2
@@ -111,7 +112,12 @@ def _record(arguments: argparse.Namespace) -> int:
     from .pipeline import record_demonstration
 
     return record_demonstration(
-        arguments.scenario, seed=arguments.seed, out=arguments.out, plugins=arguments.plugin, block=arguments.block
+        arguments.scenario,
+        seed=arguments.seed,
+        out=arguments.out,
+        plugins=arguments.plugin,
+        block=arguments.block,
+        prefer=arguments.prefer,
     )
 
 
@@ -126,6 +132,7 @@ def _execute(arguments: argparse.Namespace) -> int:
         episode=not arguments.no_episode,
         plugins=arguments.plugin,
         block=arguments.block,
+        prefer=arguments.prefer,
         json_output=arguments.json,
     )
 
@@ -141,6 +148,7 @@ def _controller(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         plugins=arguments.plugin,
         block=arguments.block,
+        prefer=arguments.prefer,
     )
 
 
@@ -159,6 +167,7 @@ def _experiment(arguments: argparse.Namespace) -> int:
         json_output=arguments.json,
         plugins=arguments.plugin,
         block=arguments.block,
+        prefer=arguments.prefer,
     )
 
 
@@ -173,6 +182,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
         out=arguments.out,
         plugins=arguments.plugin,
         block=arguments.block,
+        prefer=arguments.prefer,
         json_output=arguments.json,
     )
 
@@ -180,7 +190,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> int:
     from .checking import check_file
 
-    return check_file(arguments.file, plugins=arguments.plugin, block=arguments.block)
+    return check_file(arguments.file, plugins=arguments.plugin, block=arguments.block, prefer=arguments.prefer)
 
 
 def _schema(arguments: argparse.Namespace) -> int:
@@ -203,7 +213,7 @@ def _tasks(arguments: argparse.Namespace) -> int:
     from .knowledge import Knowledge
     from .registry import Registry
 
-    registry = Registry(tuple(arguments.plugin), tuple(arguments.block))
+    registry = Registry(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
     tasks = Knowledge(registry).tasks.values()
     print(as_json(tasks_json(tasks)) if arguments.json else tasks_text(tasks))
     for fault in dict.fromkeys(str(f) for f in registry.faults):
@@ -212,11 +222,12 @@ def _tasks(arguments: argparse.Namespace) -> int:
 
 
 def _plugins(arguments: argparse.Namespace) -> int:
-    from .explain import as_json, plugins_text
+    from .explain import as_json, plugins_json, plugins_text
     from .registry import Registry
 
-    registry = Registry(tuple(arguments.plugin), tuple(arguments.block))
-    print(as_json(registry.infos) if arguments.json else plugins_text(registry.infos))
+    registry = Registry(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
+    registry.examine()
+    print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry))
     return 3 if registry.faults else 0
 
 

@@ -28,6 +28,7 @@ def execute_program(
     episode: bool = True,
     plugins: Sequence[Path] = (),
     block: Sequence[str] = (),
+    prefer: Sequence[str] = (),
     json_output: bool = False,
 ) -> int:
     """Run a program's text on the controller model and say how it ended.
@@ -47,7 +48,7 @@ def execute_program(
     from .knowledge import Knowledge
     from .registry import Registry
 
-    knowledge = Knowledge(Registry(tuple(plugins), tuple(block)))
+    knowledge = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer)))
     if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
     text, place = _text(program), read_world(world, knowledge, seed)
@@ -71,6 +72,7 @@ def serve_controller(
     seed: int = 0,
     plugins: Sequence[Path] = (),
     block: Sequence[str] = (),
+    prefer: Sequence[str] = (),
 ) -> int:
     """Open a virtual robot controller's ports on loopback, and print what its programs log.
 
@@ -80,7 +82,7 @@ def serve_controller(
     from .knowledge import Knowledge
     from .registry import Registry
 
-    knowledge = Knowledge(Registry(tuple(plugins), tuple(block)))
+    knowledge = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer)))
     place = read_world(world, knowledge, seed)
     if not place.robots:
         raise UserError(f"The world '{world}' has no robot, so there is nothing to control.")

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .engine import Solution
     from .episode import Repair
     from .interpretation import Interpretation, Interpreted
-    from .registry import PluginInfo
+    from .registry import Fault, PluginInfo, Registry
     from .rollout import Rollout
     from .tasks import TaskType
 
@@ -192,13 +192,25 @@ def tasks_json(tasks: Iterable[TaskType]) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def plugins_text(infos: Iterable[PluginInfo]) -> str:
+def plugins_text(registry: Registry) -> str:
+    """Each plugin with where it comes from, how long it took to load, its hooks, and what is wrong with it."""
     lines = []
-    for info in infos:
+    for info in registry.infos:
         lines.append(
             f"{info.name} ({info.distribution} {info.version}) {info.load_ms:.1f} ms: {', '.join(info.hooks) or 'no hooks'}"
         )
         lines.append(f"    {info.file}")
         if info.fault:
             lines.append(f"    NOT LOADED: {info.fault}")
+        lines += [f"    FAULT in {f.hook}: {f.error}" for f in _later(registry, info)]
     return "\n".join(lines)
+
+
+def plugins_json(registry: Registry) -> list[dict[str, Any]]:
+    """The same for programs."""
+    return [asdict(i) | {"faults": [f"{f.hook}: {f.error}" for f in _later(registry, i)]} for i in registry.infos]
+
+
+def _later(registry: Registry, info: PluginInfo) -> list[Fault]:
+    """The faults of a plugin that was loaded."""
+    return [] if info.fault else [f for f in registry.faults if f.plugin == info.name and f.hook != "import"]

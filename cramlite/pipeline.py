@@ -13,8 +13,9 @@ from typing import Any
 from . import __version__
 from .engine import Engine, Setting, Solution
 from .episode import Episode
-from .errors import NoSolution, PluginError, UserError
+from .errors import NoSolution, PluginError, UserError, nearest
 from .explain import as_json, failure_text, solution_text
+from .registry import plugin_names
 from .resources import find_scenario
 from .run import RunDirectory, content_key, read_json
 from .scenario import Scenario, read_scenario
@@ -32,6 +33,7 @@ def resolve_scenario(
     demonstration: Path | None = None,
     plugins: Sequence[Path] = (),
     block: Sequence[str] = (),
+    prefer: Sequence[str] = (),
     report: bool = True,
     json_output: bool = False,
 ) -> int:
@@ -46,7 +48,7 @@ def resolve_scenario(
         UserError: the scenario cannot be used.
     """
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
-    engine = make_engine(scenario, plugins, block)
+    engine = make_engine(scenario, plugins, block, prefer)
     setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
     _say_notes(setting)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
@@ -98,7 +100,13 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
 
 
 def record_demonstration(
-    name: str, *, seed: int, out: Path, plugins: Sequence[Path] = (), block: Sequence[str] = ()
+    name: str,
+    *,
+    seed: int,
+    out: Path,
+    plugins: Sequence[Path] = (),
+    block: Sequence[str] = (),
+    prefer: Sequence[str] = (),
 ) -> int:
     """Record a demonstration of a scenario and write it as a NEEM.
 
@@ -108,7 +116,7 @@ def record_demonstration(
     scenario = read_scenario(find_scenario(name))
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
-    episode = record_episode(scenario, make_engine(scenario, plugins, block), seed=seed, out=out)
+    episode = record_episode(scenario, make_engine(scenario, plugins, block, prefer), seed=seed, out=out)
     print(
         f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
     )
@@ -132,12 +140,24 @@ def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) 
     return episode
 
 
-def make_engine(scenario: Scenario, plugins: Sequence[Path] = (), block: Sequence[str] = ()) -> Engine:
-    """An engine with what the command line and the scenario ask for."""
+def make_engine(
+    scenario: Scenario, plugins: Sequence[Path] = (), block: Sequence[str] = (), prefer: Sequence[str] = ()
+) -> Engine:
+    """An engine with what the command line and the scenario ask for.
+
+    Raises:
+        UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
+    """
+    known = plugin_names(plugins)
+    for key, names in (("block", scenario.spec.block), ("prefer", scenario.spec.prefer)):
+        for k, name in enumerate(names):
+            if name not in known:
+                raise UserError(
+                    f"{scenario.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}."
+                )
     ontologies = [scenario.beside(o) for o in scenario.spec.ontologies]
-    return Engine(
-        files=plugins, blocked=(*block, *scenario.spec.block), preferred=scenario.spec.prefer, ontologies=ontologies
-    )
+    blocked, preferred = (*block, *scenario.spec.block), (*prefer, *scenario.spec.prefer)
+    return Engine(files=plugins, blocked=blocked, preferred=preferred, ontologies=ontologies)
 
 
 def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
@@ -149,8 +169,6 @@ def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
 
 def _budget(scenario: Scenario) -> dict[str, int]:
     from dataclasses import fields
-
-    from .errors import nearest
 
     valid = [f.name for f in fields(Budget)]
     for key, value in scenario.spec.budget.items():

@@ -16,6 +16,7 @@ import pluggy
 
 from . import hookspecs
 from .errors import PluginError, Unresolvable, UserError, nearest
+from .plugin_faults import NAMED_BY, check_declared, check_hooks, made_for_another_version, why_not_loaded
 
 GROUP = "cramlite"
 OWN_DISTRIBUTION = "cramlite"
@@ -68,37 +69,63 @@ class Registry:
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
         points = _entry_points()
-        known = {p.name for p in points} | {f.stem for f in self.files}
-        for name in (*self.blocked, *self.preferred):
-            if name not in known:
-                raise UserError(f"There is no plugin '{name}' to block or prefer; {nearest(name, known)}.")
+        self._check_names(plugin_names(self.files))
         for file in self.files:
             if not file.is_file():
                 raise UserError(f"There is no plugin file '{file}'; give the path of a Python module with --plugin.")
             self._load(file.stem, lambda file=file: _module_from(file), "file", "", str(file))  # type: ignore[misc]
         for point in points:
-            if point.name not in self.blocked and not self._manager.has_plugin(point.name):
+            if point.name not in self.blocked:
                 dist = point.dist
+                outdated = "" if dist is None or dist.name == OWN_DISTRIBUTION else made_for_another_version(dist)
                 self._load(
-                    point.name, point.load, dist.name if dist else "?", dist.version if dist else "?", point.value
+                    point.name,
+                    point.load,
+                    dist.name if dist else "?",
+                    dist.version if dist else "?",
+                    point.value,
+                    outdated,
                 )
 
-    def _load(self, name: str, load: Callable[[], Any], distribution: str, version: str, place: str) -> None:
-        begin, fault = time.perf_counter(), ""
+    def _check_names(self, known: set[str]) -> None:
+        for name in (*self.blocked, *self.preferred):
+            if name not in known:
+                raise UserError(f"There is no plugin '{name}' to block or prefer; {nearest(name, known)}.")
+        for name in self.blocked:
+            if name in self.preferred:
+                raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
+
+    def _load(
+        self, name: str, load: Callable[[], Any], distribution: str, version: str, place: str, fault: str = ""
+    ) -> None:
+        """Load one plugin; whatever is wrong with it is recorded, and the others go on."""
+        begin = time.perf_counter()
         hooks: tuple[str, ...] = ()
-        try:
-            module = load()
-            self._manager.register(module, name)
-            self._manager.check_pending()
-            hooks = tuple(sorted(h.name for h in self._manager.get_hookcallers(module) or ()))
-            place = getattr(module, "__file__", None) or place
-        except Exception as error:
-            fault = f"{type(error).__name__}: {error}"
+        fault = fault or self._same_name(name, distribution, place)
+        if not fault:
+            try:
+                module = load()
+                check_hooks(module)
+                self._manager.register(module, name)
+                hooks = tuple(sorted(h.name for h in self._manager.get_hookcallers(module) or ()))
+                place = getattr(module, "__file__", None) or place
+            except (Exception, SystemExit) as error:
+                fault = why_not_loaded(error, distribution)
+        if fault:
             self.faults.append(Fault(name, version, "import", "", fault))
-            if self._manager.has_plugin(name):
-                self._manager.unregister(name=name)
         elapsed = (time.perf_counter() - begin) * 1000
         self.infos.append(PluginInfo(name, distribution, version, place, hooks, elapsed, fault))
+
+    def _same_name(self, name: str, distribution: str, place: str) -> str:
+        """Why a second plugin of a name is not loaded; empty for the first one."""
+        first = next((i for i in self.infos if i.name == name and not i.fault), None)
+        if first is None:
+            return ""
+        return (
+            f"two plugins are called '{name}': this one, of {distribution} ({place}), and one of {first.distribution} "
+            f"({first.file}), which was found first and is used; rename one"
+            + ("" if first.distribution != "file" else f", or leave the installed one out with --block {name}")
+        )
 
     def _implementations(self, hook: str) -> list[Any]:
         """Preferred plugins first, then ad hoc files, then third parties, then our own, each in load order."""
@@ -114,10 +141,30 @@ class Registry:
         for impl in self._implementations(hook):
             try:
                 answers = list(impl.function())
+                for answer in answers:
+                    check_declared(hook, answer)
             except Exception as error:
                 self.fault(impl.plugin_name, hook, "", error)
                 continue
             yield from ((impl.plugin_name, answer) for answer in answers)
+
+    def examine(self) -> None:
+        """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, names that clash included."""
+        for hook, (key, *_) in NAMED_BY.items():
+            first: dict[str, str] = {}
+            for plugin, item in self.collect(hook):
+                own = (
+                    (item.task, item.task.split(":")[-1], *item.aliases)
+                    if hook == "task_types"
+                    else (getattr(item, key),)
+                )
+                for name in dict.fromkeys(own):
+                    if hook != "report_sections" and first.setdefault(name, plugin) != plugin:
+                        said = f"plugin '{first[name]}' declares '{name}' too; block one of them, or rename it"
+                        self.faults.append(Fault(plugin, self._version(plugin), hook, name, said))
+
+    def _version(self, plugin: str) -> str:
+        return next((i.version for i in self.infos if i.name == plugin), "?")
 
     def named(self, hook: str, key: str) -> Mapping[str, Any]:
         """The declared objects of a hook by their ``key`` attribute.
@@ -188,13 +235,18 @@ class Registry:
 
     def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
         """Record a plugin's bug with the place in its own code."""
-        version = next((i.version for i in self.infos if i.name == plugin), "?")
         trace, place = error.__traceback__, ""
         while trace is not None:
             place, trace = f" ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})", trace.tb_next
-        fault = Fault(plugin, version, hook, designator, f"{type(error).__name__}: {error}{place}")
-        self.faults.append(fault)
+        fault = Fault(plugin, self._version(plugin), hook, designator, f"{type(error).__name__}: {error}{place}")
+        if fault not in self.faults:
+            self.faults.append(fault)
         return fault
+
+
+def plugin_names(files: Iterable[Path] = ()) -> set[str]:
+    """The names of all plugins: installed ones, and files."""
+    return {p.name for p in _entry_points()} | {f.stem for f in files}
 
 
 def _entry_points() -> list[importlib.metadata.EntryPoint]:
@@ -213,6 +265,6 @@ def _module_from(file: Path) -> ModuleType:
     if spec is None or spec.loader is None or not file.is_file():
         raise FileNotFoundError(f"no Python file at '{file}'")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
+    sys.modules[spec.name] = module  # dataclasses look their own module up
     spec.loader.exec_module(module)
     return module

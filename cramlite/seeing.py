@@ -39,6 +39,7 @@ def perceive_view(
     out: Path | None = None,
     plugins: Sequence[Path] = (),
     block: Sequence[str] = (),
+    prefer: Sequence[str] = (),
     json_output: bool = False,
 ) -> int:
     """Answer a query about a scenario's camera, or about a recorded view.
@@ -59,7 +60,7 @@ def perceive_view(
     """
     from .engine import Engine
 
-    engine = Engine(files=plugins, blocked=block)
+    engine = Engine(files=plugins, blocked=block, preferred=prefer)
     knowledge = engine.knowledge
     outputs = {o for e in knowledge.experts if e.scope != "view" for o in e.outputs}
     query = replace(parse_query(text, knowledge.taxonomy, outputs), wanted=wants)

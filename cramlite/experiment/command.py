@@ -30,6 +30,7 @@ def experiment_command(
     json_output: bool = False,
     plugins: Sequence[Path] = (),
     block: Sequence[str] = (),
+    prefer: Sequence[str] = (),
 ) -> int:
     """Run an experiment to its end.
 
@@ -42,7 +43,7 @@ def experiment_command(
     """
     experiment = read_experiment(find_experiment(name))
     experiment.ablation(without)
-    own = (tuple(p.resolve() for p in plugins), tuple(block))
+    own = (tuple(p.resolve() for p in plugins), tuple(block), tuple(prefer))
     what = _what(set_name, short, without)
     place = out or Path("runs") / f"{experiment.spec.experiment}-{what}"
     order = Order(experiment, set_name, place, check_workers(workers), short, without, pictures, *own)

@@ -37,7 +37,7 @@ class Order:
         out: the run directory.
         workers: processes.
         pictures: draw how each execution ended.
-        plugins, block: further plugin files, and plugins that are not loaded.
+        plugins, block, prefer: further plugin files, and plugins that are not loaded, or asked first.
     """
 
     experiment: Experiment
@@ -49,6 +49,7 @@ class Order:
     pictures: bool = True
     plugins: tuple[Path, ...] = ()
     block: tuple[str, ...] = ()
+    prefer: tuple[str, ...] = ()
 
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
@@ -57,7 +58,15 @@ class Order:
     def trial(self, one: Demonstration) -> Trial:
         path = self.experiment.path.resolve()
         return Trial(
-            path, self.set_name, one, self.out.resolve(), self.without, self.pictures, self.plugins, self.block
+            path,
+            self.set_name,
+            one,
+            self.out.resolve(),
+            self.without,
+            self.pictures,
+            self.plugins,
+            self.block,
+            self.prefer,
         )
 
 
@@ -91,7 +100,7 @@ def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[Demonstrat
 def run_key(order: Order) -> dict[str, Any]:
     """What the results depend on: files, seeds, code. How many workers there are is none of it."""
     experiment = order.experiment
-    place = bench(experiment.path.resolve(), order.set_name, order.without, order.plugins, order.block)
+    place = bench(experiment.path.resolve(), order.set_name, order.without, order.plugins, order.block, order.prefer)
     chosen = experiment.choose(order.set_name)
     scenario = read_scenario(find_scenario(str(experiment.beside(chosen.scenario or experiment.spec.scenario))))
     ablation = experiment.ablation(order.without)

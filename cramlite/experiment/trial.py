@@ -42,7 +42,7 @@ class Trial:
         set_name, without: which demonstrations, and the ablation.
         directory: of the run.
         pictures: whether to draw how each execution ended.
-        plugins, block: further plugin files, and plugins that are not loaded.
+        plugins, block, prefer: further plugin files, and plugins that are not loaded, or asked first.
     """
 
     experiment: Path
@@ -53,6 +53,7 @@ class Trial:
     pictures: bool = True
     plugins: tuple[Path, ...] = ()
     block: tuple[str, ...] = ()
+    prefer: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,12 @@ class Bench:
 
 @lru_cache(maxsize=2)
 def bench(
-    path: Path, set_name: str, without: str | None, plugins: tuple[Path, ...] = (), block: tuple[str, ...] = ()
+    path: Path,
+    set_name: str,
+    without: str | None,
+    plugins: tuple[Path, ...] = (),
+    block: tuple[str, ...] = (),
+    prefer: tuple[str, ...] = (),
 ) -> Bench:
     """The engine of an experiment, built once a process."""
     experiment = read_experiment(path)
@@ -80,7 +86,7 @@ def bench(
     engine = Engine(
         files=files,
         blocked=(*block, *scenario.spec.block),
-        preferred=scenario.spec.prefer,
+        preferred=(*prefer, *scenario.spec.prefer),
         ontologies=ontologies,
         rules=rules,
     )
@@ -100,7 +106,7 @@ def run_trial(trial: Trial) -> DemonstrationResult:
     if done is not None:
         return done
     store.began(trial.demonstration.name)
-    place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins, trial.block)
+    place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins, trial.block, trial.prefer)
     result = _demonstrated(trial, store, place)
     store.save(trial.demonstration.name, "result", result)
     store.ended(trial.demonstration.name)

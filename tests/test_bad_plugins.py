@@ -1,0 +1,215 @@
+"""Plugins that cannot work are named, isolated and explained: the others load, and a program is still made."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from conftest import TASKS, Run
+
+from cramlite import Engine, UserError
+from cramlite.registry import Registry
+
+Plugin = Callable[[str, str], Path]
+OBJECTS = "@hookimpl\ndef resolve_object(designator, belief, context):\n    return None\n"
+THING = "@hookimpl\ndef {hook}():\n    return [{thing}]\n"
+
+BAD_AT_LOAD = {
+    "missing package": ("import no_such_package_xyz.part\n" + OBJECTS, "needs the package 'no_such_package_xyz'"),
+    "missing part of cramlite": ("import cramlite.levitation\n" + OBJECTS, "written for another version"),
+    "missing name of cramlite": ("from cramlite import Levitation\n" + OBJECTS, "written for another version"),
+    "wrong argument": (
+        "@hookimpl\ndef resolve_object(designator, beleif):\n    return None\n",
+        "hook 'resolve_object' has no argument 'beleif'; did you mean 'belief'?",
+    ),
+    "argument of a hook without": ("@hookimpl\ndef task_types(engine):\n    return []\n", "it takes none"),
+    "no hook": ("@hookimpl\ndef resolve_objct(d):\n    return None\n", "did you mean 'resolve_object'?"),
+    "ends the process": ("import sys\nsys.exit(7)\n", "ends the process when it is imported (exit 7)"),
+    "no Python": ("def f(:\n", "line 4 is no Python"),
+    "breaks": ("raise RuntimeError('no camera')\n", "RuntimeError: no camera"),
+}
+
+
+@pytest.mark.parametrize("what", BAD_AT_LOAD)
+def test_what_cannot_be_loaded(what: str, plugin: Plugin, run: Run) -> None:
+    body, says = BAD_AT_LOAD[what]
+    ran = run("plugins", "--plugin", plugin("strange", body))
+    assert ran.code == 3
+    assert f"NOT LOADED: {says}" in ran.out or says in ran.out
+    assert ran.out.count("NOT LOADED") == 1  # the others are
+    assert "Traceback" not in ran.out + ran.err
+    assert "soma:Grasping" in run("tasks", "--plugin", plugin("strange", body)).out
+
+
+BAD_DECLARATIONS = {
+    "a class": (
+        "class T(TaskType):\n    task = 'x:T'\n    def decompose(self, a, b): return []\n" + THING.format(hook="task_types", thing="T"),
+        "task_types gave the class T; declare an instance, T()",
+    ),
+    "something else": (THING.format(hook="robots", thing="'ur5e'"), "robots gave 'ur5e', which has no 'type'"),
+    "nothing to iterate": ("@hookimpl\ndef experts():\n    return 5\n", "'int' object is not iterable"),
+    "a name that is taken": (
+        "class E:\n    name = 'urscript'\n    executable = False\n    def emit(self, p, r): ...\n"
+        + THING.format(hook="backends", thing="E()"),
+        "declares 'urscript' too",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", BAD_DECLARATIONS)
+def test_what_is_declared_wrongly(what: str, plugin: Plugin, run: Run) -> None:
+    body, says = BAD_DECLARATIONS[what]
+    ran = run("plugins", "--plugin", plugin("strange", body), "--json")
+    assert ran.code == 3
+    faults = {p["name"]: p["faults"] for p in json.loads(ran.out) if p["faults"]}
+    assert len(faults) == 1
+    assert says in next(iter(faults.values()))[0]
+    assert run("plugins").code == 0
+
+
+def test_a_bad_plugin_does_not_keep_others_from_a_program(plugin: Plugin, run: Run, tmp_path: Path) -> None:
+    files = [plugin(f"bad_{k}", body) for k, (body, _) in enumerate(BAD_AT_LOAD.values())]
+    files.append(plugin("bad_robot", BAD_DECLARATIONS["something else"][0]))
+    arguments = [x for f in files for x in ("--plugin", f)]
+    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run", *arguments)
+    assert ran.code == 0, ran.err
+    for file in files:
+        assert f"warning: plugin '{file.stem}'" in ran.err
+
+
+# Two of one name
+
+
+def test_two_files_of_one_name(plugin: Plugin, tmp_path: Path) -> None:
+    first = plugin("twin", OBJECTS)
+    (tmp_path / "other").mkdir()
+    second = tmp_path / "other" / "twin.py"
+    second.write_text(first.read_text())
+    registry = Registry((first, second))
+    (fault,) = registry.faults
+    assert "two plugins are called 'twin'" in fault.error
+    assert str(first) in fault.error
+    assert [i.hooks for i in registry.infos if i.name == "twin"] == [("resolve_object",), ()]
+
+
+def test_a_file_with_the_name_of_an_installed_plugin(plugin: Plugin) -> None:
+    file = plugin("holding", OBJECTS)
+    (fault,) = Registry((file,)).faults
+    assert "two plugins are called 'holding'" in fault.error
+    assert "--block holding" in fault.error
+    instead = Registry((file,), blocked=("holding",))
+    assert instead.faults == []
+    assert [i.distribution for i in instead.infos if i.name == "holding"] == ["file"]
+
+
+# Installed packages
+
+Install = Callable[..., None]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """A distribution as an installer would leave it: module, metadata and entry point, on the path."""
+    before = set(sys.modules)
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def write(distribution: str, name: str, requires: str = "", version: str = "2.5", body: str = OBJECTS) -> None:
+        module = f"{distribution.replace('-', '_')}_{name}"
+        (tmp_path / f"{module}.py").write_text(f"from cramlite import *\nfrom cramlite import hookimpl\n{body}")
+        info = tmp_path / f"{distribution.replace('-', '_')}-{version}.dist-info"
+        info.mkdir()
+        asks = f"Requires-Dist: {requires}\n" if requires else ""
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n{asks}")
+        (info / "entry_points.txt").write_text(f"[cramlite]\n{name} = {module}\n")
+
+    yield write
+    for added in set(sys.modules) - before:
+        del sys.modules[added]
+
+
+def test_two_packages_of_one_name(install: Install, run: Run) -> None:
+    install("pack-a", "shared")
+    install("pack-b", "shared")
+    ran = run("plugins")
+    assert ran.code == 3
+    assert "two plugins are called 'shared'" in ran.out
+    assert "pack-a" in ran.out and "pack-b" in ran.out
+    assert run("plugins", "--block", "shared").code == 0
+
+
+@pytest.mark.parametrize(
+    ("requires", "fine"),
+    [
+        ("cramlite<0.1", False),
+        ("cramlite (>=7)", False),
+        ("cramlite~=0.0.3", False),
+        ("cramlite==", False),
+        ("cramlite>=0.1,<0.2", True),
+        ("cramlite-extras<0.1", True),
+        ("", True),
+    ],
+)
+def test_plugins_for_other_versions_are_not_loaded(requires: str, fine: bool, install: Install) -> None:
+    install("pack-old", "old", requires)
+    registry = Registry()
+    (info,) = [i for i in registry.infos if i.name == "old"]
+    assert (info.distribution, info.version) == ("pack-old", "2.5")
+    assert bool(info.hooks) == fine
+    assert ("this is 0.1.0; update it with 'pip install --upgrade pack-old'" in info.fault) == (
+        not fine and "==" not in requires
+    )
+    assert len(registry.faults) == (not fine)
+
+
+# Blocking and preferring
+
+
+def test_prefer_on_the_command_line(plugin: Plugin, run: Run, tmp_path: Path) -> None:
+    body = (
+        "@hookimpl\ndef resolve_object(designator, belief, context):\n"
+        "    return [Grounding('tea', 'said {name}', cost=-5.0)] if designator.name == 'tea' else None\n"
+    )
+    files = [plugin(name, body.format(name=name)) for name in ("ant", "bee")]
+    for prefer, first in (("ant", "ant"), ("bee", "bee")):
+        out = tmp_path / prefer
+        ran = run(
+            "resolve",
+            TASKS,
+            "--no-report",
+            "--out",
+            out,
+            "--plugin",
+            files[0],
+            "--plugin",
+            files[1],
+            "--prefer",
+            prefer,
+        )
+        assert ran.code == 0, ran.err
+        assert f"said {first}" in ran.out
+
+
+def test_blocked_and_preferred_at_once(run: Run) -> None:
+    ran = run("tasks", "--block", "holding", "--prefer", "holding")
+    assert ran.code == 2
+    assert "both blocked and preferred" in ran.err
+    with pytest.raises(UserError, match="did you mean 'holding'"):
+        Engine(preferred=["holdin"])
+
+
+@pytest.mark.parametrize("key", ["block", "prefer"])
+def test_a_scenario_names_a_plugin_that_there_is_not(key: str, spoiled: Callable[..., Path], run: Run) -> None:
+    path = spoiled(("robot:", f"{key}: [urscrpt]\nrobot:"))
+    ran = run("check", path)
+    assert ran.code == 2
+    line = path.read_text().splitlines().index(f"{key}: [urscrpt]") + 1
+    assert f"{path}:{line}: there is no plugin 'urscrpt' to {key}; did you mean 'urscript'?" in ran.err
+
+
+def test_a_scenario_blocks_a_plugin(spoiled: Callable[..., Path], run: Run) -> None:
+    ran = run("check", spoiled(("robot:", "block: [urscript]\nrobot:")))
+    assert ran.code == 2
+    assert "There is no backend 'urscript'" in ran.err
