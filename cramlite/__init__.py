@@ -10,6 +10,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from .hookspecs import hookimpl
+from .version import VERSION
 
 if TYPE_CHECKING:
     from .answers import Answers, Context, Grounding, Refused
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     from .view import Intrinsics, View
     from .world import Feature, Geom, Physics, RobotMount, Thing, World
 
-__version__ = "0.1.0"
+__version__ = VERSION
 
 _HOMES = {
     "answers": "Answers Context Grounding Refused",

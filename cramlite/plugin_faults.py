@@ -8,8 +8,9 @@ import re
 from collections.abc import Mapping
 from types import ModuleType
 
-from . import __version__, hookspecs
+from . import hookspecs
 from .errors import nearest
+from .version import VERSION
 
 NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "task_types": ("task", "decompose"),
@@ -76,10 +77,12 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
     if isinstance(error, ModuleNotFoundError) and error.name:
         package = error.name.split(".")[0]
         if package in ("cramlite", "cramlite_plugins"):
-            return f"it imports '{error.name}', which cramlite {__version__} does not have; it was written for another version"
+            return (
+                f"it imports '{error.name}', which cramlite {VERSION} does not have; it was written for another version"
+            )
         return f"it needs the package '{package}', which is not installed here; install it, or leave the plugin out with --block"
     if isinstance(error, ImportError) and error.name and error.name.split(".")[0] == "cramlite":
-        return f"{error}; it was written for another version than cramlite {__version__}"
+        return f"{error}; it was written for another version than cramlite {VERSION}"
     if isinstance(error, SystemExit):
         return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
     if isinstance(error, WrongHook):
@@ -100,9 +103,9 @@ def made_for_another_version(distribution: importlib.metadata.Distribution) -> s
             wanted = Requirement(text)
         except InvalidRequirement:
             return f"'{text}' in its metadata is no requirement; its author has to correct it"
-        if not wanted.specifier.contains(__version__, prereleases=True):
+        if not wanted.specifier.contains(VERSION, prereleases=True):
             return (
-                f"it was made for cramlite{wanted.specifier}, and this is {__version__}; update it with "
+                f"it was made for cramlite{wanted.specifier}, and this is {VERSION}; update it with "
                 f"'pip install --upgrade {distribution.name}', or ask its author"
             )
     return ""

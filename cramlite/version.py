@@ -1,0 +1,3 @@
+"""The version of cramlite, for those modules that the package itself leads to."""
+
+VERSION = "0.1.0"
