@@ -65,7 +65,11 @@ class Validator(Protocol):
 
 
 class Backend(Protocol):
-    """Writes a program as code. ``executable`` says whether a simulator here runs that text."""
+    """Writes a program as code. ``executable`` says whether a simulator here runs that text.
+
+    A backend may also have ``remark``, a clause about its text that every result repeats, e.g. what was not checked; and
+    ``typed_stands_in``: where its text cannot be run, the typed program runs on the controller model in its place.
+    """
 
     @property
     def name(self) -> str: ...

@@ -15,7 +15,7 @@ from functools import lru_cache
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from .errors import UserError, nearest
-from .program import Program, Step
+from .program import Code, Program, Step, walk
 
 FORMAT = "cramlite program 1"
 TAG = "step"
@@ -42,6 +42,14 @@ def write_program(program: Program) -> str:
     """The program's text; the same program is the same text."""
     data = {"format": FORMAT, **_encode(program)}
     return _layout(data, 0, top=True) + "\n"
+
+
+def typed_code(program: Program) -> Code:
+    """The program's text as code: ``origins`` lead from the line of each step to its origin."""
+    text = write_program(program)
+    back = read_program(text)
+    origins = {back.lines[id(s)]: s.origin for s in walk(back.program.steps) if s.origin}
+    return Code("json", text, origins, ".json")
 
 
 def read_program(text: str) -> ProgramText:

@@ -13,6 +13,7 @@ from .knowledge import Knowledge
 from .plan import Plan
 from .plugin_types import Backend, Candidate
 from .program import Program, Snapshot
+from .program_text import typed_code
 from .robots import Robot
 from .search import Conflict
 from .state import State
@@ -68,21 +69,31 @@ def prove(
             (*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}"))
         )
     assert candidate.code is not None
-    if not backend.executable:
-        note = Finding(
-            "execution",
-            True,
-            f"text of backend '{backend.name}' cannot be run here: its program was checked, its text was not",
-        )
-        return candidate, Verdict((*findings, note))
+    instead = not backend.executable and getattr(backend, "typed_stands_in", False)
+    remark = _remark(backend, instead)
+    findings += [Finding("execution", True, remark)] if remark else []
+    if not backend.executable and not instead:
+        return candidate, Verdict(tuple(findings))
+    ran = typed_code(candidate.program) if instead else candidate.code
     rollout = knowledge.simulator.execute(
-        candidate.code.text, real or candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
+        ran.text, real or candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
     )
     episode = knowledge.simulator.episode(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
-    candidate = replace(candidate, rollout=rollout, episode=episode)
-    return candidate, Verdict((*findings, *judge(candidate, knowledge, rollout=True)))
+    judged = replace(candidate, code=ran, rollout=rollout, episode=episode)  # lines of a rollout are those of what ran
+    verdict = Verdict((*findings, *judge(judged, knowledge, rollout=True)))
+    return replace(judged, code=candidate.code), verdict
+
+
+def _remark(backend: Backend, instead: bool) -> str:
+    """What a result says of a text: whether it ran, and what the backend has to say of it."""
+    own = getattr(backend, "remark", "")
+    if backend.executable:
+        return own
+    said = own or f"text of backend '{backend.name}' cannot be run here"
+    ran = "its typed program ran on the controller model instead" if instead else "its program was checked, its text was not"
+    return f"{said}; {ran}"
 
 
 def judge(

@@ -24,15 +24,11 @@ class TypedJson:
         Raises:
             UserError: the program is for another robot.
         """
-        from cramlite.program import walk
-        from cramlite.program_text import read_program, write_program
+        from cramlite.program_text import typed_code
 
         if program.robot_type != robot.type:
             raise UserError(f"a program for '{program.robot_type}' is not one for '{robot.type}'")
-        text = write_program(program)
-        back = read_program(text)
-        origins = {back.lines[id(s)]: s.origin for s in walk(back.program.steps) if s.origin}
-        return Code("json", text, origins, ".json")
+        return typed_code(program)
 
 
 @hookimpl

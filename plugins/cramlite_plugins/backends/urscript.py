@@ -80,7 +80,7 @@ def emit(program: Program, robot: Robot) -> Code:
 def _check(program: Program, robot: Robot) -> None:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", program.name):
         raise UserError(f"program name '{program.name}': URScript needs a letter, then letters, digits and underscores")
-    if program.robot_type != robot.type or robot.dh is None:
+    if program.robot_type != robot.type or robot.backend != "urscript":
         raise UserError(f"program for '{program.robot_type}': URScript for '{robot.type}' cannot carry it out")
 
 

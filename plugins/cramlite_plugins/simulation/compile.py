@@ -6,12 +6,12 @@ with ``{mount}/``, the hand's with ``hand/``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import mujoco
 
-from cramlite.geometry import Pose
+from cramlite.geometry import Pose, Vector3
 from cramlite.robots import Robot
 from cramlite.world import RobotMount, World
 
@@ -164,3 +164,10 @@ def _owner(model: Model, world: World, geom: int) -> Owner:
     if parts[0] in (root, "left_finger", "right_finger"):
         return Owner(name, "body", "effector")
     return Owner(name, parts[0], "arm")
+
+
+def displace(compiled: Compiled, mount: str, links: Sequence[Vector3]) -> None:
+    """Move the links of a robot off their nominal places [m]: the controller goes on to reckon with those."""
+    model = compiled.model
+    for name, off in zip(compiled.robots[mount].robot.joints, links, strict=False):
+        model.body_pos[model.jnt_bodyid[model.joint(f"{mount}/{name}").id]] += off

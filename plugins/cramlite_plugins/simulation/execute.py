@@ -20,13 +20,13 @@ from typing import Protocol
 import numpy as np
 
 from cramlite.errors import UserError, nearest
-from cramlite.geometry import Floats, Vector3
+from cramlite.geometry import Floats
 from cramlite.program_text import is_program_text
 from cramlite.robots import Robot
 from cramlite.rollout import Rollout
 from cramlite.world import World
 
-from .compile import Compiled, compile_world, unstable
+from .compile import Compiled, compile_world, displace, unstable
 from .controller import Controller, ProtectiveStop, Safety
 from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
@@ -190,13 +190,6 @@ class _Run:
             return "error", f"line {machine.main_line}: {error}"
         finally:
             machine.close()
-
-
-def displace(compiled: Compiled, mount: str, links: Sequence[Vector3]) -> None:
-    """Move the links of a robot off their nominal places [m]: the controller goes on to reckon with those."""
-    model = compiled.model
-    for name, off in zip(compiled.robots[mount].robot.joints, links, strict=False):
-        model.body_pos[model.jnt_bodyid[model.joint(f"{mount}/{name}").id]] += off
 
 
 def execute_file(

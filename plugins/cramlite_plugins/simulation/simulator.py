@@ -26,7 +26,10 @@ class MujocoSimulator:
 
     def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
         from .execute import execute
+        from .virtual_ur.client_program import execute_client, is_client_program
 
+        if is_client_program(text):
+            return execute_client(text, world, robots, mount=mount, seed=seed)
         return execute(text, world, robots, mount=mount, seed=seed)
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cramlite.errors import UserError
+from cramlite.errors import UserError, nearest
 from cramlite.robots import Robot
 from cramlite.world import World
 
-from ..compile import compile_world
+from ..compile import compile_world, displace
 from ..controller import Controller, ProtectiveStop, Safety
 from ..ur_functions import Functions
 from ..urscript import Halted, Machine, Stopped, load
@@ -41,12 +42,17 @@ class VirtualRobot:
         noise: float = 0.0,
         seed: int = 0,
     ) -> None:
-        compiled = compile_world(world, robots)
-        self.data, self.say = compiled.data(), say
+        compiled, off = compile_world(world, robots), world.disturbance
+        if mount not in compiled.robots:
+            raise UserError(f"the world has no robot '{mount}'; {nearest(mount, compiled.robots)}")
+        displace(compiled, mount, off.links)
+        self.compiled, self.data, self.say = compiled, compiled.data(), say
         base = next(m.base for m in world.robots if m.name == mount)
         index = compiled.robots[mount]
         self.model_name = index.robot.type.split("_")[0].upper()
+        noise = math.hypot(noise, off.force_noise)
         self.arm = Controller(compiled.model, self.data, index, base, Safety(), noise, seed, steps=1)
+        self.arm.sensor.drift[:3] = off.force_drift
         self.registers = Registers(lambda: self.time)
         self.machine: Machine | None = None
         self.secondary: Machine | None = None

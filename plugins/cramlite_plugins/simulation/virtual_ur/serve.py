@@ -46,7 +46,15 @@ class Ports:
     last: float = field(default_factory=time.monotonic)
 
 
-def serve(robot: VirtualRobot, host: str, *, seconds: float, idle: float, ready: Callable[[str], None]) -> str:
+def serve(
+    robot: VirtualRobot,
+    host: str,
+    *,
+    seconds: float,
+    idle: float,
+    ready: Callable[[str], None],
+    each: Callable[[], str] = lambda: "",
+) -> str:
     """Serve until time is up or nobody has been connected for a while.
 
     Args:
@@ -54,6 +62,7 @@ def serve(robot: VirtualRobot, host: str, *, seconds: float, idle: float, ready:
         seconds: how long at most; 0 for no limit.
         idle: how long without any connection [s]; 0 for no limit.
         ready: called with a line for people when all ports are open.
+        each: called after every control cycle; why the controller should be closed, or "".
 
     Returns:
         Why it ended.
@@ -69,10 +78,12 @@ def serve(robot: VirtualRobot, host: str, *, seconds: float, idle: float, ready:
         raise UserError(
             f"The virtual controller serves loopback addresses only (127.0.0.1 to 127.255.255.254), not '{host}'."
         )
-    return asyncio.run(_serve(Ports(robot), host, seconds, idle, ready))
+    return asyncio.run(_serve(Ports(robot), host, (seconds, idle), ready, each))
 
 
-async def _serve(ports: Ports, host: str, seconds: float, idle: float, ready: Callable[[str], None]) -> str:
+async def _serve(
+    ports: Ports, host: str, ends: tuple[float, float], ready: Callable[[str], None], each: Callable[[], str]
+) -> str:
     handlers = {RTDE: _rtde, DASHBOARD: _dashboard, GRIPPER: _gripper, **dict.fromkeys(SCRIPTS, _script)}
     servers = []
     try:
@@ -86,13 +97,13 @@ async def _serve(ports: Ports, host: str, seconds: float, idle: float, ready: Ca
         ready(
             f"Ready on {host}: RTDE {RTDE}, dashboard {DASHBOARD}, scripts {SCRIPTS[0]} to {SCRIPTS[-1]}, gripper {GRIPPER}"
         )
-        return await _clock(ports, seconds, idle)
+        return await _clock(ports, *ends, each)
     finally:
         for server in servers:
             server.close()
 
 
-async def _clock(ports: Ports, seconds: float, idle: float) -> str:
+async def _clock(ports: Ports, seconds: float, idle: float, each: Callable[[], str]) -> str:
     """Real time where the machine is fast enough; else simulated time falls behind and nothing is skipped."""
     begin = due = time.monotonic()
     count = 0
@@ -100,6 +111,8 @@ async def _clock(ports: Ports, seconds: float, idle: float) -> str:
         ports.robot.cycle()
         count += 1
         _publish(ports, count)
+        if why := each():
+            return why
         due += ports.robot.arm.period
         now = time.monotonic()
         due = max(due, now - 0.1)

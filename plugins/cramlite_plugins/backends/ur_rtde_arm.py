@@ -1,0 +1,321 @@
+"""What every Python program for ur_rtde carries: motions with limits and time-outs, the gripper, and reasons.
+
+The text below the line "# ---- " is copied into the programs that the backend ``ur_rtde`` writes, so that a program
+is one file that needs nothing but Python and the package ur-rtde. It is a module so that it is checked like all others.
+
+Only calls of ur_rtde 1.6 are used whose meaning is documented: asynchronous moveJ and moveL, stopL, forceMode of type 2 around
+moveL. Time is the controller's own (RTDE "timestamp"), so that a slow machine on either side does not shorten a time-out.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable, Sequence
+
+from rtde_control import RTDEControlInterface
+from rtde_io import RTDEIOInterface
+from rtde_receive import RTDEReceiveInterface
+
+# ---- arm and gripper: limits, time-outs and reasons for every motion ----
+Vector = Sequence[float]
+CYCLE = 0.002  # between two looks at the robot's state [s]
+SILENT = 5.0  # a controller whose clock stands still for this long is gone [s]
+SLOWER = 3.0  # how much longer than planned a free motion may take
+LINE_REGISTER = 18  # input_int_register of RTDE: the program's line, for who watches from outside
+BEGINS = 0  # the line after which the program's own text begins
+WATCHDOG = 0.5  # how often the robot must hear from this program, else it stops [Hz]
+GENTLE = 0.25  # acceleration of guarded and force-controlled motions [m/s2]
+
+
+class Failed(Exception):
+    """A step did not come to its end; a control step around it may try something else."""
+
+
+class Aborted(Exception):
+    """The program cannot go on."""
+
+
+class Tripped(Exception):
+    """A control step wants what runs inside it to be stopped."""
+
+    def __init__(self, by: object, reason: str) -> None:
+        super().__init__(reason)
+        self.by = by
+
+
+def log(text: str) -> None:
+    """A line of the program's log."""
+    print(text, flush=True)
+
+
+class Gripper:
+    """Robotiq's ASCII server on the robot (URCap), port 63352."""
+
+    def __init__(self, host: str) -> None:
+        self.lock = threading.Lock()
+        try:
+            self.connection = socket.create_connection((host, 63352), timeout=2.0)
+        except OSError as error:
+            raise Aborted(f"no gripper server at {host}:63352: {error}") from None
+
+    def ask(self, line: str) -> str:
+        """A question and its answer."""
+        try:
+            with self.lock:
+                self.connection.sendall(f"{line}\n".encode("ascii"))
+                return self.connection.recv(64).decode("ascii").strip()
+        except OSError as error:
+            raise Aborted(f"the gripper does not answer '{line}': {error}") from None
+
+    def set(self, name: str, value: int) -> None:
+        """Write a register."""
+        if (said := self.ask(f"SET {name} {value}")) != "ack":
+            raise Aborted(f"the gripper does not acknowledge SET {name} {value}: '{said}'")
+
+    def get(self, name: str) -> int:
+        """Read a register."""
+        words = self.ask(f"GET {name}").split()
+        if len(words) != 2 or not words[1].isdigit():
+            raise Aborted(f"the gripper does not answer GET {name}: '{' '.join(words)}'")
+        return int(words[1])
+
+
+class Arm:
+    """The robot, through ur_rtde. Poses are [x, y, z, rx, ry, rz] of the TCP in the base frame [m, rad].
+
+    Args:
+        force_limit: protective limit on the TCP force, at all times [N].
+        zero: whether the controller can tare its own sensor (e-Series); else the program keeps the tare.
+    """
+
+    def __init__(self, host: str, force_limit: float, *, zero: bool = True) -> None:
+        self.control, self.receive, self.io = RTDEControlInterface(host), RTDEReceiveInterface(host), RTDEIOInterface(host)
+        self.gripper = Gripper(host)
+        self.force_limit, self.can_zero = force_limit, zero
+        self.tare = [0.0, 0.0, 0.0]
+        self.guards: list[Callable[[], None]] = []
+        self.seen, self.kicked = (0.0, 0.0), 0.0
+
+    # What it measures
+
+    def time(self) -> float:
+        """The controller's clock [s]."""
+        return float(self.receive.getTimestamp())
+
+    def tcp(self) -> list[float]:
+        """Where the TCP is."""
+        return list(self.receive.getActualTCPPose())
+
+    def force(self) -> list[float]:
+        """What the environment applies to the tool, base axes, without the tare [N]."""
+        return [f - t for f, t in zip(self.receive.getActualTCPForce()[:3], self.tare, strict=True)]
+
+    # What must hold at all times
+
+    def guard(self) -> None:
+        """Once a cycle, while anything is waited for.
+
+        Raises:
+            Aborted: the force limit of the program, a protective stop, or a robot that no longer answers.
+            Tripped: a control step wants an end.
+        """
+        now = self.time()
+        if now != self.seen[0]:
+            self.seen = now, time.monotonic()
+        elif time.monotonic() - self.seen[1] > SILENT or not self.receive.isConnected():
+            raise Aborted(f"nothing was heard from the robot for {SILENT:g} s")
+        if self.receive.isProtectiveStopped() or self.receive.isEmergencyStopped():
+            raise Aborted("the robot has stopped itself: protective or emergency stop")
+        if (measured := math.hypot(*self.force())) > self.force_limit:
+            raise Aborted(f"force {measured:.3f} N > {self.force_limit:g} N")
+        if time.monotonic() - self.kicked > 0.1:
+            self.kicked = time.monotonic()
+            self.control.kickWatchdog()
+        for guard in self.guards:
+            guard()
+
+    def wait(self, done: Callable[[], bool], timeout: float) -> float:
+        """Until something holds; returns how long it took, or a time beyond ``timeout`` if it never did [s]."""
+        begin = self.time()
+        while not done():
+            self.guard()
+            if (waited := self.time() - begin) > timeout:
+                return waited
+            time.sleep(CYCLE)
+        return min(self.time() - begin, timeout)
+
+    def at(self) -> None:
+        """A step begins: its line in the program goes to an input register, for who watches from outside."""
+        self.guard()
+        frame = sys._getframe(1)
+        while frame.f_back is not None and frame.f_lineno < BEGINS:
+            frame = frame.f_back
+        self.io.setInputIntRegister(LINE_REGISTER, frame.f_lineno)
+
+    # Start and end
+
+    def prepare(self, tcp: Vector, mass: float, center: Vector, start: Vector, tolerance: float) -> None:
+        """Tool, payload, tare and gripper, and whether the arm stands where the program starts."""
+        self.at()
+        for i, (is_, should) in enumerate(zip(self.receive.getActualQ(), start, strict=True)):
+            if abs(is_ - should) > tolerance:
+                raise Aborted(f"joint {i} is at {is_:.6f} rad, the program starts from {should:.6f} rad")
+        self.done(self.control.setWatchdog(WATCHDOG), "setWatchdog")
+        self.done(self.control.setTcp(list(tcp)), "setTcp")
+        self.payload(mass, center)
+        if self.can_zero:
+            self.done(self.control.forceModeSetGainScaling(1.0), "forceModeSetGainScaling")
+        self.activate_gripper()
+        self.zero(settle=0.0)
+
+    def activate_gripper(self) -> None:
+        """Robotiq's activation, unless it was done before."""
+        if self.gripper.get("STA") != 3:
+            self.gripper.set("ACT", 1)
+            if self.wait(lambda: self.gripper.get("STA") == 3, 10.0) > 10.0:
+                raise Aborted("the gripper was not activated within 10 s")
+        self.gripper.set("GTO", 1)
+
+    def done(self, answer: bool, what: str) -> None:
+        """ur_rtde says by False that the robot did not carry out a command."""
+        if not answer:
+            raise Aborted(f"the robot did not carry out {what}: protective stop, lost connection, or its script has ended")
+
+    def rest(self) -> None:
+        """Into a safe state: no motion, no force mode."""
+        self.control.stopL(3.0)
+        self.control.forceModeStop()
+
+    def close(self) -> None:
+        """End the control script on the robot; it stops what moves."""
+        self.control.stopScript()
+        self.control.disconnect()
+
+    # Motions
+
+    def start(self, begin: Callable[[], bool]) -> None:
+        """Start an asynchronous motion, and wait until the robot says that it has begun."""
+        before = self.control.getAsyncOperationProgressEx().operationId()
+        self.done(begin(), "the motion")
+        if self.wait(lambda: self.control.getAsyncOperationProgressEx().operationId() != before, SILENT) > SILENT:
+            raise Aborted("the motion did not begin")
+
+    def moving(self) -> bool:
+        """Whether the motion that was started still runs."""
+        return bool(self.control.getAsyncOperationProgressEx().isAsyncOperationRunning())
+
+    def follow(self, step: str, planned: float) -> None:
+        """Until the running motion ends; it is stopped when anything is wrong."""
+        timeout = SLOWER * planned + SILENT
+        if self.wait(lambda: not self.moving(), timeout) > timeout:
+            self.control.stopL(3.0)
+            raise Failed(f"{step}: not done within {timeout:.1f} s")
+
+    def move_joints(
+        self, step: str, path: Sequence[Vector], *, speed: float, acceleration: float, radii: Vector = ()
+    ) -> None:
+        """Through joint positions [rad]; ``radii`` are how far from each one but the last the TCP may cut the corner [m]."""
+        self.at()
+        if any(radii):
+            blends = [*radii, 0.0]
+            points = [[*q, speed, acceleration, r] for q, r in zip(path, blends, strict=True)]
+            self.start(lambda: bool(self.control.moveJ(points, True)))
+            self.follow(step, sum(math.tau / speed for _ in path))
+            return
+        here = list(self.receive.getActualQ())
+        for goal in path:
+            target = list(goal)
+            self.start(lambda target=target: bool(self.control.moveJ(target, speed, acceleration, True)))  # type: ignore[misc]
+            way = max(abs(a - b) for a, b in zip(here, target, strict=True))
+            self.follow(step, way / speed + speed / acceleration)
+            here = target
+
+    def move_linear(self, step: str, target: Vector, *, speed: float, acceleration: float) -> None:
+        """Straight to a pose."""
+        self.at()
+        way = math.dist(self.tcp()[:3], target[:3]) + 0.25 * math.pi
+        self.start(lambda: bool(self.control.moveL(list(target), speed, acceleration, True)))
+        self.follow(step, way / speed + speed / acceleration)
+
+    def move_until_contact(
+        self, step: str, direction: Vector, *, distance: float, speed: float, force: float, timeout: float, expect: str
+    ) -> None:
+        """Along a direction of the base frame until the environment pushes back with the force [N]."""
+        self.at()
+        here, reaction = self.tcp(), 0.0
+        target = [*(h + distance * d for h, d in zip(here[:3], direction, strict=True)), *here[3:]]
+        self.start(lambda: bool(self.control.moveL(target, speed, GENTLE, True)))
+
+        def touched() -> bool:
+            nonlocal reaction
+            reaction = -sum(f * d for f, d in zip(self.force(), direction, strict=True))
+            return reaction > force or not self.moving()
+
+        waited = self.wait(touched, timeout)
+        self.control.stopL(3.0)
+        if reaction > force:
+            log(f"{step}: contact, {reaction:.3f} N")
+        elif waited > timeout:
+            raise Failed(f"{step}: no contact within {timeout:g} s")
+        elif expect == "contact":
+            raise Failed(f"{step}: no contact within {distance:g} m")
+
+    # Gripper, payload, tare, time
+
+    def grip(self, step: str, position: int, *, speed: int, force: int, expect: str, timeout: float) -> None:
+        """Fingers to a position; all three of 0 .. 255. OBJ is believed only after PRE has echoed the order."""
+        self.at()
+        hand = self.gripper
+        for name, value in (("SPE", speed), ("FOR", force), ("POS", position)):
+            hand.set(name, value)
+        if self.wait(lambda: hand.get("PRE") == position and hand.get("OBJ") != 0, timeout) > timeout:
+            raise Failed(f"{step}: the gripper still moved after {timeout:g} s")
+        found = hand.get("OBJ") != 3
+        if expect == "object" and not found:
+            raise Failed(f"{step}: no object between the fingers")
+        if expect == "none" and found:
+            raise Failed(f"{step}: an object stopped the fingers")
+
+    def payload(self, mass: float, center: Vector) -> None:
+        """What hangs on the flange [kg, m]."""
+        self.at()
+        self.done(self.control.setPayload(mass, list(center)), "setPayload")
+
+    def zero(self, settle: float = 0.3) -> None:
+        """Tare the force sensor, after the arm and the sensor's filter have settled [s]."""
+        self.stand_still(settle)
+        if self.can_zero:
+            self.done(self.control.zeroFtSensor(), "zeroFtSensor")
+        else:
+            self.tare = list(self.receive.getActualTCPForce()[:3])
+
+    def stand_still(self, duration: float) -> None:
+        """Wait [s]."""
+        self.at()
+        self.wait(lambda: False, duration)
+
+
+def run_program(host: str, force_limit: float, steps: Callable[[Arm], None], *, zero: bool) -> int:
+    """Run a program's steps on the robot at an address; however they end, the arm comes to rest.
+
+    Returns:
+        0 when all were carried out; else 1, and the log's last line says why.
+    """
+    arm, reason = None, ""
+    try:
+        arm = Arm(host, force_limit, zero=zero)
+        steps(arm)
+    except (Failed, Aborted, Tripped, OSError, RuntimeError) as error:
+        reason = f"{error}" or type(error).__name__
+    finally:
+        if arm is not None:
+            with contextlib.suppress(RuntimeError):  # the connection is lost: the watchdog stops the robot
+                arm.rest()
+                arm.close()
+    log(f"cramlite abort: {reason}" if reason else "cramlite: finished")
+    return 1 if reason else 0
