@@ -16,6 +16,8 @@ import argparse
 import inspect
 import re
 import shlex
+import subprocess
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -57,7 +59,7 @@ def blocks(page: Path) -> Iterator[Block]:
 
 
 def runs(block: Block) -> bool:
-    command = block.language == "bash" and re.search(r"^cramlite ", block.text, re.MULTILINE)
+    command = block.language == "bash" and re.search(r"^(cramlite|pytest) ", block.text, re.MULTILINE)
     return block.mark not in ("command", "not run") and bool(command or block.language in ("python", "yaml"))
 
 
@@ -89,7 +91,7 @@ def run(block: Block, space: dict[str, Any], where: str, capfd: pytest.CaptureFi
     capfd.readouterr()
     if block.language == "bash":
         lines = block.text.replace("\\\n", " ").splitlines()
-        codes = [cli.main(shlex.split(c, comments=True)[1:]) for c in lines if c.startswith("cramlite ")]
+        codes = [command(shlex.split(c, comments=True)) for c in lines if re.match("(cramlite|pytest) ", c)]
         printed = "".join(capfd.readouterr())
         assert codes[-1] == int(block.value if block.mark == "exit" else 0), f"{where}: {printed}"
         return printed
@@ -98,6 +100,14 @@ def run(block: Block, space: dict[str, Any], where: str, capfd: pytest.CaptureFi
     elif not block.value.endswith(".py"):
         exec(compile("\n" * block.line + block.text, where, "exec"), space)
     return "".join(capfd.readouterr())
+
+
+def command(words: list[str]) -> int:
+    """The exit code of one command; tests run in a process of their own."""
+    if words[0] == "cramlite":
+        return cli.main(words[1:])
+    plain = ("-p", "no:cacheprovider", "-p", "no:xdist")
+    return subprocess.run([sys.executable, "-m", *words, *plain], check=False).returncode
 
 
 def read_yaml(block: Block, where: str) -> None:
@@ -123,6 +133,12 @@ def test_a_wrong_output_is_noticed() -> None:
     said_there("Solved: ...\n", "Solved: Grasping", "here")
     with pytest.raises(AssertionError, match="nothing printed this"):
         said_there("Solved: Pouring\n", "Solved: Grasping", "here")
+
+
+def test_the_tutorials_task_is_small() -> None:
+    page = list(blocks(ROOT / "docs" / "tutorial" / "wiping.md"))
+    (module,) = [b for b in page if b.value == "wiping.py"]
+    assert len(module.text.splitlines()) <= 40
 
 
 # Links
