@@ -57,6 +57,7 @@ class Rollout:
         outcome: "finished", or why it ended: "halted", "protective stop", "timeout", "error".
         reason: one clause with numbers when the outcome is not "finished".
         values: thing name -> (N,) value of the joint that it moves on [m, rad].
+        grains: thing name -> (N, count, 3) centres of the balls that it was filled with, world frame [m].
     """
 
     world: World
@@ -73,3 +74,4 @@ class Rollout:
     reason: str = ""
     extra: dict[str, float] = field(default_factory=dict)
     values: dict[str, Floats] = field(default_factory=dict)
+    grains: dict[str, Floats] = field(default_factory=dict)

@@ -27,9 +27,11 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
         "messages": [asdict(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
         "values": {name: values.tolist() for name, values in rollout.values.items()},
+        "grains": list(rollout.grains),
     }  # fmt: skip
     arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
     poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
+    poses |= {f"grains{k}": rows for k, rows in enumerate(rollout.grains.values())}
     with path.open("wb") as file:
         np.savez(file, header=json.dumps(header), touches=np.array(rows).reshape(-1, 4), **arrays | poses)
 
@@ -73,5 +75,6 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         reason=header["reason"],
         extra=header["extra"],
         values={name: np.array(values) for name, values in header.get("values", {}).items()},
+        grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
         **{name: data[name] for name in _ARRAYS},
     )

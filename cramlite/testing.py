@@ -33,7 +33,7 @@ from .geometry import Pose
 from .registry import Registry
 from .search import HOOKS
 from .tasks import Decomposition, TaskType
-from .world import Geom, RobotMount, Thing, World
+from .world import Feature, Filling, Geom, RobotMount, Thing, World
 
 __all__ = [
     "KINDS", "check_backend", "check_expert", "check_file", "check_plugin", "check_predicate", "check_robot",
@@ -42,7 +42,7 @@ __all__ = [
 
 KINDS = (
     "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert", "force_extract",
-    "compliant_slide", "payload", "zero_sensor", "hold", "back",
+    "compliant_slide", "payload", "zero_sensor", "hold", "tilt", "back",
 )  # fmt: skip
 """Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``)."""
 
@@ -50,8 +50,11 @@ _CURIE = re.compile(r"[a-z][\w-]*:\w+")
 
 
 def sample_belief(held: str | None = None) -> Belief:
-    """A cube with every filler's name on nothing, one arm, and, if wanted, the cube in its gripper."""
-    cube = Thing("cube", "dul:PhysicalObject", Pose((0.5, 0, 0.1)), (Geom("box", (0.02, 0.02, 0.02)),), mass=0.1)
+    """A cube with every filler's name on nothing, one arm, and, if wanted, the cube in its gripper. The cube is hollow, and
+    there is a grain in it, so that tasks about contents have some."""
+    hollow = Feature("cavity", "cram:Cavity", Pose((0, 0, 0.02)), {"width": 0.03, "depth": 0.03, "height": 0.03})
+    geoms, grain = (Geom("box", (0.02, 0.02, 0.02)),), Filling(1, 0.005, 0.001)
+    cube = Thing("cube", "dul:PhysicalObject", Pose((0.5, 0, 0.1)), geoms, (hollow,), 0.1, filling=grain)
     belief = Belief(World((cube,), (RobotMount("arm", "any"),)), {"cube": Estimate(cube.pose)}, "arm", (0.0,) * 6, 0.08)
     return belief.grasped(Held(held, Pose(), 0.04)) if held else belief
 

@@ -115,6 +115,23 @@ class Joint:
 
 
 @dataclass(frozen=True)
+class Filling:
+    """Loose stuff in a thing's cavity at the start, as small balls.
+
+    Args:
+        count: how many balls.
+        radius: of each [m].
+        mass: of each [kg].
+        friction: sliding friction coefficient.
+    """
+
+    count: int
+    radius: float
+    mass: float
+    friction: float = 0.4
+
+
+@dataclass(frozen=True)
 class Thing:
     """An object of the world.
 
@@ -128,6 +145,7 @@ class Thing:
         inertia: how the mass is spread; None spreads it evenly over the geoms.
         mesh: what the thing looks like; None where its geoms say it all.
         joint: how it moves against what carries it; None for things that stand free or are fixed.
+        filling: what is loose in its cavity at the start; None for nothing.
         notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
     """
 
@@ -142,6 +160,7 @@ class Thing:
     mesh: MeshFile | None = None
     notes: tuple[str, ...] = ()
     joint: Joint | None = None
+    filling: Filling | None = None
 
     @property
     def movable(self) -> bool:

@@ -26,6 +26,7 @@ REFUSED = {
     "parking_arms": "during 1.ParkingArms 'arm_moves()' does not hold",
     "picking_up": "after 2.PickingUp 'grasps(Gripper, Locatum)' does not hold",
     "placing": "after 3.Placing 'touches(Locatum, Relatum)' does not hold",
+    "pouring": "0 of 12 grains of 'jug' are in 'bowl', 11 are wanted",
     "pushing": "during 1.Pushing 'touches(Gripper, Patient)' does not hold",
     "putting_down": "3.PuttingDown/lower: no contact within 0.09 m",
     "reaching": "during 1.Reaching 'approaches(Goal) or labelled(soma:Reaching, Goal)' does not hold",
@@ -40,7 +41,11 @@ REFUSED = {
 
 MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing"}
 """Further scenarios that are proven, with the task that they are about."""
-BLOCKED = {"looking_at_hidden": "'in_view(Patient)' does not hold", "opening_blocked": "mm inside 'post'"}
+BLOCKED = {
+    "looking_at_hidden": "'in_view(Patient)' does not hold",
+    "opening_blocked": "mm inside 'post'",
+    "pouring_full": "'bowl' would overflow: it holds 80 of",
+}
 """Further scenarios that are refused."""
 
 

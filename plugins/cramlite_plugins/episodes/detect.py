@@ -10,6 +10,7 @@ who moved or why.
 - GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and
   friction was seen to hold it, or the pads press so hard that it would carry the object's weight: who lets go of a
   thing again that hangs or stands still had grasped it. Squeezing without friction is no grasp.
+- ContainmentState(container, content): a tenth at least of the grains that a thing was filled with are in the cavity.
 
 Simulated contacts flicker. So each signal has hysteresis (it starts above one threshold and ends
 below a lower one), gaps shorter than ``GAP`` are closed, and what is then shorter than ``SHORT`` is
@@ -29,7 +30,8 @@ from cramlite.episode import Episode, Event, Track
 from cramlite.geometry import Floats
 from cramlite.rollout import Rollout
 
-from .entities import camera_entities, effector_entities, thing_entities
+from ..experts.contents import where
+from .entities import camera_entities, contents_entities, contents_of, effector_entities, thing_entities
 from .signals import (
     GAP,
     SHORT,
@@ -62,6 +64,8 @@ CARRY, DRAG = 0.5, 0.02
 #: Friction at both pads would carry so many times the weight: a grip that holds in any attitude (measured: grips by
 #: person and robot press 4 to 30 times as hard).
 FIRM = 2.0
+#: Share of the grains that a vessel must have to start and to keep holding the contents: one that flew past is not it.
+HELD = (0.1, 0.05)
 GRAVITY = 9.81
 
 
@@ -84,10 +88,10 @@ def detect(rollout: Rollout, name: str) -> Episode:
         Timeline of states only; actions are what lies between their boundaries, and are segmented later.
     """
     things = (e for t in rollout.world.things for e in thing_entities(t, rollout))
-    entities = (*things, *effector_entities(rollout), *camera_entities(rollout))
+    entities = (*things, *contents_entities(rollout), *effector_entities(rollout), *camera_entities(rollout))
     known = {e.name for e in entities}
     pairs = _pairs(rollout, known)
-    states = (*_contacts(rollout, pairs), *_supports(rollout, pairs), *_grasps(rollout, pairs))
+    states = (*_contacts(rollout, pairs), *_supports(rollout, pairs), *_grasps(rollout, pairs), *_contents(rollout))
     extras = {
         "times": rollout.times,
         "opening": rollout.opening,
@@ -195,6 +199,16 @@ def _grasps(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event
                 roles = {"gripper": rollout.effector, "object": thing.name}
                 found.append(_state("cram:GraspState", span_of(start, end, rollout.times), roles))
     return found
+
+
+def _contents(rollout: Rollout) -> list[Event]:
+    """One state for each vessel that has a fair share of what is loose in a run."""
+    return [
+        _state("soma:ContainmentState", span, {"container": vessel, "content": contents_of(thing)})
+        for thing, grains in rollout.grains.items()
+        for vessel, count in where(rollout, thing).items()
+        for span in spans(hold(count / grains.shape[1], *HELD), rollout.times)
+    ]
 
 
 def _pressing(pairs: dict[tuple[str, str], _Pair], pad: str, thing: str) -> _Pair | None:

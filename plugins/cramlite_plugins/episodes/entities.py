@@ -46,6 +46,16 @@ def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:
     return tuple(Entity(c.name, ("cram:Camera",), c.mount, c.pose if c.mount is None else None) for c in known)
 
 
+def contents_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """What is loose in things, each filling as one entity."""
+    return tuple(Entity(contents_of(thing), ("dul:Substance",)) for thing in rollout.grains)
+
+
+def contents_of(thing: str) -> str:
+    """What episodes call the contents that a thing had at the start."""
+    return f"contents_of_{thing}"
+
+
 def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
     """Side lengths of the axis-aligned box around a shape [m], in its own frame; None without a shape."""
     if not geoms:

@@ -121,6 +121,13 @@ KINDS: Mapping[str, MotionKind] = {
         MotionKind("payload", "SetPayload", "at once"),
         MotionKind("zero_sensor", "ZeroSensor", "after 0.3 s at rest"),
         MotionKind("hold", "Wait", "after duration_s", (Parameter("duration_s", 1.0, "long enough for a slip of 1 mm/s to show"),)),
+        MotionKind(
+            "tilt", "MoveJoints", "at the end of the place's path, or upright again at its beginning",
+            (
+                Parameter("speed_rad_s", 0.5, "of the tilt: contents slide on walls faster than that"),
+                Parameter("acceleration_rad_s2", 1.4, "of the leading axis: URScript's default"),
+            ),
+        ),
         MotionKind("back", "MoveLinear", "where a control step began; only the plan language asks for it"),
     )
 }  # fmt: skip

@@ -16,6 +16,7 @@ from cramlite.robots import Robot
 from cramlite.world import RobotMount, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
+from .grains import GRAIN, add_grains, layout
 from .hand import REST, HandIndex, hand_index, hand_mjcf
 from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
 
@@ -69,6 +70,8 @@ class Compiled:
             self.hand.set_target(data, self.hand.home, self.hand.reach[1])
         for thing in self.world.things:
             self.place(data, thing.name, thing.pose)
+            for (_, address), centre in zip(self.things[thing.name].grains, layout(thing), strict=False):
+                data.qpos[address : address + 7] = (*centre, 1.0, 0.0, 0.0, 0.0)
         mujoco.mj_forward(self.model, data)
 
     def place(self, data: Data, thing: str, pose: Pose) -> None:
@@ -132,6 +135,8 @@ def compile_world(
     mask_robots(spec, world.physics.pad_friction)
     for thing in world.things:
         add_thing(spec, thing, planning, (carried or {}).get(thing.name), clearance)
+        if not planning:
+            add_grains(spec, thing)
     model = finish(spec)
     return Compiled(
         world=world,
@@ -144,18 +149,25 @@ def compile_world(
 
 
 def _thing_index(model: Model, name: str) -> ThingIndex:
-    body = model.body(name)
+    body, grains = model.body(name), _grains(model, name)
     if int(body.jntnum[0]) == 0:
-        return ThingIndex(int(body.id), None, None)
+        return ThingIndex(int(body.id), None, None, None, grains)
     joint = int(body.jntadr[0])
     address = int(model.jnt_qposadr[joint])
     if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
-        return ThingIndex(int(body.id), None, None, address)
-    return ThingIndex(int(body.id), address, int(model.jnt_dofadr[joint]))
+        return ThingIndex(int(body.id), None, None, address, grains)
+    return ThingIndex(int(body.id), address, int(model.jnt_dofadr[joint]), None, grains)
+
+
+def _grains(model: Model, thing: str) -> tuple[tuple[int, int], ...]:
+    joints = (model.joint(j) for j in range(model.njnt))
+    return tuple((int(j.bodyid[0]), int(j.qposadr[0])) for j in joints if j.name.startswith(f"{thing}/{GRAIN}/"))
 
 
 def _owner(model: Model, world: World, geom: int) -> Owner:
     name, *parts = model.geom(geom).name.split("/")
+    if parts and parts[0] == GRAIN:
+        return Owner(name, GRAIN, "grain")
     if any(t.name == name for t in world.things):
         return Owner(name, "" if parts[0] == "body" else parts[0], "thing")
     if is_pad(parts[0]):

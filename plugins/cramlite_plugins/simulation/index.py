@@ -21,12 +21,12 @@ class Owner:
     Args:
         name: the thing, or the robot's mount, or "hand".
         part: the feature of a thing ("" for its body); the link of an arm; left, right or body of an effector.
-        kind: thing, arm or effector.
+        kind: thing, grain (a ball of what the thing is filled with), arm or effector.
     """
 
     name: str
     part: str
-    kind: Literal["thing", "arm", "effector"]
+    kind: Literal["thing", "grain", "arm", "effector"]
 
     @property
     def touch(self) -> str:
@@ -39,12 +39,13 @@ class Owner:
 @dataclass(frozen=True)
 class ThingIndex:
     """A thing's body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
-    address of its hinge or slide."""
+    address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with."""
 
     body: int
     qpos: int | None
     dof: int | None
     joint: int | None = None
+    grains: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from cramlite.world import Feature, Geom, Thing
 
 from .furniture import cabinet, door, drawer
 from .mesh_model import mesh_thing
-from .vessels import bottle, bowl, can, mug
+from .vessels import bottle, bowl, can, jug, mug
 
 Size = tuple[Length, Length, Length]
 TAB_RIM, TAB_THICKNESS, TAB_SIDES = 0.008, 0.002, 12
@@ -214,6 +214,7 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "bottle": bottle,
     "bowl": bowl,
     "mug": mug,
+    "jug": jug,
     "mesh": mesh_thing,
     "cabinet": cabinet,
     "drawer": drawer,

@@ -64,6 +64,7 @@ class Recorder:
             outcome=outcome,
             reason=reason,
             values={n: np.array([s["values"][n] for s in samples]) for n in joints},
+            grains={n: np.array([s["grains"][n] for s in samples]) for n in (samples[0]["grains"] if samples else ())},
         )
 
     def _sample(self, data: Data, line: int) -> dict[str, Any]:
@@ -80,6 +81,7 @@ class Recorder:
             "opening": index.opening(model, data),
             "line": line,
             "values": {t: float(data.qpos[i.joint]) for t, i in self.compiled.things.items() if i.joint is not None},
+            "grains": {t: data.xpos[[b for b, _ in i.grains]] for t, i in self.compiled.things.items() if i.grains},
         }
 
 
@@ -117,14 +119,14 @@ def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
 def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
     """The contacts of a state, summed over the points of each pair.
 
-    Contacts within an arm or an effector are left out. In each pair ``a`` is the effector or robot if one takes part,
+    Contacts within an arm or an effector, and those of grains, are left out. In each pair ``a`` is the effector or robot if one takes part,
     else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
     """
     sums: dict[tuple[str, str], list[float]] = {}
     force, geoms, frames = np.zeros(6), data.contact.geom.tolist(), data.contact.frame
     for i in range(data.ncon):
         one, two = compiled.owners[geoms[i][0]], compiled.owners[geoms[i][1]]
-        if one.name == two.name:
+        if one.name == two.name or "grain" in (one.kind, two.kind):
             continue
         mujoco.mj_contactForce(compiled.model, data, i, force)
         if force[0] < WEAKEST:

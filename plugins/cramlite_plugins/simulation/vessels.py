@@ -1,6 +1,7 @@
-"""Round things that scenarios name: cans, bottles, bowls with a rim, mugs with a handle. All sizes in metres.
+"""Round things that scenarios name: cans, bottles, bowls with a rim, mugs and jugs with a handle. All sizes in metres.
 
-Frame of each: on its axis, half way up the body, z up. Feature "bottom": what it stands on, z down.
+Frame of each: on its axis, half way up the body, z up. Feature "bottom": what it stands on, z down. Hollow ones
+have a "cavity": at the centre of the opening, z out of it; ``grains`` balls are loose in it at the start.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import math
 
 from cramlite.geometry import Pose
 from cramlite.quantities import Length, Mass
-from cramlite.world import Feature, Geom, Thing
+from cramlite.world import Feature, Filling, Geom, Thing
 
 SIDES = 12
 Colour = tuple[float, float, float, float]
@@ -36,11 +37,13 @@ def bottle(
 
 def bowl(
     name: str, pose: Pose, radius: Length = 0.07, height: Length = 0.05, wall: Length = 0.006, mass: Mass = 0.3,
-    friction: float = 0.6, rgba: Colour = (0.85, 0.82, 0.72, 1.0),
+    friction: float = 0.6, grains: int = 0, grain_radius: Length = 0.005, grain_mass: Mass = 0.0006,
+    rgba: Colour = (0.85, 0.82, 0.72, 1.0),
 ) -> Thing:  # fmt: skip
     """A plate with an upright rim of boxes. ``radius`` is the outer one."""
-    geoms = _shell(radius, height, wall, rgba)
-    return Thing(name, "soma:Bowl", pose, geoms, (_bottom(radius, height),), mass, friction)
+    geoms, features = _shell(radius, height, wall, rgba), (_bottom(radius, height), _cavity(radius, height, wall))
+    filling = _filling(grains, grain_radius, grain_mass)
+    return Thing(name, "soma:Bowl", pose, geoms, features, mass, friction, filling=filling)
 
 
 def mug(
@@ -55,7 +58,34 @@ def mug(
     ]
     bar = Geom("box", grip, Pose((radius + handle - 0.006, 0, 0)), rgba=rgba)
     geoms = (*_shell(radius, height, wall, rgba), *arms, bar)
-    return Thing(name, "soma:Cup", pose, geoms, (_bottom(radius, height),), mass, friction)
+    features = (_bottom(radius, height), _cavity(radius, height, wall))
+    return Thing(name, "soma:Cup", pose, geoms, features, mass, friction)
+
+
+def jug(
+    name: str, pose: Pose, radius: Length = 0.035, height: Length = 0.10, wall: Length = 0.004,
+    handle: Length = 0.055, bar: Length = 0.02, mass: Mass = 0.25, friction: float = 0.6, grains: int = 0,
+    grain_radius: Length = 0.005, grain_mass: Mass = 0.0006, rgba: Colour = (0.45, 0.60, 0.62, 1.0),
+) -> Thing:  # fmt: skip
+    """A hollow cylinder of boxes with a handle on +x that a gripper's fingers fit behind.
+
+    Args:
+        handle: how far it sticks out.
+        bar: thickness of its upright part, which is square.
+    """
+    out = radius + handle
+    arms = [
+        Geom("box", (handle / 2, bar / 2, 0.004), Pose((radius + handle / 2 - wall, 0, s * height * 0.42)), "handle", rgba=rgba)
+        for s in (1, -1)
+    ]
+    upright = Geom("box", (bar / 2, bar / 2, height * 0.42), Pose((out - bar / 2, 0, 0)), rgba=rgba)
+    grip = Pose.from_axes((out - bar / 2, 0, 0), (1, 0, 0), (0, 0, 1))
+    features = (
+        _bottom(radius, height), _cavity(radius, height, wall),
+        Feature("handle", "cram:Handle", grip, {"width": bar, "length": height * 0.84}),
+    )  # fmt: skip
+    geoms, filling = (*_shell(radius, height, wall, rgba), *arms, upright), _filling(grains, grain_radius, grain_mass)
+    return Thing(name, "cram:Jug", pose, geoms, features, mass, friction, filling=filling)
 
 
 def _shell(radius: float, height: float, wall: float, rgba: Colour) -> tuple[Geom, ...]:
@@ -69,6 +99,16 @@ def _shell(radius: float, height: float, wall: float, rgba: Colour) -> tuple[Geo
         turn = Pose((0, 0, 0), (math.cos(angle / 2), 0, 0, math.sin(angle / 2)))
         sides.append(Geom("box", half, turn * Pose((middle, 0, 0)), rgba=rgba))
     return (floor, *sides)
+
+
+def _cavity(radius: float, height: float, wall: float) -> Feature:
+    inner = radius - wall
+    size = {"radius": inner, "width": 2 * inner, "depth": 2 * inner, "height": height - wall}
+    return Feature("cavity", "cram:Cavity", Pose((0, 0, height / 2)), size)
+
+
+def _filling(count: int, radius: float, mass: float) -> Filling | None:
+    return Filling(count, radius, mass) if count else None
 
 
 def _bottom(radius: float, height: float) -> Feature:

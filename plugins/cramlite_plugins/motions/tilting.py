@@ -1,0 +1,44 @@
+"""Tilting a held vessel about its rim, and back: the poses of a place's path, rounded to one joint-space motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from cramlite import Answers, Belief, Context, Grounding, Motion, MoveJoints, Unresolvable, hookimpl
+
+from .kinds import value
+
+
+@hookimpl
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    return _tilt(motion, belief, context) if motion.kind == "tilt" else None
+
+
+def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
+    """To the end of the path ("tilted"), or back to its beginning ("upright")."""
+    from cramlite_plugins.experts.reach import make_scene
+
+    from .free_motion import place_of
+    from .linear import straight
+    from .planner import Refusal
+    from .round_off import blended
+    from .timing import leading
+
+    path = place_of(motion, context).path
+    poses = path[1:] if motion.parameters["to"] == "tilted" else path[-2::-1]
+    scene, points = make_scene(belief, context), [belief.joints]
+    for pose in poses:
+        part = straight(scene, context.robot, points[-1], pose)
+        if isinstance(part, Refusal):
+            raise Unresolvable(f"'{motion.name}' about the rim: {part.reason}", (motion.to.name if motion.to else "",))
+        points.append(part.points[-1])
+    angle = sum(a.distance(b)[1] for a, b in pairwise(path))
+    turned = sum(leading(a, b) for a, b in pairwise(points))
+    speed = value(motion, "speed_rad_s") * turned / angle
+    acceleration = value(motion, "acceleration_rad_s2")
+    radii, seconds = blended(scene, points, speed, acceleration)
+    step = MoveJoints(tuple(points[1:]), speed, acceleration, radii, origin=motion.name, comment=motion.reason)
+    reason = f"{math.degrees(angle):.0f} deg about the rim in {seconds:.1f} s, {len(radii)} corners rounded"
+    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="tilt")
