@@ -94,7 +94,8 @@ def tilted(
         angle = parameters["tilt_rad"] * k / count
         turn = Pose.from_rotvec((0, 0, 0), angle * np.cross((0.0, 0.0, 1.0), way)) * stand
         below = float(turn.turn(rim)[2]) - lowest(source, turn)
-        place = over + (0.0, 0.0, max(parameters["height_m"], CLEAR + below)) - turn.turn(rim)
+        up = np.array([0.0, 0.0, max(parameters["height_m"], CLEAR + below)])
+        place = over + up - turn.turn(rim)
         yield Pose((float(place[0]), float(place[1]), float(place[2])), turn.quaternion)
 
 
