@@ -11,7 +11,20 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from cramlite import Answers, Belief, Context, Feature, Grounding, Location, Place, Pose, Refused, Thing, Unresolvable, hookimpl
+from cramlite import (
+    Answers,
+    Belief,
+    Context,
+    Feature,
+    Grounding,
+    Location,
+    Place,
+    Pose,
+    Refused,
+    Thing,
+    Unresolvable,
+    hookimpl,
+)
 
 TURNS = (0.0, 90.0, -90.0, 45.0, -45.0, 135.0, -135.0, 180.0)  # of lips about the vessel, of its headings [deg]
 CLEAR = 0.015  # of the vessel above the other one's rim [m]
