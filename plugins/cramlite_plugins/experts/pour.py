@@ -105,7 +105,7 @@ def tilted(
     count = max(1, math.ceil(parameters["tilt_rad"] / STEP))
     for k in range(count + 1):
         angle = parameters["tilt_rad"] * k / count
-        turn = Pose.from_rotvec((0, 0, 0), angle * np.cross((0.0, 0.0, 1.0), way)) * stand
+        turn = Pose.from_rotvec((0, 0, 0), (-angle * float(way[1]), angle * float(way[0]), 0.0)) * stand
         below = float(turn.turn(rim)[2]) - lowest(source, turn)
         up = np.array([0.0, 0.0, max(parameters["height_m"], CLEAR + below)])
         place = over + up - turn.turn(rim)
