@@ -215,6 +215,7 @@ class Engine:
         progress: Progress = lambda _: None,
         skip: Collection[int] = (),
         refused: Callable[[int], None] = lambda _: None,
+        failed: Callable[[Solution], None] = lambda _: None,
     ) -> Iterator[Solution]:
         """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
 
@@ -227,6 +228,7 @@ class Engine:
             progress: called with a line for people.
             skip: numbers of candidate sequences, from 1, that an earlier run refused.
             refused: called with the number of each candidate of which nothing could be proven.
+            failed: called with each complete program that was judged and refused.
 
         Raises:
             UserError: the goal cannot be used.
@@ -248,10 +250,12 @@ class Engine:
             progress(f"candidate {number}: {plan}")
             proven = False
             for candidate, verdict in self.attempts(plan, world, budget, trace, progress):
+                judged = Solution(number, candidate, verdict, trace, world, *source)
                 if not verdict.passed:
+                    failed(judged)
                     continue
                 proven = True
-                yield Solution(number, candidate, verdict, trace, world, *source)
+                yield judged
             if not proven:
                 refused(number)
 

@@ -63,14 +63,23 @@ def resolve_scenario(
         _write_trace(run, trace, engine)
         run.refuse(number)
 
+    tried: list[Solution] = []  # the last program of the first candidate that had one
+
+    def failed(judged: Solution) -> None:
+        if not tried or tried[-1].number == judged.number:
+            tried[:] = [judged]
+
     solutions = engine.resolve(
-        scenario, world=setting, seed=seed, budget=budget, trace=trace, progress=say, skip=run.refused, refused=refused
-    )
+        scenario, world=setting, seed=seed, budget=budget, trace=trace, progress=say, skip=run.refused, refused=refused,
+        failed=failed,
+    )  # fmt: skip
     try:
         solution = next(solutions, None)
     finally:
         _write_trace(run, trace, engine)
     if solution is None:
+        if report:
+            _report_refusal(run, scenario, setting, trace, engine, tried)
         text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
         raise PluginError(text) if engine.registry.faults else NoSolution(text)
     write_solution(run, solution, engine, seed)
@@ -97,6 +106,20 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
     say.done()
     for fault in engine.registry.faults:
         print(f"cramlite: warning: {fault}", file=sys.stderr)
+
+
+def _report_refusal(
+    run: RunDirectory, scenario: Scenario, setting: Setting, trace: Trace, engine: Engine, tried: Sequence[Solution]
+) -> None:
+    """The report of a search that proved nothing: about a program that ran, or the demonstration alone."""
+    from .report import Finished, write_page
+
+    last = tried[-1] if tried else None
+    found, episode = (last.interpretation, last.episode) if last else (None, None)
+    if last is None and scenario.spec.demonstration is not None:
+        episode = engine.read_episode(scenario.beside(scenario.spec.demonstration))
+        found = engine.interpret(episode)
+    write_page(Finished(engine, run, setting, trace, last, found, episode))
 
 
 def record_demonstration(
@@ -210,6 +233,7 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     from pydantic import TypeAdapter
 
     from .program_text import write_program
+    from .rollout_file import save_rollout
     from .world import World
 
     candidate = solution.candidate
@@ -219,6 +243,8 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     run.write("world.json", TypeAdapter(World).dump_json(solution.setting.real or candidate.world, indent=1))
     run.write("plan.json", as_json(candidate.plan))
     run.write("verdict.json", as_json(solution.verdict))
+    if candidate.rollout is not None:
+        save_rollout(candidate.rollout, run.path / "rollout.npz")
     run.write("summary.json", as_json({**_summary(solution, run), "seed": seed}))
     if solution.interpretation is not None:
         run.write("interpretation.json", as_json(solution.interpretation.to_json()))

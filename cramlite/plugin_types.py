@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -14,6 +14,7 @@ from .plan import Plan
 from .program import Code, Program
 from .robots import Robot
 from .rollout import Rollout
+from .scene import Scene
 from .verdict import Cost, Finding
 from .world import Camera, Thing, World
 
@@ -130,6 +131,10 @@ class Simulator(Protocol):
         """A picture of one sample of a rollout: (height, width, 3) uint8."""
         ...
 
+    def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
+        """The shapes of a rollout's world, and where they are at some of its samples."""
+        ...
+
 
 @dataclass(frozen=True)
 class ModelMaker:
@@ -159,8 +164,10 @@ class ReportSection:
         title: heading.
         order: lower is further up.
         render: gives HTML from a ``cramlite.report.Finished``; "" leaves the section out.
+        refused: it also has something to say where nothing was proven; the others are not asked then.
     """
 
     title: str
     order: int
     render: Callable[[Any], str]
+    refused: bool = False

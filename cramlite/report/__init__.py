@@ -5,7 +5,7 @@ The page needs no network and no other file. A section that breaks is replaced b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
@@ -14,11 +14,15 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
-    from ..engine import Engine, Solution
+    from ..engine import Engine, Setting, Solution
+    from ..episode import Episode
+    from ..interpretation import Interpretation
     from ..plugin_types import ReportSection
     from ..run import RunDirectory
+    from ..scene import Scene
+    from ..trace import Trace
 
-__all__ = ["Finished", "Part", "template", "write_report"]
+__all__ = ["Finished", "Part", "template", "write_page", "write_report"]
 
 
 @dataclass(frozen=True)
@@ -26,19 +30,41 @@ class Finished:
     """What the ``render`` of a ReportSection is given.
 
     Args:
-        solution: the proven program and all that led to it.
-        engine: that found it; its knowledge draws pictures and names classes.
+        engine: that searched; its knowledge draws pictures and names classes.
         run: the directory that the page is written to.
+        setting: where the plan was to be carried out.
+        trace: every decision of the search.
+        shown: the proven program, or one that ran and was refused; None where not even one was complete.
+        interpretation, episode: of the demonstration; None where there is none.
     """
 
-    solution: Solution
     engine: Engine
     run: RunDirectory
+    setting: Setting
+    trace: Trace
+    shown: Solution | None
+    interpretation: Interpretation | None
+    episode: Episode | None
+
+    @property
+    def proven(self) -> bool:
+        return self.shown is not None and self.shown.verdict.passed
+
+    @property
+    def solution(self) -> Solution:
+        """What there is to show; only sections that are marked ``refused`` are asked where there is nothing."""
+        assert self.shown is not None
+        return self.shown
 
     def picture(self, sample: int, size: tuple[int, int]) -> Any:
         """The run at one sample: (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
         knowledge = self.engine.knowledge
         return knowledge.simulator.picture(self.solution.candidate.rollout, sample, knowledge.robots, size)  # type: ignore[arg-type]
+
+    def scene(self, samples: Sequence[int]) -> Scene:
+        """The run's shapes, and where they are at some samples."""
+        knowledge = self.engine.knowledge
+        return knowledge.simulator.scene(self.solution.candidate.rollout, knowledge.robots, samples)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True)
@@ -57,30 +83,39 @@ def template(text: str) -> Template:
 
 
 def write_report(run: RunDirectory, solution: Solution, engine: Engine) -> None:
-    """Write ``report.html`` into a run directory: the same page for the same run.
+    """Write ``report.html`` about a proven program into a run directory.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    setting, trace = solution.setting, solution.trace
+    write_page(Finished(engine, run, setting, trace, solution, solution.interpretation, solution.episode))
+
+
+def write_page(done: Finished) -> None:
+    """Write ``report.html``, also where nothing was proven: the same page for the same run.
 
     Raises:
         UserError: it cannot be written.
     """
     from markupsafe import Markup
 
-    done = Finished(solution, engine, run)
     parts = list(_parts(done))
     own = files(__package__)
     page = template((own / "page.html.j2").read_text("utf-8")).render(
-        title=solution.setting.name,
-        seed=solution.setting.seed,
-        solution=solution,
+        done=done,
         parts=[(p, Markup(p.html)) for p in parts],
         style=Markup((own / "page.css").read_text("utf-8")),
         script=Markup((own / "page.js").read_text("utf-8")),
     )
-    run.write("report.html", page)
+    done.run.write("report.html", page)
 
 
 def _parts(done: Finished) -> Iterator[Part]:
     sections = sorted(done.engine.registry.collect("report_sections"), key=lambda s: (s[1].order, s[1].title))
     for number, (plugin, section) in enumerate(sections, 1):
+        if not (done.proven or section.refused):
+            continue
         part = _part(plugin, section, done, f"section-{number}")
         if part.html or part.fault:
             yield part

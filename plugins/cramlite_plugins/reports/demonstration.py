@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cramlite import Episode, Event, ReportSection, Solution, hookimpl
+from cramlite import Episode, Event, ReportSection, hookimpl
 from cramlite.interpretation import Interpreted
 from cramlite.report import Finished
 
@@ -35,17 +35,25 @@ class Row:
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("The demonstration", 30, render)
+    yield ReportSection("The demonstration", 30, render, refused=True)
 
 
 def render(done: Finished) -> str:
-    episode = done.solution.episode
+    episode = done.episode
     if episode is None:
         return ""
     begin, end = episode.span
     rows = _state_rows(episode, begin, end)
     marks = [(f"{begin + k * (end - begin) / 4:.1f} s", 25 * k) for k in range(5)]
-    return fill("demonstration", episode=episode, rows=rows, actions=_actions(done.solution, begin, end), marks=marks, begin=begin, end=end)
+    return fill(
+        "demonstration",
+        episode=episode,
+        rows=rows,
+        actions=_actions(done, begin, end),
+        marks=marks,
+        begin=begin,
+        end=end,
+    )
 
 
 def _state_rows(episode: Episode, begin: float, end: float) -> list[Row]:
@@ -53,21 +61,25 @@ def _state_rows(episode: Episode, begin: float, end: float) -> list[Row]:
     for event in episode.events:
         if event.kind != "action":
             rows.setdefault((short(event.type), " · ".join(event.roles.values())), []).append(event)
-    return [Row(kind, about, tuple(_bar(e, begin, end) for e in events)) for (kind, about), events in sorted(rows.items())]
+    return [
+        Row(kind, about, tuple(_bar(e, begin, end) for e in events)) for (kind, about), events in sorted(rows.items())
+    ]
 
 
 def _bar(event: Event, begin: float, end: float) -> Bar:
     left, width = _place(event.start, event.end, begin, end)
     roles = ", ".join(f"{k} {v}" for k, v in event.roles.items())
-    text = f"{short(event.type)} ({roles}), {event.start:.2f} to {event.end:.2f} s" + (", inferred from motion" if event.inferred else "")
+    text = f"{short(event.type)} ({roles}), {event.start:.2f} to {event.end:.2f} s" + (
+        ", inferred from motion" if event.inferred else ""
+    )
     return Bar(left, width, "", text)
 
 
-def _actions(solution: Solution, begin: float, end: float) -> list[Bar]:
-    found = solution.interpretation
+def _actions(done: Finished, begin: float, end: float) -> list[Bar]:
+    found = done.interpretation
     if found is None:
         return []
-    pairs = pair_up(found, chosen_sequence(solution))
+    pairs = pair_up(found, chosen_sequence(done))
     bars, number = [], 0
     for action, match in pairs:
         number += match is not None

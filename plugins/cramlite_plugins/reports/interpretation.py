@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from cramlite import Interpretation, ReportSection, Solution, hookimpl
+from cramlite import Interpretation, ReportSection, hookimpl
 from cramlite.explain import nearest_miss
 from cramlite.interpretation import Interpreted, Match, TaskSequence
 from cramlite.report import Finished
@@ -25,6 +25,10 @@ class Cell:
     why: str
 
 
+Row = tuple[str, list[Cell]]
+"""A task with a cell for each action."""
+
+
 @dataclass(frozen=True)
 class Reading:
     """A candidate sequence and its outcome in words."""
@@ -37,23 +41,25 @@ class Reading:
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("What it may mean", 40, render)
+    yield ReportSection("What it may mean", 40, render, refused=True)
 
 
 def render(done: Finished) -> str:
-    found = done.solution.interpretation
+    found = done.interpretation
     if found is None:
         return ""
-    pairs = pair_up(found, chosen_sequence(done.solution))
-    return fill("interpretation", found=found, pairs=pairs, rows=_rows(found, pairs), readings=_readings(done.solution), untried=UNTRIED)
+    pairs = pair_up(found, chosen_sequence(done))
+    return fill(
+        "interpretation", found=found, pairs=pairs, rows=_rows(found, pairs), readings=_readings(done), untried=UNTRIED
+    )
 
 
-def _rows(found: Interpretation, pairs: list[tuple[Interpreted, Match | None]]) -> list[tuple[str, list[Cell]]]:
-    """Tasks that explain something first, then the others, each by name."""
+def _rows(found: Interpretation, pairs: list[tuple[Interpreted, Match | None]]) -> tuple[list[Row], list[Row]]:
+    """Tasks by name: those that explain some action, and the others."""
     matched = {m.task for a in found.actions for m in a.matches}
     tasks = matched | {r.task for a in found.actions for r in a.rejections}
-    order = sorted(tasks, key=lambda t: (t not in matched, short(t)))
-    return [(task, [_cell(task, action, match) for action, match in pairs]) for task in order]
+    rows = [(task, [_cell(task, action, match) for action, match in pairs]) for task in sorted(tasks, key=short)]
+    return [r for r in rows if r[0] in matched], [r for r in rows if r[0] not in matched]
 
 
 def _cell(task: str, action: Interpreted, chosen: Match | None) -> Cell:
@@ -70,16 +76,17 @@ def _roles(match: Match) -> str:
     return ", ".join(f"{k} {v}" for k, v in match.roles.items())
 
 
-def _readings(solution: Solution) -> list[Reading]:
-    sequences = first_sequences(solution, solution.number + UNTRIED)
-    return [Reading(k, s, *_outcome(solution, k)) for k, s in enumerate(sequences, 1)]
+def _readings(done: Finished) -> list[Reading]:
+    tried = max((e.candidate for e in done.trace.entries), default=0)
+    sequences = first_sequences(done.interpretation, tried + UNTRIED)
+    return [Reading(k, s, *_outcome(done, k)) for k, s in enumerate(sequences, 1)]
 
 
-def _outcome(solution: Solution, number: int) -> tuple[str, str]:
-    if number == solution.number:
+def _outcome(done: Finished, number: int) -> tuple[str, str]:
+    entries = [e for e in done.trace.entries if e.candidate == number]
+    if any(e.outcome == "proven" for e in entries):
         return "proven", "its text ran and passed every check"
-    entries = [e for e in solution.trace.entries if e.candidate == number]
     if not entries:
-        return "not tried", "a better one was proven before"
+        return "not tried", "a better one was proven before" if done.proven else "the budget was used up before"
     miss = nearest_miss(entries)
     return "refused", f"{miss.designator}: {miss.reason}" if miss else "every alternative was refused"

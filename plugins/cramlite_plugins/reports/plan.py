@@ -1,39 +1,110 @@
-"""The plan as a diagram: tasks in order against what plays their roles, and what everything was grounded to."""
+"""The plan as a diagram: tasks in order, and a lane for each object, from the description to where it is used."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
-from cramlite import Action, ReportSection, Solution, hookimpl
+from cramlite import Action, Object, ReportSection, hookimpl
+from cramlite.flow import Compound
 from cramlite.report import Finished
 from cramlite.trace import Entry
 
 from .decisions import Decision, attempts
+from .links import lines_of, steps_of
+from .readings import number_of
 from .shared import fill
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line of the diagram: an object whose lane begins, a rule, or a task.
+
+    Args:
+        action, thing: what it is about; one of them.
+        depth: rules around it.
+        rule: of a branch that begins here, in words.
+        lanes: for each object "" (nothing yet, or no longer), "begin", "through", "use", "end" (used for the last time).
+        roles: role -> object.
+        decisions: what was decided for the task, with what was taken.
+    """
+
+    action: Action | None
+    thing: Object | None
+    depth: int
+    rule: str
+    lanes: tuple[str, ...]
+    roles: Mapping[str, Object]
+    decisions: tuple[tuple[Entry, Entry | None], ...] = ()
 
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("The plan", 60, render)
+    yield ReportSection("The plan", 60, render, refused=True)
 
 
 def render(done: Finished) -> str:
-    solution = done.solution
-    decisions = next((a.decisions for a in attempts(solution.trace) if a.number == solution.number), ())
+    if done.shown is None:
+        return ""
+    solution = done.shown
+    decisions = next((a.decisions for a in attempts(done.trace) if a.number == number_of(done)), ())
     chosen = {d.asked.designator: d.chosen for d in decisions if d.chosen is not None}
-    return fill("plan", plan=solution.plan, chosen=chosen, tasks=_tasks(solution, decisions), summaries=_summaries(done))
+    code = solution.candidate.code
+    lines = lines_of(steps_of(code)) if code is not None else {}
+    rows = diagram(solution.plan.objects, solution.plan.actions, decisions)
+    return fill("plan", plan=solution.plan, chosen=chosen, rows=rows, lines=lines, summaries=_summaries(done))
 
 
-def _tasks(solution: Solution, decisions: tuple[Decision, ...]) -> list[tuple[Action, list[tuple[Entry, Entry | None]]]]:
-    """Each action with the designators that were decided after it and before the next one."""
-    names = {a.name: a for a in solution.plan.actions}
-    found: dict[str, list[tuple[Entry, Entry | None]]] = {name: [] for name in names}
+def diagram(objects: Sequence[Object], actions: Sequence[Action], decisions: Sequence[Decision]) -> list[Row]:
+    """A row for each object and each task; lanes end where their objects, or parts of them, are used for the last time."""
+    tasks = list(_flat(actions))
+    names = [o.name for o in objects]
+    uses = [{o.name for o in action.roles.values()} for action, _, _ in tasks]
+    held = {o.name: {o.name, *(part.name for part in objects if part.part_of == o.name)} for o in objects}
+    last = {n: max((k for k, used in enumerate(uses) if used & held[n]), default=-1) for n in names}
+    found = [Row(None, o, 0, "", _beginning(k, len(names)), {}) for k, o in enumerate(objects)]
+    decided = _by_task(tasks, decisions)
+    for k, (action, depth, rule) in enumerate(tasks):
+        lanes = tuple(_lane(n in uses[k], k, last[n]) for n in names)
+        found.append(Row(action, None, depth, rule, lanes, action.roles, decided.get(action.name, ())))
+    return found
+
+
+def _beginning(number: int, count: int) -> tuple[str, ...]:
+    return tuple("through" if k < number else "begin" if k == number else "" for k in range(count))
+
+
+def _lane(used: bool, row: int, last: int) -> str:
+    if used:
+        return "end" if row == last else "use"
+    return "through" if row < last else ""
+
+
+def _flat(actions: Iterable[object], depth: int = 0, rule: str = "") -> Iterator[tuple[Action, int, str]]:
+    """Actions with the rules around them, in order."""
+    for action in actions:
+        if not isinstance(action, Action):
+            continue
+        yield action, depth, rule
+        rule = ""
+        if isinstance(action, Compound):
+            for number, branch in enumerate(action.branches, 1):
+                yield from _flat(
+                    branch, depth + 1, f"{number} of {len(action.branches)}" if len(action.branches) > 1 else ""
+                )
+
+
+def _by_task(
+    tasks: Sequence[tuple[Action, int, str]], decisions: Sequence[Decision]
+) -> dict[str, tuple[tuple[Entry, Entry | None], ...]]:
+    """What was decided after each action came up and before the next one did."""
+    found: dict[str, list[tuple[Entry, Entry | None]]] = {action.name: [] for action, _, _ in tasks}
     current = ""
     for decision in decisions:
-        current = decision.asked.designator if decision.asked.designator in names else current
-        if current:
+        current = decision.asked.designator if decision.asked.designator in found else current
+        if current and decision.asked.designator != current:
             found[current].append((decision.asked, decision.chosen))
-    return [(names[name], rows) for name, rows in found.items()]
+    return {name: tuple(rows) for name, rows in found.items()}
 
 
 def _summaries(done: Finished) -> dict[str, str]:

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from cramlite import Code, ReportSection, hookimpl
 from cramlite.report import Finished
 
+from .links import COMMENTS, steps_of, target, targets
 from .shared import fill
-
-COMMENTS = ("#", "//", ";")
-"""How a line of comment begins in the languages of robots."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """One line: ``origin`` is set on the first line of a step only, ``step`` on all of them."""
+    """One line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
+
+    Args:
+        leads: the designator on the page that it leads to; "" for none.
+    """
 
     number: int
     text: str
     step: str
     origin: str
     comment: bool
+    leads: str = ""
 
 
 @dataclass(frozen=True)
@@ -35,20 +38,26 @@ class Block:
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("The program", 70, render)
+    yield ReportSection("The program", 70, render, refused=True)
 
 
 def render(done: Finished) -> str:
-    code = done.solution.candidate.code
+    if done.shown is None:
+        return ""
+    code = done.shown.candidate.code
     if code is None:
         return fill("nothing", text="No text was written.")
-    sections = {s.task: s.title for s in done.solution.program.sections}
-    return fill("program_text", code=code, blocks=list(blocks(code)), sections=sections)
+    sections = {s.task: s.title for s in done.shown.program.sections}
+    return fill("program_text", code=code, blocks=list(blocks(code, targets(done))), sections=sections)
 
 
-def blocks(code: Code) -> Iterator[Block]:
-    """The text cut where the task changes; a comment above a step belongs to it."""
-    lines = list(_lines(code))
+def blocks(code: Code, known: Collection[str] = ()) -> Iterator[Block]:
+    """The text cut where the task changes; a comment above a step belongs to it.
+
+    Args:
+        known: designators that have a place on the page.
+    """
+    lines = list(_lines(code, known))
     start = 0
     for k in range(1, len(lines) + 1):
         if k == len(lines) or lines[k].step.split("/")[0] != lines[start].step.split("/")[0]:
@@ -56,18 +65,9 @@ def blocks(code: Code) -> Iterator[Block]:
             start = k
 
 
-def _lines(code: Code) -> Iterator[Line]:
-    texts = code.text.splitlines()
-    steps, step = [""] * len(texts), ""
-    for k in range(len(texts)):
-        step = code.origins.get(k + 1, step)
-        steps[k] = step
-    for k in range(len(texts) - 2, -1, -1):  # a comment or empty line leads to what follows it
-        if k + 1 not in code.origins and (not texts[k].strip() or _is_comment(texts[k])):
-            steps[k] = steps[k + 1]
-    for k, text in enumerate(texts, 1):
-        yield Line(k, text, steps[k - 1], code.origins.get(k, ""), _is_comment(text))
-
-
-def _is_comment(text: str) -> bool:
-    return text.lstrip().startswith(COMMENTS)
+def _lines(code: Code, known: Collection[str]) -> Iterator[Line]:
+    steps = steps_of(code)
+    for k, text in enumerate(code.text.splitlines(), 1):
+        step = steps[k - 1]
+        comment = text.lstrip().startswith(COMMENTS)
+        yield Line(k, text, step, code.origins.get(k, ""), comment, target(step, known))

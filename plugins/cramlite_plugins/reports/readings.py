@@ -1,23 +1,29 @@
-"""Which reading of the demonstration led to the solution."""
+"""Which reading of the demonstration is shown."""
 
 from __future__ import annotations
 
 import itertools
 
-from cramlite import Interpretation, Solution
+from cramlite import Interpretation
 from cramlite.interpretation import Interpreted, Match, TaskSequence
+from cramlite.report import Finished
 
 
-def first_sequences(solution: Solution, count: int) -> list[TaskSequence]:
+def number_of(done: Finished) -> int:
+    """Which candidate the page is about: the one that was proven or ran, else the one with the best reading."""
+    return done.shown.number if done.shown is not None else 1
+
+
+def first_sequences(found: Interpretation | None, count: int) -> list[TaskSequence]:
     """The best readings, in the order in which they are tried."""
-    found = solution.interpretation
     return list(itertools.islice(found.sequences(), count)) if found is not None else []
 
 
-def chosen_sequence(solution: Solution) -> TaskSequence | None:
+def chosen_sequence(done: Finished) -> TaskSequence | None:
     """The reading that became the program."""
-    sequences = first_sequences(solution, solution.number)
-    return sequences[solution.number - 1] if len(sequences) >= solution.number else None
+    number = number_of(done)
+    sequences = first_sequences(done.interpretation, number)
+    return sequences[number - 1] if len(sequences) >= number else None
 
 
 def pair_up(found: Interpretation, sequence: TaskSequence | None) -> list[tuple[Interpreted, Match | None]]:

@@ -2,39 +2,117 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
 from cramlite.report import Finished
+from cramlite.trace import Entry
 
-from .decisions import Attempt, attempts
-from .readings import first_sequences
+from .decisions import Attempt, Decision, attempts
+from .links import lines_of, steps_of
+from .readings import first_sequences, number_of
 from .shared import fill, short
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
+
+    name: str
+    state: str
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
+
+    designator: str
+    cost: float
+    refused: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """A candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
+
+    attempt: Attempt
+    title: str
+    miss: Entry | None
+    stages: tuple[Stage, ...]
+    bars: tuple[Bar, ...]
+    lines: Mapping[str, Sequence[tuple[int, int]]]
+    linked: bool
+    open: bool
 
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
+    yield ReportSection("Why nothing was proven", 15, lambda done: "" if done.proven else render(done), refused=True)
     yield ReportSection("The search", 50, render)
 
 
 def render(done: Finished) -> str:
-    solution = done.solution
-    found = attempts(solution.trace)
-    sequences = first_sequences(solution, len(found))
-    rows = []
-    for attempt in found:
-        entries = [e for e in solution.trace.entries if e.candidate == attempt.number]
-        miss = None if attempt.proven else nearest_miss(entries)
-        rows.append((attempt, _title(attempt, sequences, str(solution.plan)), miss))
+    found = attempts(done.trace)
+    sequences = first_sequences(done.interpretation, max((a.number for a in found), default=0))
+    titles = [[short(m.task) for m in s.matches] for s in sequences]
+    if not titles and done.shown is not None:
+        titles = [[short(a.task) for a in done.shown.plan.actions]]
+    nearest = nearest_miss(done.trace.entries)
+    rows = [_row(done, a, titles, nearest) for a in found]
     faults = list(dict.fromkeys(str(f) for f in done.engine.registry.faults))
-    return fill("search_tree", rows=rows, entries=solution.trace.entries, faults=faults, counts=_counts(found))
+    return fill("search_tree", done=done, rows=rows, faults=faults, counts=_counts(found))
 
 
-def _title(attempt: Attempt, sequences: list, plan: str) -> str:  # type: ignore[type-arg]
-    if attempt.number <= len(sequences):
-        return " → ".join(short(m.task) for m in sequences[attempt.number - 1].matches)
-    return plan.replace("->", "→")
+def _row(done: Finished, attempt: Attempt, titles: Sequence[Sequence[str]], nearest: Entry | None) -> Row:
+    entries = [e for e in done.trace.entries if e.candidate == attempt.number]
+    shown = attempt.number == number_of(done)
+    code = done.shown.candidate.code if shown and done.shown is not None else None
+    tasks = titles[attempt.number - 1] if attempt.number <= len(titles) else []
+    return Row(
+        attempt,
+        " → ".join(tasks) or _written(entries),
+        None if attempt.proven else nearest_miss(entries),
+        stages(tasks, entries, ran=bool(attempt.proofs)),
+        bars(attempt.decisions),
+        lines_of(steps_of(code)) if code is not None else {},
+        shown,
+        attempt.proven or (not done.proven and nearest is not None and nearest.candidate == attempt.number),
+    )
+
+
+def _written(entries: Sequence[Entry]) -> str:
+    """The tasks that were come to, where nobody says which there were."""
+    names = dict.fromkeys(e.designator for e in entries if re.fullmatch(r"\d+\.\w+", e.designator))
+    return " → ".join(n.split(".")[1] for n in names)
+
+
+def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[Stage, ...]:
+    """How far a candidate came; a program that ran came to the end of its tasks."""
+    numbers = [int(m[1]) for e in entries if (m := re.match(r"(\d+)\.", e.designator))]
+    last = len(tasks) + 1 if ran else max(numbers, default=0)
+    states = ("reached" if k < last else "stopped" if k == last else "unreached" for k in range(1, len(tasks) + 1))
+    return tuple(Stage(name, state) for name, state in zip(tasks, states, strict=True))
+
+
+def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
+    """The map of a search: where it was dear, and where much was refused."""
+    costs = [d.chosen.cost or 0.0 if d.chosen is not None else 0.0 for d in decisions]
+    refusals = [len(d.refused) + len(d.tried) for d in decisions]
+    dearest, most = max(costs, default=0.0) or 1.0, max(refusals, default=0) or 1
+    return tuple(
+        Bar(
+            d.asked.designator,
+            math.sqrt(max(c, 0.0) / dearest),
+            n / most,
+            f"{d.asked.designator}: cost {c:.3g}, {n} not taken",
+        )
+        for d, c, n in zip(decisions, costs, refusals, strict=True)
+    )
 
 
 def _counts(found: list[Attempt]) -> tuple[int, int]:

@@ -12,6 +12,8 @@ from cramlite import Solution
 from cramlite.geometry import Floats
 from cramlite.report import template
 
+from .links import target
+
 COLOURS = 8
 """Task colours of the page: the classes t1 to t8, t0 for what belongs to no task."""
 
@@ -28,7 +30,14 @@ class Span:
 def fill(name: str, **values: Any) -> str:
     """One of this package's templates with values; every value is escaped."""
     text = (files(__package__) / "templates" / f"{name}.html.j2").read_text("utf-8")
-    return template(text).render(colour=colour, anchor=anchor, short=short, words=words, **values)
+    return template(text).render(colour=colour, anchor=anchor, target=target, short=short, words=words, **values)
+
+
+def script(name: str) -> Any:
+    """One of this package's scripts, as markup: it is ours, so nothing in it is escaped."""
+    from markupsafe import Markup
+
+    return Markup((files(__package__) / "templates" / f"{name}.js").read_text("utf-8"))
 
 
 def colour(designator: str) -> str:

@@ -10,9 +10,10 @@ import numpy as np
 from cramlite import ReportSection, Rollout, hookimpl
 from cramlite.report import Finished
 
-from .frames import moments, pictures
+from .filmstrip import filmstrip
 from .plots import Plot, plot
-from .shared import Span, fill, spans
+from .scene_data import scene_data
+from .shared import Span, fill, script, spans
 
 TICK = 0.05
 """A position of the slider [s]."""
@@ -20,28 +21,30 @@ TICK = 0.05
 
 @hookimpl
 def report_sections() -> Iterable[ReportSection]:
-    yield ReportSection("The run", 20, render)
+    yield ReportSection("The run", 20, render, refused=True)
 
 
 def render(done: Finished) -> str:
+    if done.shown is None:
+        return ""
     rollout = done.solution.candidate.rollout
     if rollout is None or len(rollout.times) < 2:
         return fill("nothing", text="The text of this backend cannot be run here, so there is nothing to show.")
     code = done.solution.candidate.code
     tasks = spans(done.solution)
-    samples = moments(rollout.times, [s.start for s in tasks])
     begin, end = float(rollout.times[0]), float(rollout.times[-1])
     ticks = np.searchsorted(rollout.times, np.arange(begin, end, TICK)).clip(0, len(rollout.times) - 1)
+    samples = [int(k) for k in ticks]
     lines = [int(rollout.lines[k]) for k in ticks]
     data = {
-        "start": begin, "tick": TICK, "frames": [round(float(rollout.times[k]), 3) for k in samples],
-        "lines": lines, "where": _where(code, lines), "texts": _texts(code, lines),
+        "start": begin, "tick": TICK, "lines": lines, "where": _where(code, lines), "texts": _texts(code, lines),
+        "scene": scene_data(done.scene(samples), rollout, samples, tasks),
     }  # fmt: skip
     plots = _plots(rollout, done.solution.candidate.robot.joints, ticks)
     return fill(
-        "the_run", data=data, images=pictures(done, samples), plots=plots, bands=_bands(tasks, begin, end),
+        "the_run", data=data, frames=filmstrip(done, tasks), plots=plots, renderer=script("scene"), bands=_bands(tasks, begin, end),
         values=[list(p.values) for p in plots], count=len(ticks), begin=begin, end=end, marks=_marks(begin, end),
-        messages=rollout.messages, outcome=rollout.outcome, reason=rollout.reason,
+        messages=rollout.messages, proven=done.proven, outcome=rollout.outcome, reason=rollout.reason,
     )  # fmt: skip
 
 
@@ -69,7 +72,11 @@ def _marks(begin: float, end: float) -> list[tuple[str, float]]:
 
 def _where(code: Any, lines: Iterable[int]) -> dict[int, str]:
     """Line -> the step that it belongs to."""
-    return {n: code.origins[max(k for k in code.origins if k <= n)] for n in set(lines) if n >= min(code.origins, default=n + 1)}
+    return {
+        n: code.origins[max(k for k in code.origins if k <= n)]
+        for n in set(lines)
+        if n >= min(code.origins, default=n + 1)
+    }
 
 
 def _texts(code: Any, lines: Iterable[int]) -> dict[int, str]:

@@ -1,25 +1,57 @@
-"""Pictures of a rollout: any sample of it, drawn from its recorded poses."""
+"""Pictures of a rollout, and its scene for others to draw: any sample of it, from its recorded poses."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
 import mujoco
+import numpy as np
 
 from cramlite import Pose, Robot, Rollout
+from cramlite.geometry import Floats
+from cramlite.scene import Scene
 
-from .compile import compile_world
-from .index import RobotIndex
+from .compile import Compiled, compile_world
+from .index import Data, RobotIndex
 from .recorder import effector_of
 from .render import render
+from .surfaces import body_name, solids
 
 
 def picture(rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
     """One sample as (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
     compiled = _compiled(_ById(rollout, robots))
-    data, index = compiled.data(), effector_of(compiled, rollout.effector)
+    data = compiled.data()
+    _put(compiled, data, rollout, sample)
+    mujoco.mj_forward(compiled.model, data)
+    return render(compiled.model, data, width=size[0], height=size[1])
+
+
+def scene(rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
+    """What is seen of a rollout, and where it is at some samples."""
+    compiled = _compiled(_ById(rollout, robots))
+    model, data = compiled.model, compiled.data()
+    shapes, rows = solids(model), []
+    for sample in samples:
+        _put(compiled, data, rollout, sample)
+        mujoco.mj_kinematics(model, data)
+        rows.append(np.hstack([data.xpos, data.xquat]))
+    names = {body_name(model, b): b for b in range(model.nbody)}
+    owners = {body_name(model, int(model.geom_bodyid[g])): o.name for g, o in enumerate(compiled.owners)}
+    return Scene(rollout.times[list(samples)], shapes, _tracks(np.array(rows), names, owners), owners)
+
+
+def _tracks(rows: Floats, names: Mapping[str, int], shown: Mapping[str, str]) -> dict[str, Floats]:
+    """Poses of the bodies that are seen, from (N, bodies, 7); one row for those that stand still."""
+    tracks = {name: rows[:, body] for name, body in names.items() if name in shown}
+    return {name: track if np.ptp(track, axis=0).max() > 1e-6 else track[:1] for name, track in tracks.items()}
+
+
+def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
+    """Everything where it was; needs kinematics afterwards."""
+    index = effector_of(compiled, rollout.effector)
     for thing in rollout.world.things:
         if thing.movable:
             row = rollout.poses[thing.name][sample]
@@ -27,8 +59,6 @@ def picture(rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tu
     if isinstance(index, RobotIndex):
         data.qpos[list(index.joints)] = rollout.joints[sample]
         index.set_opening(compiled.model, data, float(rollout.opening[sample]))
-    mujoco.mj_forward(compiled.model, data)
-    return render(compiled.model, data, width=size[0], height=size[1])
 
 
 class _ById:
@@ -45,5 +75,5 @@ class _ById:
 
 
 @lru_cache(maxsize=1)
-def _compiled(key: _ById) -> Any:
+def _compiled(key: _ById) -> Compiled:
     return compile_world(key.rollout.world, key.robots, hand=not key.rollout.world.robots)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ from cramlite import Episode, ModelMaker, Robot, Rollout, Simulator, World, hook
 
 if TYPE_CHECKING:
     from cramlite import Pose, Thing
+    from cramlite.scene import Scene
     from cramlite.view import View
     from cramlite.world import Camera
 
@@ -82,6 +83,11 @@ class MujocoSimulator:
         from .pictures import picture
 
         return picture(rollout, sample, robots, size)
+
+    def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
+        from .pictures import scene
+
+        return scene(rollout, robots, samples)
 
 
 def _maker(name: str) -> ModelMaker:

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite import Code, Finding, Trace
+from cramlite import Action, Code, Finding, Object, Trace
+from cramlite.flow import compound
 from cramlite_plugins.reports.decisions import attempts, path
-from cramlite_plugins.reports.frames import COUNT, moments
+from cramlite_plugins.reports.filmstrip import spread
+from cramlite_plugins.reports.judges import measured
+from cramlite_plugins.reports.links import lines_of, target
+from cramlite_plugins.reports.plan import diagram
 from cramlite_plugins.reports.plots import plot
 from cramlite_plugins.reports.program_text import blocks
-from cramlite_plugins.reports.shared import anchor, colour, words
-from cramlite_plugins.reports.summary import measured
+from cramlite_plugins.reports.search_tree import bars, stages
+from cramlite_plugins.reports.shared import Span, anchor, colour, words
 
 
 def searched() -> Trace:
@@ -68,14 +74,61 @@ def test_every_line_of_code_is_in_one_block() -> None:
     assert [n.origin for n in found[1].lines] == ["", "1.Grasping/open"]
 
 
-@given(st.lists(st.floats(0, 20), max_size=12))
-def test_moments_are_few_ascending_and_reach_both_ends(changes: list[float]) -> None:
-    times = np.arange(0, 20, 0.02)
-    found = moments(times, changes)
-    assert found == sorted(set(found))
-    assert found[0] == 0
-    assert found[-1] == len(times) - 1
-    assert len(found) <= COUNT
+@given(st.integers(0, 40), st.integers(2, 12))
+def test_a_strip_is_short_and_ends_with_the_last_task(count: int, most: int) -> None:
+    tasks = [Span(f"{k}.Task", k, k + 1.0) for k in range(count)]
+    found = spread(tasks, most)
+    assert found == sorted(found, key=lambda s: s.start)
+    assert len(found) == min(count, most)
+    assert not tasks or found[-1] is tasks[-1]
+
+
+def test_lines_of_a_task_are_those_of_its_steps() -> None:
+    found = lines_of(["", "1.A/x", "1.A/x", "1.A/y", "2.B/x", "1.A/x"])
+    assert found["1.A"] == [(2, 4), (6, 6)]
+    assert found["1.A/x"] == [(2, 3), (6, 6)]
+    assert "" not in found
+
+
+def test_links_lead_to_the_nearest_whole_that_is_there() -> None:
+    assert target("1.A/x/fast", {"1.A/x", "1.A"}) == "1.A/x"
+    assert target("1.A/y", {"1.A"}) == "1.A"
+    assert target("2.B/y", {"1.A"}) == ""
+
+
+def test_how_far_a_candidate_came() -> None:
+    entries = [e for e in searched().entries if e.designator != "proof"]
+    entries += [replace(entries[0], designator="2.Holding/x")]
+    assert [s.state for s in stages(["Grasping", "Holding", "Placing"], entries, ran=False)] == ["reached", "stopped", "unreached"]
+    assert {s.state for s in stages(["Grasping", "Holding"], entries, ran=True)} == {"reached"}
+
+
+def test_the_map_shows_where_it_was_dear_and_what_was_refused() -> None:
+    (attempt,) = attempts(searched())
+    grasp, move = bars(attempt.decisions)
+    assert (grasp.cost, grasp.refused) == (1.0, 1.0)
+    assert (move.cost, move.refused) == (0.0, 0.0)
+    assert "2 not taken" in grasp.text
+
+
+def test_lanes_begin_are_met_and_end() -> None:
+    cup, rack, hook = Object("cup"), Object("rack"), Object("hook", part_of="rack")
+    tasks = [Action("1.Grasping", "soma:Grasping", {"Patient": cup}), Action("2.Hanging", "cram:Hanging", {"What": cup, "Where": hook})]
+    rows = diagram([cup, rack, hook], [*tasks, Action("3.Home", "soma:Home")], ())
+    assert [r.lanes for r in rows] == [
+        ("begin", "", ""),
+        ("through", "begin", ""),
+        ("through", "through", "begin"),
+        ("use", "through", "through"),
+        ("end", "", "end"),
+        ("", "", ""),
+    ]
+
+
+def test_rules_are_drawn_around_their_tasks() -> None:
+    a, b = Action("1.A", "x:A"), Action("2.B", "x:B")
+    rows = diagram([], [compound("try_in_order", "1.try", ((a,), (b,)))], ())
+    assert [(r.action.name, r.depth, r.rule) for r in rows if r.action] == [("1.try", 0, ""), ("1.A", 1, "1 of 2"), ("2.B", 1, "2 of 2")]
 
 
 @given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=50))

@@ -1,0 +1,58 @@
+"""What the judges measured in the run, and the files beside the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from cramlite import Finding, ReportSection, hookimpl
+from cramlite.report import Finished
+
+from .links import targets
+from .shared import fill
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A finding with its numbers in units that people read, and how much of the limit was used."""
+
+    finding: Finding
+    value: str
+    limit: str
+    share: float | None
+
+
+@hookimpl
+def report_sections() -> Iterable[ReportSection]:
+    yield ReportSection("What the judges found", 25, render, refused=True)
+
+
+def render(done: Finished) -> str:
+    if done.shown is None:
+        return ""
+    candidate = done.shown.candidate
+    findings = sorted(done.shown.verdict.findings, key=lambda f: f.passed)
+    return fill(
+        "judges",
+        done=done,
+        known=targets(done),
+        findings=[measured(f) for f in findings],
+        suffix=candidate.code.suffix if candidate.code is not None else "",
+        episode=candidate.episode is not None,
+        recorded=candidate.rollout is not None,
+    )
+
+
+def measured(finding: Finding) -> Measured:
+    value, limit = finding.value, finding.limit
+    share = value / limit if value is not None and limit and 0 <= value <= limit else None
+    return Measured(finding, _number(value, finding.unit), _number(limit, finding.unit), share)
+
+
+def _number(value: float | None, unit: str) -> str:
+    """Three digits; lengths below 0.1 m in mm."""
+    if value is None:
+        return ""
+    if unit == "m" and abs(value) < 0.1:
+        value, unit = value * 1000, "mm"
+    return f"{value:.3g} {unit}".strip()

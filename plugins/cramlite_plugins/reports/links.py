@@ -1,0 +1,68 @@
+"""Where links of the page lead: from a line or a finding to the decision that it came from, and from decisions to lines."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+
+from cramlite import Code
+from cramlite.report import Finished
+
+from .decisions import attempts
+from .readings import number_of
+
+COMMENTS = ("#", "//", ";")
+"""How a line of comment begins in the languages of robots."""
+
+
+def targets(done: Finished) -> frozenset[str]:
+    """The designators that have a place on the page: the decisions of the candidate that is shown, and looks."""
+    decided = {d.asked.designator for a in attempts(done.trace) if a.number == number_of(done) for d in a.decisions}
+    looks = done.setting.look.pictures if done.setting.look is not None else ()
+    return frozenset(decided | {look_name(k) for k, _ in enumerate(looks, 1)})
+
+
+def look_name(number: int) -> str:
+    """What the steps towards a picture are called, from 1 (cramlite.looking)."""
+    return f"0.LookingFor_{number}"
+
+
+def target(designator: str, known: Collection[str]) -> str:
+    """The designator itself if it has a place, else the nearest one that it is part of; "" for none."""
+    return next((name for name in wholes(designator) if name in known), "")
+
+
+def wholes(designator: str) -> Iterator[str]:
+    """A designator, and what it is part of: "2.Grasping/approach", "2.Grasping"."""
+    while designator:
+        yield designator
+        designator = designator.rpartition("/")[0]
+
+
+def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
+    """Designator -> first and last lines of its stretches of text.
+
+    Args:
+        steps: of each line, what it came from; "" for nothing.
+    """
+    found: dict[str, list[tuple[int, int]]] = {}
+    for number, step in enumerate(steps, 1):
+        for name in wholes(step):
+            stretches = found.setdefault(name, [])
+            if stretches and stretches[-1][1] == number - 1:
+                stretches[-1] = (stretches[-1][0], number)
+            else:
+                stretches.append((number, number))
+    return found
+
+
+def steps_of(code: Code) -> list[str]:
+    """What each line came from; a comment or an empty line leads to what follows it."""
+    texts = code.text.splitlines()
+    steps, step = [""] * len(texts), ""
+    for k in range(len(texts)):
+        step = code.origins.get(k + 1, step)
+        steps[k] = step
+    for k in range(len(texts) - 2, -1, -1):
+        if k + 1 not in code.origins and (not texts[k].strip() or texts[k].lstrip().startswith(COMMENTS)):
+            steps[k] = steps[k + 1]
+    return steps
