@@ -10,7 +10,8 @@ from cramlite import Robot, hookimpl
 @hookimpl
 def robots() -> Iterable[Robot]:
     from .fr3 import FR3, FR3_2F85
+    from .irb1200 import IRB1200
     from .ur5 import UR5
     from .ur5e import UR5E
 
-    return [FR3, FR3_2F85, UR5, UR5E]
+    return [FR3, FR3_2F85, IRB1200, UR5, UR5E]
