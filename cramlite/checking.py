@@ -53,13 +53,19 @@ def _check_rule(path: Path, plugins: Sequence[Path], block: Sequence[str], prefe
 def _check_scenario(path: Path, plugins: Sequence[Path], block: Sequence[str], prefer: Sequence[str]) -> int:
     from .pipeline import make_engine
     from .scenario import read_scenario
+    from .trace import Trace
 
     scenario = read_scenario(path)
     engine = make_engine(scenario, plugins, block, prefer)
     setting = engine.setting(scenario)
     things = len(setting.world.things)
-    start = _start(scenario)
-    if scenario.spec.demonstration is None:
+    start = _start(scenario) if scenario.spec.demonstration is not None else ""
+    if scenario.spec.goal is not None:
+        plan = next(engine.plans_for_goal(scenario, setting, Trace()), None)
+        start = f"the goal '{' and '.join(scenario.spec.goal)}', with " + (
+            f"the plan {plan}" if plan else "no plan for it"
+        )
+    elif scenario.spec.demonstration is None:
         from .goals import plan_from_tasks
 
         start = f"the plan {plan_from_tasks(scenario.name, scenario, engine.knowledge.tasks, setting.world)}"

@@ -12,6 +12,7 @@ from .answers import Context
 from .belief import Belief, Relation, initial_belief
 from .episode import Episode
 from .errors import UserError
+from .goal_plans import Goal
 from .goals import plan_from_tasks
 from .interpretation import Interpretation
 from .knowledge import Knowledge, pick
@@ -206,7 +207,7 @@ class Engine:
 
     def resolve(
         self,
-        goal: Scenario | Episode | Sequence[TaskSpec | RuleSpec] | TaskSpec | RuleSpec,
+        goal: Scenario | Episode | Goal | Sequence[TaskSpec | RuleSpec] | TaskSpec | RuleSpec,
         *,
         world: Setting | None = None,
         seed: int = 0,
@@ -220,7 +221,7 @@ class Engine:
         """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
 
         Args:
-            goal: a scenario, an episode (with ``world``), tasks, or one task.
+            goal: a scenario, an episode, a ``Goal``, tasks, or one task; all but a scenario with ``world``.
             world: the setting, where the goal does not bring one.
             seed: the same one gives the same programs.
             budget: counted work.
@@ -262,6 +263,9 @@ class Engine:
     def _plans(self, goal: Any, world: Setting, trace: Trace, progress: Progress) -> Iterator[tuple[Plan, Source]]:
         if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
             goal = self.read_episode(goal.beside(goal.spec.demonstration))
+        if isinstance(goal, Goal) or (isinstance(goal, Scenario) and goal.spec.goal is not None):
+            yield from ((plan, (None, None)) for plan in self.plans_for_goal(goal, world, trace))
+            return
         if isinstance(goal, Episode):
             yield from self._plans_from_episode(goal, world, trace, progress)
         else:
@@ -280,6 +284,33 @@ class Engine:
                 continue
             calls = [TaskCall(self.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
             yield plan_from_episode(world.name, calls, episode), (found, episode)
+
+    def plans_for_goal(self, goal: Goal | Scenario, world: Setting, trace: Trace) -> Iterator[Plan]:
+        """Task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+
+        Raises:
+            UserError: the goal is none, names what there is not, or holds already.
+        """
+        from .goal_plans import as_tasks, impossible, meant, task_plans, wanted
+        from .operators import Grounder, facts_of
+
+        where, objects = "", {}
+        if isinstance(goal, Scenario):
+            where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
+        knowledge, grounder = self.knowledge, Grounder(world.world, self.knowledge.taxonomy)
+        operators = grounder.ground(knowledge.rules, knowledge.tasks)
+        facts = facts_of(world.world, world.relations)
+        for choice in meant(goal, objects, grounder):
+            target, found = wanted(choice.says, grounder, where), False
+            if target.met(facts):
+                raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
+            for plan in task_plans(target, facts, operators):
+                found = True
+                for step, reason in zip(plan.steps, plan.reasons, strict=True):
+                    trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}")
+                yield plan_from_tasks(world.name, as_tasks(plan, knowledge.tasks), knowledge.tasks, world.world)
+            if not found:
+                trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, operators))
 
     def attempts(
         self, plan: Plan, setting: Setting, budget: Budget, trace: Trace, progress: Progress = lambda _: None

@@ -186,7 +186,7 @@ def make_engine(
 def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
     if path is None:
         return scenario
-    update = {"demonstration": str(path.resolve()), "tasks": None, "designator": None}
+    update = {"demonstration": str(path.resolve()), "tasks": None, "designator": None, "goal": None}
     return replace(scenario, spec=scenario.spec.model_copy(update=update))
 
 

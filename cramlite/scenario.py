@@ -142,6 +142,7 @@ class ScenarioSpec(_Spec):
     demonstration: str | None = None
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
+    goal: tuple[str, ...] | None = Field(default=None, min_length=1)
     objects: dict[str, ObjectSpec] = Field(default_factory=dict)
     robot: RobotSpec
     things: tuple[ThingSpec, ...]
@@ -159,10 +160,10 @@ class ScenarioSpec(_Spec):
 
     @model_validator(mode="after")
     def _one_start(self) -> ScenarioSpec:
-        starts = [k for k in ("demonstration", "tasks", "designator") if getattr(self, k) is not None]
+        starts = [k for k in ("demonstration", "tasks", "designator", "goal") if getattr(self, k) is not None]
         if len(starts) != 1:
             raise ValueError(
-                "a scenario starts from exactly one of 'demonstration', 'tasks' and 'designator'; "
+                "a scenario starts from exactly one of 'demonstration', 'tasks', 'designator' and 'goal'; "
                 f"this one has {' and '.join(starts) or 'none'}"
             )
         if self.poses == "camera" and self.camera is None:

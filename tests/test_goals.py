@@ -1,0 +1,117 @@
+"""Goals: the tasks that achieve them are chosen by what their rules need and change, explained, and proven."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from conftest import Run
+
+from cramlite import Engine, Goal, Trace, UserError, read_scenario
+from cramlite.engine import Setting
+from cramlite.operators import Grounder, facts_of
+from cramlite.resources import find_scenario
+
+ENGINE = Engine()
+
+
+def _setting(name: str) -> Setting:
+    return ENGINE.setting(read_scenario(find_scenario(name)))
+
+
+def _plans(scenario: str, *says: str) -> list[str]:
+    return [str(plan) for plan in ENGINE.plans_for_goal(Goal(says), _setting(scenario), Trace())]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "goal", "first"),
+    [
+        ("place_on_shelf", "block on shelf", "Grasping -> PickingUp -> Placing -> Retracting"),
+        ("place_on_shelf", "block is held", "Grasping"),
+        ("take_off_hanger_tasks", "tea in basket", "Grasping -> ExtractHoleFromPeg -> Ungrasping -> Retracting"),
+        (
+            "hang_onto_hanger",
+            "coffee hangs on hook",
+            "Grasping -> PickingUp -> InsertHoleOntoPeg -> Releasing -> Retracting",
+        ),
+        ("tasks/opening", "drawer open", "Opening"),
+        ("tasks/closing", "door closed", "Closing"),
+    ],
+)
+def test_the_shortest_sequence_comes_first(scenario: str, goal: str, first: str) -> None:
+    plans = _plans(scenario, goal)
+    assert plans[0] == first
+    assert plans == _plans(scenario, goal)
+
+
+def test_every_task_is_applicable_where_it_stands() -> None:
+    setting = _setting("hang_onto_hanger")
+    grounder = Grounder(setting.world, ENGINE.knowledge.taxonomy)
+    operators = {str(o): o for o in grounder.ground(ENGINE.knowledge.rules, ENGINE.knowledge.tasks)}
+    facts = start = facts_of(setting.world, setting.relations)
+    for name in ("Grasping(Patient=coffee)", "PickingUp(Locatum=coffee, Relatum=counter)"):
+        assert operators[name].applies(facts)
+        facts = operators[name].apply(facts)
+    assert ("supports", "counter", "coffee") in start - facts
+    assert ("supports", "counter", "tin") in start & facts  # all else stays
+    assert not operators["Grasping(Patient=tin)"].applies(facts)  # the hand is full
+    assert "Grasping(Patient=hook)" not in operators  # furniture cannot be in the hand
+    assert not [o for o in operators if o.startswith("InsertHoleOntoPeg(Locatum=tin")]  # it has no hole
+
+
+def test_why_each_task_is_there() -> None:
+    trace = Trace()
+    next(ENGINE.plans_for_goal(Goal(("block on shelf",)), _setting("place_on_shelf"), trace))
+    reasons = [e.reason for e in trace.entries]
+    assert "grasps(gripper, block), as PickingUp(Locatum=block, Relatum=floor) needs" in reasons[0]
+    assert "as the goal needs" in reasons[-1]
+
+
+@pytest.mark.parametrize(
+    ("goal", "says"),
+    [
+        ("block flies", "'block flies' is no goal; say 'THING on PLACE'"),
+        ("block on", "is no goal"),
+        ("block open shelf", "is no goal"),
+        ("block on shelv", "names 'shelv'; did you mean 'shelf'?"),
+        ("block on floor", "holds already in this world"),
+    ],
+)
+def test_goals_that_cannot_be_used(goal: str, says: str) -> None:
+    with pytest.raises(UserError, match=says):
+        _plans("place_on_shelf", goal)
+
+
+@pytest.mark.parametrize(
+    ("goal", "says"),
+    [
+        ("shelf on floor", r"no task's rule makes supports\(floor, shelf\) so"),
+        ("block open", r"joint_open\(block\)|no sequence"),
+    ],
+)
+def test_goals_that_no_tasks_achieve(goal: str, says: str) -> None:
+    trace = Trace()
+    setting = _setting("place_on_shelf")
+    assert list(ENGINE.resolve(Goal((goal,)), world=setting, trace=trace)) == []
+    (refused,) = [e for e in trace.entries if e.outcome == "refused"]
+    assert re.search(says, refused.reason), refused.reason
+
+
+def test_a_goal_is_proven(tmp_path: Path, run: Run) -> None:
+    ran = run("resolve", "hang_up_a_product", "--no-report", "--out", tmp_path / "run")
+    assert ran.code == 0, ran.err
+    assert "ok  end_state: 'coffee' hangs on 'hook'" in ran.out
+    assert "InsertHoleOntoPeg(Locatum=coffee, Relatum=hook/peg)" in run("explain", tmp_path / "run", "goal").out
+
+
+def test_scenario_goals_are_checked_with_file_and_line(tmp_path: Path, run: Run) -> None:
+    path = tmp_path / "bad.yaml"
+    text = find_scenario("hang_up_a_product").read_text()
+    path.write_text(text.replace("[product on hook]", "[product on hok]"))
+    ran = run("check", path)
+    assert ran.code == 2
+    line = path.read_text().splitlines().index("goal: [product on hok]") + 1
+    assert f"bad.yaml:{line}: the goal 'coffee on hok' names 'hok'; did you mean 'hook'?" in ran.err
+    path.write_text(text.replace("\ngoal:", "\ntasks: [ParkingArms]\ngoal:"))
+    assert "exactly one of" in run("check", path).err
