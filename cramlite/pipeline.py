@@ -171,7 +171,8 @@ def make_engine(
     Raises:
         UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
     """
-    known = plugin_names(plugins)
+    named = bool(scenario.spec.block or scenario.spec.prefer)
+    known = plugin_names(plugins) if named else set()
     for key, names in (("block", scenario.spec.block), ("prefer", scenario.spec.prefer)):
         for k, name in enumerate(names):
             if name not in known:

@@ -69,23 +69,19 @@ class Registry:
         self._manager = pluggy.PluginManager(GROUP)
         self._manager.add_hookspecs(hookspecs)
         points = _entry_points()
-        self._check_names(plugin_names(self.files))
+        self._check_names({p.name for p in points} | {f.stem for f in self.files})
         for file in self.files:
             if not file.is_file():
                 raise UserError(f"There is no plugin file '{file}'; give the path of a Python module with --plugin.")
             self._load(file.stem, lambda file=file: _module_from(file), "file", "", str(file))  # type: ignore[misc]
         for point in points:
             if point.name not in self.blocked:
-                dist = point.dist
-                outdated = "" if dist is None or dist.name == OWN_DISTRIBUTION else made_for_another_version(dist)
-                self._load(
-                    point.name,
-                    point.load,
-                    dist.name if dist else "?",
-                    dist.version if dist else "?",
-                    point.value,
-                    outdated,
+                outdated = (
+                    ""
+                    if point.dist is None or point.distribution == OWN_DISTRIBUTION
+                    else made_for_another_version(point.dist)
                 )
+                self._load(point.name, point.load, point.distribution, point.version, point.value, outdated)
 
     def _check_names(self, known: set[str]) -> None:
         for name in (*self.blocked, *self.preferred):
@@ -246,18 +242,31 @@ class Registry:
 
 def plugin_names(files: Iterable[Path] = ()) -> set[str]:
     """The names of all plugins: installed ones, and files."""
-    return {p.name for p in _entry_points()} | {f.stem for f in files}
+    return {p.name for p in importlib.metadata.entry_points(group=GROUP)} | {f.stem for f in files}
 
 
-def _entry_points() -> list[importlib.metadata.EntryPoint]:
+@dataclass(frozen=True)
+class _Point:
+    """An entry point with the name and version of its distribution, which takes long to read."""
+
+    name: str
+    value: str
+    distribution: str
+    version: str
+    dist: importlib.metadata.Distribution | None
+    load: Callable[[], Any]
+
+
+def _entry_points() -> list[_Point]:
     """Sorted, because the order in which a file system lists distributions is no order; third parties first."""
-    points = importlib.metadata.entry_points(group=GROUP)
-
-    def key(point: importlib.metadata.EntryPoint) -> tuple[bool, str, str]:
-        name = point.dist.name if point.dist else ""
-        return (name == OWN_DISTRIBUTION, name, point.name)
-
-    return sorted({(p.name, p.value): p for p in points}.values(), key=key)
+    known: dict[int, tuple[str, str]] = {}
+    found: dict[tuple[str, str], _Point] = {}
+    for point in importlib.metadata.entry_points(group=GROUP):
+        if id(point.dist) not in known:
+            known[id(point.dist)] = (point.dist.name, point.dist.version) if point.dist else ("?", "?")
+        name, version = known[id(point.dist)]
+        found[(point.name, point.value)] = _Point(point.name, point.value, name, version, point.dist, point.load)
+    return sorted(found.values(), key=lambda p: (p.distribution == OWN_DISTRIBUTION, p.distribution, p.name))
 
 
 def _module_from(file: Path) -> ModuleType:
