@@ -20,9 +20,10 @@ HEADINGS = {"planned": "plan", "simulated": "simulation", "executed": "execution
 
 def text(tables: Tables, title: str) -> str:
     """The tables for a terminal."""
-    lines = [title, "", _cells(["", "gave candidates", "candidates", *HEADINGS.values(), "solved", "first solved"])]
-    lines += [_cells(_row(r)) for r in tables.rows]
-    lines.append(_cells(["paper", *("" if s is None else s for s in _paper(tables.whole))]))
+    cells = [["", "gave candidates", "candidates", *HEADINGS.values(), "solved", "first solved"]]
+    cells += [_row(r) for r in tables.rows]
+    cells.append(["paper", *("" if s is None else s for s in _paper(tables.whole)), "", ""])
+    lines = [title, "", *_aligned(cells)]
     c = tables.confusion
     lines += [
         "", "rates are over all candidates that were tried, with 95 % Wilson intervals",
@@ -36,8 +37,9 @@ def text(tables: Tables, title: str) -> str:
     return "\n".join(lines)
 
 
-def _cells(cells: list[str]) -> str:
-    return "".join(f"{c:<{w}}" for c, w in zip(cells, (7, 17, 12, 26, 26, 26, 12, 12), strict=False)).rstrip()
+def _aligned(rows: list[list[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(f"{c:<{w}}" for c, w in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def _row(row: Row) -> list[str]:

@@ -31,7 +31,7 @@ from cramlite.geometry import Floats
 from cramlite.rollout import Rollout
 
 from ..experts.contents import where
-from .entities import camera_entities, contents_entities, contents_of, effector_entities, thing_entities
+from .entities import camera_entities, contents_entities, contents_of, effector_entities, effectors, thing_entities
 from .signals import (
     GAP,
     SHORT,
@@ -148,8 +148,9 @@ def _whole(entity: str) -> str:
 def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event]:
     """One state for each unordered pair; the effector's parts are merged."""
     forces: dict[tuple[str, str], Floats] = {}
+    hands = effectors(rollout)
     for (a, b), pair in pairs.items():
-        first, second = sorted(rollout.effector if _whole(v) == rollout.effector else v for v in (a, b))
+        first, second = sorted(_whole(v) if _whole(v) in hands else v for v in (a, b))
         if a <= b and first != second:
             forces[first, second] = forces.get((first, second), 0.0) + pair.force
     through = {tuple(sorted((hole, peg))): flags for hole, peg, flags in threaded(rollout)}
@@ -165,7 +166,7 @@ def _supports(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Eve
     """Supporters at the finest entity, supportees as wholes; only while they touch."""
     wholes: dict[tuple[str, str], list[_Pair]] = defaultdict(list)
     for (a, b), pair in pairs.items():
-        if rollout.effector not in (_whole(a), _whole(b)):
+        if not {_whole(a), _whole(b)} & {*effectors(rollout)}:
             wholes[a, _whole(b)].append(pair)
     found = []
     for (a, b), parts in wholes.items():
@@ -180,23 +181,28 @@ def _supports(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Eve
 
 
 def _grasps(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event]:
+    return [e for hand in effectors(rollout) for e in _grasps_of(hand, rollout, pairs)]
+
+
+def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> list[Event]:
     found = []
+    frame = "effector" if hand == rollout.effector else hand
     for thing in rollout.world.things:
-        pads = [_pressing(pairs, f"{rollout.effector}/{side}", thing.name) for side in ("left", "right")]
+        pads = [_pressing(pairs, f"{hand}/{side}", thing.name) for side in ("left", "right")]
         if thing.mass is None or any(p is None for p in pads):
             continue
         lift = pads[0].lift + pads[1].lift  # type: ignore[union-attr]
         pressed = np.logical_and(*(hold(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
         held = closed(pressed, rollout.times)
         for start, end in intervals(
-            held & ~lasting(held & _slipping(rollout, thing.name), rollout.times), rollout.times
+            held & ~lasting(held & _slipping(rollout, thing.name, frame), rollout.times), rollout.times
         ):
             weight, within = GRAVITY * thing.mass, slice(start, end)
             grip = rollout.world.physics.pad_friction * (pads[0].force + pads[1].force)  # type: ignore[union-attr]
             slipped = end < len(held) and bool(held[end])  # the pads still press, and hold it no longer
             firm = not slipped and _lasts(grip[within] / weight > FIRM, rollout.times[within])
-            if firm or _friction_seen(rollout, thing.name, within, lift / weight):
-                roles = {"gripper": rollout.effector, "object": thing.name}
+            if firm or _friction_seen(rollout, thing.name, frame, within, lift / weight):
+                roles = {"gripper": hand, "object": thing.name}
                 found.append(_state("cram:GraspState", span_of(start, end, rollout.times), roles))
     return found
 
@@ -217,21 +223,21 @@ def _pressing(pairs: dict[tuple[str, str], _Pair], pad: str, thing: str) -> _Pai
     return _Pair(sum(p.force for p in mine), sum(p.lift for p in mine)) if mine else None  # type: ignore[arg-type]
 
 
-def _slipping(rollout: Rollout, thing: str) -> Flags:
+def _slipping(rollout: Rollout, thing: str, frame: str) -> Flags:
     """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
-    hand, body = rollout.poses["effector"], rollout.poses[thing]
+    hand, body = rollout.poses[frame], rollout.poses[thing]
     inside = rotate_back(hand[:, 3:], body[:, :3] - hand[:, :3])
     limit = SLIP[0] + SLIP[1] * speed(hand[:, :3], rollout.times)
     return np.asarray(speed(inside, rollout.times) > limit)
 
 
-def _friction_seen(rollout: Rollout, thing: str, span: slice, carried: Floats) -> bool:
+def _friction_seen(rollout: Rollout, thing: str, frame: str, span: slice, carried: Floats) -> bool:
     """Did friction transmit a force: weight carried by the pads, or a drag across the closing axis?"""
     dt = step(rollout.times)
     steady = smooth(carried[span], rollout.times[span], GAP)
     if len(steady) * dt >= SHORT and float(np.max(steady)) > CARRY:
         return True
-    closing = rollout.poses["effector/left"][span, :3] - rollout.poses["effector/right"][span, :3]
+    closing = rollout.poses[f"{frame}/left"][span, :3] - rollout.poses[f"{frame}/right"][span, :3]
     closing = closing.mean(axis=0) / max(float(np.linalg.norm(closing.mean(axis=0))), 1e-9)
     travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]
     across = travel - np.outer(travel @ closing, closing)

@@ -31,13 +31,22 @@ def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
     return (whole, *features, *(_feature(thing, Feature(p, "soma:Feature")) for p in parts))
 
 
+def effectors(rollout: Rollout) -> tuple[str, ...]:
+    """The hand or gripper that acts, and what else has finger tips: a person's other hand."""
+    tipped = {n.removesuffix("/left") for n in rollout.poses if n.endswith("/left")}
+    return (rollout.effector, *sorted(tipped - {"effector", rollout.effector}))
+
+
 def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
-    """The hand or gripper and its two finger tips."""
+    """The hand or gripper that acts, a person's other hand, and their finger tips."""
     hand = rollout.joints.ndim < 2 or rollout.joints.shape[1] == 0
-    name = rollout.effector
     types = ("soma:Hand", "soma:PrehensileEffector") if hand else ("soma:Gripper", "soma:PrehensileEffector")
-    tips = [f for f in ("left", "right") if f"effector/{f}" in rollout.poses]
-    return (Entity(name, types), *(Entity(f"{name}/{tip}", ("soma:Finger",), part_of=name) for tip in tips))
+    found = []
+    for name in effectors(rollout):
+        frame = "effector" if name == rollout.effector else name
+        tips = [f for f in ("left", "right") if f"{frame}/{f}" in rollout.poses]
+        found += [Entity(name, types), *(Entity(f"{name}/{tip}", ("soma:Finger",), part_of=name) for tip in tips)]
+    return tuple(found)
 
 
 def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:

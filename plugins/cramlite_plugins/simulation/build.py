@@ -21,6 +21,7 @@ from cramlite.robots import Robot
 from cramlite.world import Geom, Inertia, Joint, Physics, RobotMount, Thing, World
 
 from ..shapes.hull import hull_volume
+from .hand import HANDS
 from .index import Model
 
 ROBOT, PRODUCT, FURNITURE = (1, 7), (2, 7), (4, 3)
@@ -59,7 +60,7 @@ def check(world: World, robots: Mapping[str, Robot]) -> None:
     """
     names: set[str] = set()
     for name in [*(t.name for t in world.things), *(m.name for m in world.robots)]:
-        if not name or "/" in name or name in names or name in ("world", "effector", "hand"):
+        if not name or "/" in name or name in names or name in ("world", "effector", *HANDS):
             why = "is used twice" if name in names else "is empty, reserved, or has a '/'"
             raise UserError(f"world: the name '{name}' {why}; every thing and robot needs a name of its own")
         names.add(name)

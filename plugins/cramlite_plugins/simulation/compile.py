@@ -1,7 +1,7 @@
 """A world becomes a MuJoCo model.
 
 Names: a thing's body has the thing's name, its geoms ``{thing}/{part or "body"}/{i}``; a robot's names start
-with ``{mount}/``, the hand's with ``hand/``.
+with ``{mount}/``, those of hands with ``hand/`` and ``other_hand/``.
 """
 
 from __future__ import annotations
@@ -17,12 +17,14 @@ from cramlite.world import RobotMount, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
 from .grains import GRAIN, add_grains, layout
-from .hand import REST, HandIndex, hand_index, hand_mjcf
+from .hand import HANDS, REST, HandIndex, hand_index, hand_mjcf
 from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
 
 # MuJoCo would append every warning to MUJOCO_LOG.TXT in the user's folder; they are counted in MjData.warning, where
 # ``unstable`` looks.
 mujoco.set_mju_user_warning(lambda _message: None)
+APART = 0.3
+"""Between hands that wait [m]."""
 BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("QPOS", "QVEL", "QACC"))
 
 
@@ -43,7 +45,7 @@ class Compiled:
         robots: by mount name.
         things: by thing name.
         owners: what each geom belongs to, by geom id.
-        hand: the free-floating hand, if there is one.
+        hand, other_hand: the free-floating hands, if there are any.
     """
 
     world: World
@@ -52,6 +54,11 @@ class Compiled:
     things: Mapping[str, ThingIndex]
     owners: tuple[Owner, ...]
     hand: HandIndex | None = None
+    other_hand: HandIndex | None = None
+
+    @property
+    def hands(self) -> tuple[HandIndex, ...]:
+        return tuple(h for h in (self.hand, self.other_hand) if h is not None)
 
     def data(self) -> Data:
         """A new state: robots at home with open grippers, things at their poses."""
@@ -65,9 +72,10 @@ class Compiled:
         for index in self.robots.values():
             data.qpos[list(index.joints)] = index.robot.home
             data.ctrl[list(index.actuators)] = index.robot.home
-        if self.hand is not None:
-            self.hand.teleport(self.model, data, self.hand.home)
-            self.hand.set_target(data, self.hand.home, self.hand.reach[1])
+        for k, hand in enumerate(self.hands):
+            home = Pose((0.0, k * APART, 0.0)) * hand.home
+            hand.teleport(self.model, data, home)
+            hand.set_target(data, home, hand.reach[1])
         for thing in self.world.things:
             self.place(data, thing.name, thing.pose)
             for (_, address), centre in zip(self.things[thing.name].grains, layout(thing), strict=False):
@@ -101,7 +109,7 @@ def compile_world(
     world: World,
     robots: Mapping[str, Robot],
     *,
-    hand: bool | Pose = False,
+    hand: bool | Pose | tuple[Pose, ...] = False,
     planning: bool = False,
     carried: Mapping[str, Carried] | None = None,
     clearance: float = 0.0,
@@ -115,7 +123,7 @@ def compile_world(
 
     Args:
         robots: descriptions by type name, for the mounts of the world.
-        hand: add the free-floating hand of a demonstration; a pose gives its orientation at rest.
+        hand: add the free-floating hand of a demonstration; a pose gives its orientation at rest, two those of both hands.
         planning: see above.
         carried: thing name -> where it is in which hand; planning only.
         clearance: distance [m] below which the planning model reports a contact between a robot (or what it carries)
@@ -129,23 +137,32 @@ def compile_world(
     set_options(spec, world.physics)
     for mount in world.robots:
         attach(spec, robots[mount.type].mjcf(), mount)
-    rest = hand if isinstance(hand, Pose) else REST
-    if hand:
-        attach(spec, hand_mjcf(rest), RobotMount("hand", "hand"))
+    hands = dict(zip(HANDS, _rests(hand), strict=False))
+    for name, rest in hands.items():
+        attach(spec, hand_mjcf(rest), RobotMount(name, name))
     mask_robots(spec, world.physics.pad_friction)
     for thing in world.things:
         add_thing(spec, thing, planning, (carried or {}).get(thing.name), clearance)
         if not planning:
             add_grains(spec, thing)
     model = finish(spec)
+    found = {name: hand_index(model, rest, name) for name, rest in hands.items()}
     return Compiled(
         world=world,
         model=model,
         robots={m.name: robot_index(model, m.name, robots[m.type]) for m in world.robots},
         things={t.name: _thing_index(model, t.name) for t in world.things},
         owners=tuple(_owner(model, world, g) for g in range(model.ngeom)),
-        hand=hand_index(model, rest) if hand else None,
+        hand=found.get(HANDS[0]),
+        other_hand=found.get(HANDS[1]),
     )
+
+
+def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
+    """The orientations at rest of the hands that are asked for."""
+    if isinstance(hand, Pose):
+        return (hand,)
+    return hand if isinstance(hand, tuple) else (REST,) if hand else ()
 
 
 def _thing_index(model: Model, name: str) -> ThingIndex:
@@ -172,7 +189,7 @@ def _owner(model: Model, world: World, geom: int) -> Owner:
         return Owner(name, "" if parts[0] == "body" else parts[0], "thing")
     if is_pad(parts[0]):
         return Owner(name, parts[0].split("_")[0], "effector")
-    root = "palm" if name == "hand" else "gripper"
+    root = "palm" if name in HANDS else "gripper"
     if parts[0] in (root, "left_finger", "right_finger"):
         return Owner(name, "body", "effector")
     return Owner(name, parts[0], "arm")

@@ -89,16 +89,24 @@ def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rat
     scene = chosen.see(world)
     for attempt in range(ATTEMPTS):
         rng = np.random.default_rng([seed, attempt] if attempt else seed)
-        person = perform(scene, chosen.act, rng, rate)
+        person = perform(scene, chosen.act, rng, rate, both=chosen.both_hands)
         if chosen.done is None or chosen.done(person, scene):
             break
     return chosen.after(person.rollout(), scene, rng) if chosen.after else person.rollout()
 
 
-def perform(scene: Scene, act: Act, rng: np.random.Generator, rate: float) -> Person:
-    """Somebody who did it once."""
+def perform(scene: Scene, act: Act, rng: np.random.Generator, rate: float, *, both: bool = False) -> Person:
+    """Somebody who did it once.
+
+    Args:
+        both: they have two hands.
+    """
+    from .both_hands import from_above
+
     grasp = _grasp(scene, rng)
-    compiled = compile_world(replace(scene.world, robots=()), {}, hand=Pose((0, 0, 0), grasp.quaternion))
+    hands = [grasp, *([from_above(scene.product.pose, scene.product)] if both else [])]
+    rests = tuple(Pose((0, 0, 0), h.quaternion) for h in hands)
+    compiled = compile_world(replace(scene.world, robots=()), {}, hand=rests)
     person = _beginning(compiled, scene, grasp, rng, rate)
     act(person, scene, grasp)
     return person
@@ -174,13 +182,16 @@ def _half(shape: str, size: tuple[float, ...]) -> Floats:
 
 
 def _beginning(compiled: Compiled, scene: Scene, grasp: Pose, rng: np.random.Generator, rate: float) -> Person:
-    """A person whose hand touches nothing yet.
+    """A person whose hands touch nothing yet.
 
     Raises:
         UserError: there is no room for the hand in front of the object.
     """
+    from .both_hands import waiting
+
     for _ in range(50):
-        person = Person(compiled, rng, _start(scene, grasp, rng), rate)
+        starts = [_start(scene, grasp, rng), *([waiting(scene, rng)] if compiled.other_hand else [])]
+        person = Person(compiled, rng, starts, rate)
         if not any(name.startswith("effector/") for pair in compiled.collisions(person.data) for name in pair):
             return person
     raise UserError(f"there is no room for a hand in front of '{scene.product.name}'; move what stands there")
@@ -309,12 +320,14 @@ class Script:
         act: how they move, given where the hand will close.
         done: whether it came off; people throw a recording away in which they dropped the thing, and make another.
         after: what the recorder makes of it.
+        both_hands: the person has two.
     """
 
     see: Callable[[World], Scene]
     act: Act
     done: Callable[[Person, Scene], bool] | None = None
     after: Callable[[Rollout, Scene, np.random.Generator], Rollout] | None = None
+    both_hands: bool = False
 
 
 def _see_standing(world: World) -> Scene:
@@ -365,6 +378,10 @@ SCRIPTS: Mapping[str, Script] = {
     "hang_onto_hanger": Script(_see_standing, _hang),
     "take_off_hanger_varied": Script(_scene, _fetch_varied, _in_container, _recorded),
     "hang_onto_hanger_varied": Script(_see_standing, _hang_varied, _on_peg, _recorded),
-    "take_off_hanger_distracted": Script(_scene, partial(_fetch_varied, distracted=True), _in_container, _recorded),
-    "hang_onto_hanger_distracted": Script(_see_standing, partial(_hang_varied, distracted=True), _on_peg, _recorded),
+    "take_off_hanger_distracted": Script(
+        _scene, partial(_fetch_varied, distracted=True), _in_container, _recorded, both_hands=True
+    ),
+    "hang_onto_hanger_distracted": Script(
+        _see_standing, partial(_hang_varied, distracted=True), _on_peg, _recorded, both_hands=True
+    ),
 }

@@ -27,6 +27,8 @@ SECOND_LOOK, REGRASP, PUT_DOWN, GLITCH, PAUSE = 0.25, 0.25, 0.25, 0.2, 0.35
 PACE, SHAKE = (0.7, 1.5), (0.5, 2.0)
 #: The same for what only the distracted do.
 DISTRACTED = 0.6
+#: What their other hand does, each as often.
+OTHER_HAND = ("", "busy", "hand_over")
 #: A thing is let go this far above what it is put on [m]: from touching it to a small drop.
 DROP = (0.0, 0.006)
 #: The tracker loses sight for this long [s]; 0.02 to 0.9 s were seen in recordings (docs/explanation/figures.md).
@@ -35,7 +37,7 @@ BLIND = (0.04, 0.5)
 
 @dataclass(frozen=True)
 class Habits:
-    """What one person does in one demonstration."""
+    """What one person does in one demonstration; the other hand is idle, "busy", or takes over ("hand_over")."""
 
     second_look: bool
     regrasp: bool
@@ -43,6 +45,7 @@ class Habits:
     pause: float
     wrong_way: bool = False
     interrupted: bool = False
+    other_hand: str = ""
 
 
 def habits(rng: np.random.Generator, *, distracted: bool = False) -> Habits:
@@ -56,7 +59,8 @@ def habits(rng: np.random.Generator, *, distracted: bool = False) -> Habits:
     if not distracted:
         return own
     wrong, stopped = rng.random(2) < DISTRACTED
-    return replace(own, wrong_way=bool(wrong), interrupted=bool(stopped))
+    other = str(rng.choice(OTHER_HAND))
+    return replace(own, wrong_way=bool(wrong), interrupted=bool(stopped), other_hand=other)
 
 
 def temper(person: Person) -> None:

@@ -25,6 +25,8 @@ OPENING = 0.10
 TCP = 0.12
 PINCH = 40.0
 REST = Pose.from_axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, -1))
+HANDS = ("hand", "other_hand")
+"""Names of a demonstrator's hands: the one that does what is shown, and the other, where the person has two."""
 FARTHEST = math.radians(170)
 
 
@@ -80,16 +82,16 @@ def _turn(pose: Pose, rest: Pose) -> Pose:
     return turn
 
 
-def hand_index(model: Model, rest: Pose) -> HandIndex:
-    """Look up the hand that was attached with the prefix ``hand/``."""
-    slide, ball = model.joint("hand/x"), model.joint("hand/turn")
+def hand_index(model: Model, rest: Pose, name: str = HANDS[0]) -> HandIndex:
+    """Look up the hand that was attached with the prefix ``{name}/``."""
+    slide, ball = model.joint(f"{name}/x"), model.joint(f"{name}/turn")
     return HandIndex(
         slides=int(slide.qposadr[0]),
         ball=int(ball.qposadr[0]),
         dofs=int(slide.dofadr[0]),
-        servos=tuple(model.actuator(f"hand/{n}").id for n in ("x", "y", "z", "rx", "ry", "rz")),
+        servos=tuple(model.actuator(f"{name}/{n}").id for n in ("x", "y", "z", "rx", "ry", "rz")),
         rest=rest,
-        **effector_fields(model, "hand", "palm", (0.0, OPENING)),
+        **effector_fields(model, name, "palm", (0.0, OPENING)),
     )
 
 

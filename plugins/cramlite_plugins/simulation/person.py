@@ -1,14 +1,19 @@
-"""A person's hand: where it wants to be at each instant, and the simulation that follows.
+"""A person's hands: where they want to be at each instant, and the simulation that follows.
 
 Movements are minimum-jerk (Flash and Hogan 1985: s = 10 u^3 - 15 u^4 + 6 u^5) along curved paths; on them lie a slow
 drift of about a millimetre and the physiological tremor of 8 to 12 Hz, 0.1 to 0.3 mm (Elble and Koller 1990).
 Everything that varies comes from one NumPy generator.
+
+Scripts move the hand that acts. Of a person with two hands the other one keeps still, or does what it was told to do
+meanwhile (``other``); ``change_hands`` makes it the one that acts.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
@@ -19,6 +24,7 @@ from cramlite.rollout import Rollout
 
 from .compile import Compiled, unstable
 from .hand import HandIndex
+from .index import Data
 from .recorder import Recorder
 
 #: Amplitudes of drift and tremor: [m] and [rad]; the lowest and highest frequency of each [Hz].
@@ -29,28 +35,92 @@ CONTROL = 100.0
 SHORTEST = 0.15
 
 
-class Person:
-    """Somebody who moves the hand of a compiled world.
+@dataclass
+class Limb:
+    """One hand: where it aims, and what it was told to do while the other one acts.
 
     Args:
-        compiled: with a hand.
+        index: in the model.
+        aim: target of the tool frame.
+        opening: target of the fingers [m].
+        waves: its drift and tremor.
+        queue: further targets, one for each control period.
+    """
+
+    index: HandIndex
+    aim: Pose
+    opening: float
+    waves: Waves
+    queue: deque[tuple[Pose, float]] = field(default_factory=deque)
+
+    def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
+        """Later, after what it was told before: bring it along poses."""
+        self.queue.extend((aim, self._last[1]) for aim in way(self._last[0], path, speed, curved=curved))
+
+    def grip(self, opening: float, seconds: float) -> None:
+        """Later: close or open the fingers."""
+        aim, first = self._last
+        self.queue.extend((aim, first + u * (opening - first)) for u in _fractions(seconds))
+
+    def wait(self, seconds: float) -> None:
+        """Later: keep still."""
+        self.queue.extend([self._last] * len(_fractions(seconds)))
+
+    def follow(self, data: Data) -> None:
+        """One control period: the aim, off by drift and tremor, for the servos to reach."""
+        if self.queue:
+            self.aim, self.opening = self.queue.popleft()
+        noise = self.waves(data.time).tolist()
+        place = np.add(self.aim.position, noise[:3])
+        shaken = Pose(tuple(place), self.aim.quaternion) * Pose.from_rotvec((0, 0, 0), noise[3:])
+        self.index.set_target(data, shaken, self.opening)
+
+    @property
+    def _last(self) -> tuple[Pose, float]:
+        return self.queue[-1] if self.queue else (self.aim, self.opening)
+
+
+class Person:
+    """Somebody who moves the hands of a compiled world.
+
+    Args:
+        compiled: with one or two hands.
         rng: where all variety comes from.
-        start: of the tool frame.
+        starts: of the tool frames.
         rate: samples of the recording a second.
     """
 
-    def __init__(self, compiled: Compiled, rng: np.random.Generator, start: Pose, rate: float) -> None:
+    def __init__(self, compiled: Compiled, rng: np.random.Generator, starts: Sequence[Pose], rate: float) -> None:
         if compiled.hand is None:
             raise ValueError("the world was compiled without a hand")
-        self.compiled, self.rng, self.aim = compiled, rng, start
-        self.hand: HandIndex = compiled.hand
-        self.opening = self.hand.reach[1]
+        self.compiled, self.rng = compiled, rng
         self.data = compiled.data()
-        self.recorder = Recorder(compiled, "hand", rate)
-        self._waves = Waves(rng)
+        self.recorder = Recorder(compiled, compiled.hand.name, rate)
+        limbs = [Limb(h, s, h.reach[1], Waves(rng)) for h, s in zip(compiled.hands, starts, strict=True)]
+        self.limb, self.other = limbs[0], limbs[1] if len(limbs) > 1 else None
         self.pace = 1.0
-        self.hand.teleport(compiled.model, self.data, start, self.opening)
+        for limb in limbs:
+            limb.index.teleport(compiled.model, self.data, limb.aim, limb.opening)
         mujoco.mj_forward(compiled.model, self.data)
+
+    @property
+    def aim(self) -> Pose:
+        """Where the hand that acts is meant to be."""
+        return self.limb.aim
+
+    @property
+    def opening(self) -> float:
+        return self.limb.opening
+
+    def change_hands(self) -> None:
+        """From now on the other hand acts.
+
+        Raises:
+            ValueError: there is none.
+        """
+        if self.other is None:
+            raise ValueError("somebody with one hand cannot change hands")
+        self.limb, self.other = self.other, self.limb
 
     def pose(self, thing: str) -> Pose:
         """Where the person sees a thing."""
@@ -58,7 +128,7 @@ class Person:
 
     def tool(self) -> Pose:
         """Where the person feels the hand."""
-        return self.hand.pose(self.data)
+        return self.limb.index.pose(self.data)
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
         """Bring the hand along poses, the present aim first.
@@ -68,33 +138,31 @@ class Person:
             speed: mean speed [m/s].
             curved: the poses between are passed at a distance (Bézier), not reached.
         """
-        points = np.array([p.position for p in (self.aim, *path)])
-        line = _bezier(points) if curved else points
-        lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-        turn = self.aim.distance(path[-1])[1]
-        speed *= self.pace
-        seconds = max(lengths[-1] / speed, turn / (speed * 6.0), SHORTEST)
-        first, last = self.aim, path[-1]
-        for u in self._fractions(seconds):
-            at = [float(np.interp(u * lengths[-1], lengths, line[:, i])) for i in range(3)]
-            self._follow(Pose(tuple(at), slerp(first, last, u).quaternion), self.opening)  # type: ignore[arg-type]
-        self.aim = path[-1]
+        for aim in way(self.aim, path, speed * self.pace, curved=curved):
+            self._follow(aim, self.opening)
+        self.limb.aim = path[-1]
 
     def grip(self, opening: float, seconds: float) -> None:
         """Close or open the fingers."""
         first = self.opening
-        for u in self._fractions(seconds):
+        for u in _fractions(seconds):
             self._follow(self.aim, first + u * (opening - first))
-        self.opening = opening
+        self.limb.opening = opening
 
     def wait(self, seconds: float) -> None:
         """Keep still, as far as a person can."""
-        for _ in self._fractions(seconds):
+        for _ in _fractions(seconds):
+            self._follow(self.aim, self.opening)
+
+    def wait_for_other(self) -> None:
+        """Keep still until the other hand has done what it was told."""
+        while self.other is not None and self.other.queue:
             self._follow(self.aim, self.opening)
 
     def shake(self, share: float) -> None:
         """Shake this much more, or less, than most."""
-        self._waves.size[3:] *= share
+        for limb in (self.limb, *([self.other] if self.other else [])):
+            limb.waves.size[3:] *= share
 
     def rollout(self) -> Rollout:
         """Everything so far."""
@@ -103,20 +171,33 @@ class Person:
     def between(self, low: float, high: float) -> float:
         return float(self.rng.uniform(low, high))
 
-    def _fractions(self, seconds: float) -> Floats:
-        u = np.arange(1, max(round(seconds * CONTROL), 1) + 1) / max(round(seconds * CONTROL), 1)
-        return np.asarray(u**3 * (10 - 15 * u + 6 * u * u))
-
     def _follow(self, aim: Pose, opening: float) -> None:
-        """One control period: the aim, off by drift and tremor, for the servos to reach."""
-        noise = self._waves(self.data.time)
-        shaken = Pose(tuple(np.add(aim.position, noise[:3])), aim.quaternion) * Pose.from_rotvec((0, 0, 0), noise[3:])  # type: ignore[arg-type]
-        self.hand.set_target(self.data, shaken, opening)
+        """One control period of both hands."""
+        self.limb.aim, self.limb.opening = aim, opening
+        for limb in (self.limb, *([self.other] if self.other else [])):
+            limb.follow(self.data)
         for _ in range(max(round(1 / (CONTROL * self.compiled.model.opt.timestep)), 1)):
             mujoco.mj_step(self.compiled.model, self.data)
             self.recorder.observe(self.data)
         if reason := unstable(self.data):
             raise UserError(f"the demonstration cannot be recorded: {reason}")
+
+
+def way(aim: Pose, path: Sequence[Pose], speed: float, *, curved: bool = False) -> Iterator[Pose]:
+    """From an aim along poses, one for each control period; see ``Person.move``."""
+    points = np.array([p.position for p in (aim, *path)])
+    line = _bezier(points) if curved else points
+    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    turn = aim.distance(path[-1])[1]
+    for u in _fractions(max(lengths[-1] / speed, turn / (speed * 6.0), SHORTEST)):
+        at = [float(np.interp(u * lengths[-1], lengths, line[:, i])) for i in range(3)]
+        yield Pose(tuple(at), slerp(aim, path[-1], u).quaternion)  # type: ignore[arg-type]
+
+
+def _fractions(seconds: float) -> Floats:
+    """Shares of a minimum-jerk movement, one for each control period."""
+    u = np.arange(1, max(round(seconds * CONTROL), 1) + 1) / max(round(seconds * CONTROL), 1)
+    return np.asarray(u**3 * (10 - 15 * u + 6 * u * u))
 
 
 class Waves:

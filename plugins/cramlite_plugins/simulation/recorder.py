@@ -72,6 +72,9 @@ class Recorder:
         poses = {t: (*data.xpos[i.body], *data.xquat[i.body]) for t, i in self.compiled.things.items()}
         frames = {"effector": index.pose(data), **finger_poses(data, index)}
         frames |= camera_poses(self.compiled, data)
+        for hand in self.compiled.hands:
+            if hand.name != index.name:
+                frames |= {hand.name: hand.pose(data), **finger_poses(data, hand, hand.name)}
         joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
         return {
             "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},
@@ -91,7 +94,7 @@ def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
     Raises:
         KeyError: there is none.
     """
-    choices: dict[str, EffectorIndex] = {**({"hand": compiled.hand} if compiled.hand else {}), **compiled.robots}
+    choices: dict[str, EffectorIndex] = {**{h.name: h for h in compiled.hands}, **compiled.robots}
     if name is None and choices:
         return next(iter(choices.values()))
     if name not in choices:
@@ -99,11 +102,11 @@ def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
     return choices[name]
 
 
-def finger_poses(data: Data, index: EffectorIndex) -> dict[str, Pose]:
+def finger_poses(data: Data, index: EffectorIndex, name: str = "effector") -> dict[str, Pose]:
     """The poses of both finger tips: the middle of the pads, with the tool frame's orientation."""
     turn = index.pose(data).quaternion
     middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
-    return {f"effector/{side}": Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
+    return {f"{name}/{side}": Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
 
 
 def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:

@@ -7,6 +7,7 @@ import numpy as np
 from cramlite.geometry import Pose
 from cramlite.rollout import Rollout
 
+from .both_hands import be_busy, from_above, hand_over
 from .demonstration import Scene, carry, close, extent, half_extents, let_go, pull_off, reach
 from .habits import (
     GLITCH,
@@ -31,12 +32,16 @@ THREADED = 0.008
 
 def fetch(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     """Take the object off the peg and put it into the container."""
-    own = _come(person, scene, grasp, distracted)
+    own = habits(person.rng, distracted=distracted)
+    _come(person, scene, grasp, own)
     pull_off(person, scene)
     if own.interrupted:
         be_interrupted(person)
     if own.put_down:
         put_down_and_take(person, scene, grasp)
+    if own.other_hand == "hand_over":
+        step_back(person, scene)
+        hand_over(person, scene, grasp, from_above(scene.product.pose, scene.product))
     if person.rng.random() < own.pause:
         detour(person)
     carry(person, scene)
@@ -45,8 +50,16 @@ def fetch(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False
 
 def hang(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     """Take the object from where it stands and thread it onto the peg."""
-    own = _come(person, scene, grasp, distracted)
-    lift(person)
+    own = habits(person.rng, distracted=distracted)
+    if own.other_hand == "hand_over":
+        above = from_above(scene.product.pose, scene.product)
+        person.change_hands()
+        _come(person, scene, above, own)
+        lift(person)
+        hand_over(person, scene, above, grasp)
+    else:
+        _come(person, scene, grasp, own)
+        lift(person)
     if own.interrupted:
         be_interrupted(person)
     if own.put_down:
@@ -59,10 +72,17 @@ def hang(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False)
     leave(person, scene, grasp)
 
 
-def _come(person: Person, scene: Scene, grasp: Pose, distracted: bool) -> Habits:
+def step_back(person: Person, scene: Scene) -> None:
+    """Where the other hand has room, away from the wall."""
+    back = np.add(person.aim.position, scene.along * person.between(0.08, 0.12))
+    person.move([Pose(tuple(back), person.aim.quaternion)], person.between(0.15, 0.3))
+
+
+def _come(person: Person, scene: Scene, grasp: Pose, own: Habits) -> None:
     """Until the hand holds the object."""
-    own = habits(person.rng, distracted=distracted)
     temper(person)
+    if own.other_hand == "busy":
+        be_busy(person, scene)
     if own.wrong_way:
         go_wrong(person, scene, grasp)
     if own.second_look:
@@ -72,7 +92,6 @@ def _come(person: Person, scene: Scene, grasp: Pose, distracted: bool) -> Habits
     if own.regrasp:
         take_again(person, scene, grasp)
     pause(person, own)
-    return own
 
 
 def in_container(person: Person, scene: Scene) -> bool:
