@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import UserError
+from .plugin_choice import INSTALLED, PluginChoice
 from .resources import find_scenario
 
 if TYPE_CHECKING:
     from .scenario import Scenario
 
 
-def check_file(name: str, plugins: Sequence[Path] = (), block: Sequence[str] = (), prefer: Sequence[str] = ()) -> int:
+def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
     """Check a scenario, a rule file or a program, and print what was found.
 
     Returns:
@@ -26,10 +26,10 @@ def check_file(name: str, plugins: Sequence[Path] = (), block: Sequence[str] = (
     if path.suffix in (".ttl", ".owl", ".rdf"):
         raise UserError(f"'{path}' is an ontology; 'cramlite ontology check {path}' checks it.")
     if path.suffix in (".script", ".urscript"):
-        return _check_program(path, plugins, block, prefer)
+        return _check_program(path, plugins)
     if path.suffix in (".yaml", ".yml") and path.is_file() and _is_rule(path):
-        return _check_rule(path, plugins, block, prefer)
-    return _check_scenario(find_scenario(name), plugins, block, prefer)
+        return _check_rule(path, plugins)
+    return _check_scenario(find_scenario(name), plugins)
 
 
 def _is_rule(path: Path) -> bool:
@@ -39,24 +39,23 @@ def _is_rule(path: Path) -> bool:
     return isinstance(data, dict) and "task" in data and "scenario" not in data
 
 
-def _check_rule(path: Path, plugins: Sequence[Path], block: Sequence[str], prefer: Sequence[str]) -> int:
+def _check_rule(path: Path, plugins: PluginChoice) -> int:
     from .knowledge import Knowledge
-    from .registry import Registry
     from .rules import load_rules
 
-    knowledge = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer)))
+    knowledge = Knowledge(plugins.registry())
     (rule,) = load_rules([path], knowledge.predicates, knowledge.taxonomy)
     print(f"{path}: the rule of {rule.task}, {len(rule.clauses)} conditions, roles {', '.join(rule.roles) or 'none'}")
     return 0
 
 
-def _check_scenario(path: Path, plugins: Sequence[Path], block: Sequence[str], prefer: Sequence[str]) -> int:
+def _check_scenario(path: Path, plugins: PluginChoice) -> int:
     from .pipeline import make_engine
     from .scenario import read_scenario
     from .trace import Trace
 
     scenario = read_scenario(path)
-    engine = make_engine(scenario, plugins, block, prefer)
+    engine = make_engine(scenario, plugins)
     setting = engine.setting(scenario)
     things = len(setting.world.things)
     start = _start(scenario) if scenario.spec.demonstration is not None else ""
@@ -84,15 +83,14 @@ def _start(scenario: Scenario) -> str:
     return f"the demonstration '{name}'"
 
 
-def _check_program(path: Path, plugins: Sequence[Path], block: Sequence[str], prefer: Sequence[str]) -> int:
+def _check_program(path: Path, plugins: PluginChoice) -> int:
     from .knowledge import Knowledge
-    from .registry import Registry
 
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"The program '{path}' cannot be read: {error}.") from error
-    simulator = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer))).simulator
+    simulator = Knowledge(plugins.registry()).simulator
     doubts = list(simulator.inspect(text))
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from .arguments import parser
 from .errors import CramliteError, PluginError, UserError
+from .plugin_choice import PluginChoice
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -46,6 +47,10 @@ def _bug(error: Exception) -> str:
     return f"a defect at {place}: {type(error).__name__}: {said}. Set CRAMLITE_DEBUG=1 to see the calls that led to it, and report it."
 
 
+def _plugin_choice(arguments: argparse.Namespace) -> PluginChoice:
+    return PluginChoice(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
+
+
 def _resolve(arguments: argparse.Namespace) -> int:
     from .pipeline import resolve_scenario
 
@@ -55,19 +60,16 @@ def _resolve(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         backend=arguments.backend,
         demonstration=arguments.demonstration,
-        plugins=arguments.plugin,
-        block=arguments.block,
-        prefer=arguments.prefer,
+        plugins=_plugin_choice(arguments),
         report=not arguments.no_report,
         json_output=arguments.json,
     )
 
 
 def _interpret(arguments: argparse.Namespace) -> int:
-    from .engine import Engine
     from .explain import as_json, interpretation_text, repairs_json
 
-    engine = Engine(files=arguments.plugin, blocked=arguments.block, preferred=arguments.prefer)
+    engine = _plugin_choice(arguments).engine()
     episode = engine.read_episode(arguments.episode)
     found = engine.interpret(episode)
     if arguments.why:
@@ -85,11 +87,10 @@ def _interpret(arguments: argparse.Namespace) -> int:
 
 
 def _query(arguments: argparse.Namespace) -> int:
-    from .engine import Engine
     from .explain import as_json
     from .query import ask, query_text, table, to_json
 
-    engine = Engine(files=arguments.plugin, blocked=arguments.block, preferred=arguments.prefer)
+    engine = _plugin_choice(arguments).engine()
     episodes = [engine.read_episode(path) for path in arguments.episode]
     found = ask(query_text(arguments.sparql), engine.knowledge.ontology_paths, episodes, engine.registry)
     print(as_json(to_json(found)) if arguments.json else table(found))
@@ -100,9 +101,8 @@ def _ontology(arguments: argparse.Namespace) -> int:
     from .explain import as_json
     from .knowledge import Knowledge
     from .ontology_check import check_ontology, report_lines
-    from .registry import Registry
 
-    registry = Registry(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
+    registry = _plugin_choice(arguments).registry()
     report = check_ontology(arguments.files or Knowledge(registry).ontology_paths, arguments.against)
     print(as_json(report) if arguments.json else "\n".join(report_lines(report)))
     return 0 if report.sound else 2
@@ -115,9 +115,7 @@ def _record(arguments: argparse.Namespace) -> int:
         arguments.scenario,
         seed=arguments.seed,
         out=arguments.out,
-        plugins=arguments.plugin,
-        block=arguments.block,
-        prefer=arguments.prefer,
+        plugins=_plugin_choice(arguments),
     )
 
 
@@ -130,9 +128,7 @@ def _execute(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         out=arguments.out,
         episode=not arguments.no_episode,
-        plugins=arguments.plugin,
-        block=arguments.block,
-        prefer=arguments.prefer,
+        plugins=_plugin_choice(arguments),
         json_output=arguments.json,
     )
 
@@ -146,9 +142,7 @@ def _controller(arguments: argparse.Namespace) -> int:
         seconds=arguments.seconds,
         idle=arguments.idle,
         seed=arguments.seed,
-        plugins=arguments.plugin,
-        block=arguments.block,
-        prefer=arguments.prefer,
+        plugins=_plugin_choice(arguments),
     )
 
 
@@ -165,9 +159,7 @@ def _experiment(arguments: argparse.Namespace) -> int:
         pictures=not arguments.no_pictures,
         keep_baseline=arguments.keep_baseline,
         json_output=arguments.json,
-        plugins=arguments.plugin,
-        block=arguments.block,
-        prefer=arguments.prefer,
+        plugins=_plugin_choice(arguments),
     )
 
 
@@ -180,9 +172,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
         wants=tuple(w for w in arguments.wants.split(",") if w),
         seed=arguments.seed,
         out=arguments.out,
-        plugins=arguments.plugin,
-        block=arguments.block,
-        prefer=arguments.prefer,
+        plugins=_plugin_choice(arguments),
         json_output=arguments.json,
     )
 
@@ -190,7 +180,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
 def _check(arguments: argparse.Namespace) -> int:
     from .checking import check_file
 
-    return check_file(arguments.file, plugins=arguments.plugin, block=arguments.block, prefer=arguments.prefer)
+    return check_file(arguments.file, plugins=_plugin_choice(arguments))
 
 
 def _schema(arguments: argparse.Namespace) -> int:
@@ -211,9 +201,8 @@ def _new(arguments: argparse.Namespace) -> int:
 def _tasks(arguments: argparse.Namespace) -> int:
     from .explain import as_json, tasks_json, tasks_text
     from .knowledge import Knowledge
-    from .registry import Registry
 
-    registry = Registry(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
+    registry = _plugin_choice(arguments).registry()
     tasks = Knowledge(registry).tasks.values()
     print(as_json(tasks_json(tasks)) if arguments.json else tasks_text(tasks))
     for fault in dict.fromkeys(str(f) for f in registry.faults):
@@ -223,9 +212,8 @@ def _tasks(arguments: argparse.Namespace) -> int:
 
 def _plugins(arguments: argparse.Namespace) -> int:
     from .explain import as_json, plugins_json, plugins_text
-    from .registry import Registry
 
-    registry = Registry(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
+    registry = _plugin_choice(arguments).registry()
     registry.examine()
     print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry))
     return 3 if registry.faults else 0

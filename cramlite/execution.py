@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .errors import NoSolution, UserError
 from .explain import as_json, rollout_json, rollout_text
+from .plugin_choice import INSTALLED, PluginChoice
 from .resources import find_scenario
 from .rollout_file import save_rollout
 from .scenario import read_scenario
@@ -26,9 +26,7 @@ def execute_program(
     seed: int = 0,
     out: Path | None = None,
     episode: bool = True,
-    plugins: Sequence[Path] = (),
-    block: Sequence[str] = (),
-    prefer: Sequence[str] = (),
+    plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
     """Run a program's text on the controller model and say how it ended.
@@ -46,9 +44,8 @@ def execute_program(
         UserError: a file that cannot be used.
     """
     from .knowledge import Knowledge
-    from .registry import Registry
 
-    knowledge = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer)))
+    knowledge = Knowledge(plugins.registry())
     if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
     text, place = _text(program), read_world(world, knowledge, seed)
@@ -70,9 +67,7 @@ def serve_controller(
     seconds: float,
     idle: float,
     seed: int = 0,
-    plugins: Sequence[Path] = (),
-    block: Sequence[str] = (),
-    prefer: Sequence[str] = (),
+    plugins: PluginChoice = INSTALLED,
 ) -> int:
     """Open a virtual robot controller's ports on loopback, and print what its programs log.
 
@@ -80,9 +75,8 @@ def serve_controller(
         UserError: the world cannot be used, or a port is taken.
     """
     from .knowledge import Knowledge
-    from .registry import Registry
 
-    knowledge = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer)))
+    knowledge = Knowledge(plugins.registry())
     place = read_world(world, knowledge, seed)
     if not place.robots:
         raise UserError(f"The world '{world}' has no robot, so there is nothing to control.")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
@@ -15,6 +14,7 @@ from .engine import Engine, Setting, Solution
 from .episode import Episode
 from .errors import NoSolution, PluginError, UserError, nearest
 from .explain import as_json, failure_text, solution_text
+from .plugin_choice import INSTALLED, PluginChoice
 from .registry import plugin_names
 from .resources import find_scenario
 from .run import RunDirectory, content_key, read_json
@@ -31,9 +31,7 @@ def resolve_scenario(
     seed: int = 0,
     backend: str | None = None,
     demonstration: Path | None = None,
-    plugins: Sequence[Path] = (),
-    block: Sequence[str] = (),
-    prefer: Sequence[str] = (),
+    plugins: PluginChoice = INSTALLED,
     report: bool = True,
     json_output: bool = False,
 ) -> int:
@@ -48,7 +46,7 @@ def resolve_scenario(
         UserError: the scenario cannot be used.
     """
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
-    engine = make_engine(scenario, plugins, block, prefer)
+    engine = make_engine(scenario, plugins)
     setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
     _say_notes(setting)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
@@ -127,9 +125,7 @@ def record_demonstration(
     *,
     seed: int,
     out: Path,
-    plugins: Sequence[Path] = (),
-    block: Sequence[str] = (),
-    prefer: Sequence[str] = (),
+    plugins: PluginChoice = INSTALLED,
 ) -> int:
     """Record a demonstration of a scenario and write it as a NEEM.
 
@@ -139,7 +135,7 @@ def record_demonstration(
     scenario = read_scenario(find_scenario(name))
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
-    episode = record_episode(scenario, make_engine(scenario, plugins, block, prefer), seed=seed, out=out)
+    episode = record_episode(scenario, make_engine(scenario, plugins), seed=seed, out=out)
     print(
         f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
     )
@@ -163,25 +159,22 @@ def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) 
     return episode
 
 
-def make_engine(
-    scenario: Scenario, plugins: Sequence[Path] = (), block: Sequence[str] = (), prefer: Sequence[str] = ()
-) -> Engine:
+def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
     """An engine with what the command line and the scenario ask for.
 
     Raises:
         UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
     """
     named = bool(scenario.spec.block or scenario.spec.prefer)
-    known = plugin_names(plugins) if named else set()
+    known = plugin_names(plugins.files) if named else set()
     for key, names in (("block", scenario.spec.block), ("prefer", scenario.spec.prefer)):
         for k, name in enumerate(names):
             if name not in known:
                 raise UserError(
                     f"{scenario.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}."
                 )
-    ontologies = [scenario.beside(o) for o in scenario.spec.ontologies]
-    blocked, preferred = (*block, *scenario.spec.block), (*prefer, *scenario.spec.prefer)
-    return Engine(files=plugins, blocked=blocked, preferred=preferred, ontologies=ontologies)
+    ontologies = tuple(scenario.beside(o) for o in scenario.spec.ontologies)
+    return plugins.but(scenario.spec.block, scenario.spec.prefer).engine(ontologies)
 
 
 def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:

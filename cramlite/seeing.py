@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from .geometry import Pose
 from .knowledge import pick
 from .looking import ask, pictures
 from .object_query import parse_query
+from .plugin_choice import INSTALLED, PluginChoice
 from .resources import find_scenario
 from .scenario import read_scenario
 from .scenario_world import build_world, real_world
@@ -37,9 +38,7 @@ def perceive_view(
     wants: tuple[str, ...] = ("type", "pose"),
     seed: int = 0,
     out: Path | None = None,
-    plugins: Sequence[Path] = (),
-    block: Sequence[str] = (),
-    prefer: Sequence[str] = (),
+    plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
     """Answer a query about a scenario's camera, or about a recorded view.
@@ -58,9 +57,7 @@ def perceive_view(
         NoPipeline: the experts cannot answer it.
         UserError: a query or a source that cannot be used.
     """
-    from .engine import Engine
-
-    engine = Engine(files=plugins, blocked=block, preferred=prefer)
+    engine = plugins.engine()
     knowledge = engine.knowledge
     outputs = {o for e in knowledge.experts if e.scope != "view" for o in e.outputs}
     query = replace(parse_query(text, knowledge.taxonomy, outputs), wanted=wants)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ..errors import NoSolution
 from ..explain import as_json
+from ..plugin_choice import INSTALLED, PluginChoice
 from ..run import write_whole
 from .page import page
 from .report import BASELINE, against_baseline, baseline, below, text, to_csv, to_json
@@ -28,9 +29,7 @@ def experiment_command(
     pictures: bool = True,
     keep_baseline: bool = False,
     json_output: bool = False,
-    plugins: Sequence[Path] = (),
-    block: Sequence[str] = (),
-    prefer: Sequence[str] = (),
+    plugins: PluginChoice = INSTALLED,
 ) -> int:
     """Run an experiment to its end.
 
@@ -43,10 +42,10 @@ def experiment_command(
     """
     experiment = read_experiment(find_experiment(name))
     experiment.ablation(without)
-    own = (tuple(p.resolve() for p in plugins), tuple(block), tuple(prefer))
+    own = replace(plugins, files=tuple(p.resolve() for p in plugins.files))
     what = _what(set_name, short, without)
     place = out or Path("runs") / f"{experiment.spec.experiment}-{what}"
-    order = Order(experiment, set_name, place, check_workers(workers), short, without, pictures, *own)
+    order = Order(experiment, set_name, place, check_workers(workers), short, without, pictures, own)
     results = run_experiment(order, speak)
     whole = tables(results, experiment.spec.published if set_name == "main" and not short else None)
     stored = experiment.beside(BASELINE)

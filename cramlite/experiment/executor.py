@@ -22,7 +22,7 @@ from pydantic import TypeAdapter
 from ..errors import CramliteError, UserError
 from ..execution import read_world
 from ..knowledge import Knowledge
-from ..registry import Registry
+from ..plugin_choice import INSTALLED, PluginChoice
 from ..rollout import Rollout
 from ..rollout_file import load_rollout, save_rollout
 from ..world import World
@@ -37,11 +37,10 @@ class Executor:
     """The other process; started when it is first asked, and again when it died.
 
     Args:
-        plugins, block: further plugin files, and plugins that are not loaded.
+        plugins: of its engine.
     """
 
-    plugins: Sequence[Path] = ()
-    block: Sequence[str] = ()
+    plugins: PluginChoice = INSTALLED
     _process: subprocess.Popen[str] | None = field(default=None, repr=False)
 
     def run(self, text: str, suffix: str, world: World, seed: int) -> tuple[Rollout, float]:
@@ -85,8 +84,9 @@ class Executor:
 
     def _start(self) -> subprocess.Popen[str]:
         words = [
-            *(w for p in self.plugins for w in ("--plugin", str(p))),
-            *(w for b in self.block for w in ("--block", b)),
+            *(w for p in self.plugins.files for w in ("--plugin", str(p))),
+            *(w for b in self.plugins.blocked for w in ("--block", b)),
+            *(w for p in self.plugins.preferred for w in ("--prefer", p)),
         ]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         return subprocess.Popen(
@@ -122,9 +122,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="cramlite.experiment.executor", description=main.__doc__)
     parser.add_argument("--plugin", type=Path, action="append", default=[])
     parser.add_argument("--block", action="append", default=[])
+    parser.add_argument("--prefer", action="append", default=[])
     chosen = parser.parse_args(arguments)
+    plugins = PluginChoice(tuple(chosen.plugin), tuple(chosen.block), tuple(chosen.prefer))
     answers, sys.stdout = sys.stdout, sys.stderr  # what plugins print is no answer
-    serve(sys.stdin, answers, Knowledge(Registry(tuple(chosen.plugin), tuple(chosen.block))))
+    serve(sys.stdin, answers, Knowledge(plugins.registry()))
     return 0
 
 

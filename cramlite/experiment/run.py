@@ -16,6 +16,7 @@ from typing import Any
 
 from .. import __version__
 from ..errors import UserError
+from ..plugin_choice import INSTALLED, PluginChoice
 from ..resources import find_scenario
 from ..run import RunDirectory, content_key
 from ..scenario import read_scenario
@@ -37,7 +38,7 @@ class Order:
         out: the run directory.
         workers: processes.
         pictures: draw how each execution ended.
-        plugins, block, prefer: further plugin files, and plugins that are not loaded, or asked first.
+        plugins: of the engine.
     """
 
     experiment: Experiment
@@ -47,9 +48,7 @@ class Order:
     short: bool = False
     without: str | None = None
     pictures: bool = True
-    plugins: tuple[Path, ...] = ()
-    block: tuple[str, ...] = ()
-    prefer: tuple[str, ...] = ()
+    plugins: PluginChoice = INSTALLED
 
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
@@ -65,8 +64,6 @@ class Order:
             self.without,
             self.pictures,
             self.plugins,
-            self.block,
-            self.prefer,
         )
 
 
@@ -100,7 +97,7 @@ def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[Demonstrat
 def run_key(order: Order) -> dict[str, Any]:
     """What the results depend on: files, seeds, code. How many workers there are is none of it."""
     experiment = order.experiment
-    place = bench(experiment.path.resolve(), order.set_name, order.without, order.plugins, order.block, order.prefer)
+    place = bench(experiment.path.resolve(), order.set_name, order.without, order.plugins)
     chosen = experiment.choose(order.set_name)
     scenario = read_scenario(find_scenario(str(experiment.beside(chosen.scenario or experiment.spec.scenario))))
     ablation = experiment.ablation(order.without)

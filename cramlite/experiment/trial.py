@@ -18,6 +18,7 @@ from ..episode import Episode
 from ..errors import UserError
 from ..pipeline import record_episode
 from ..plan import TaskCall, plan_from_episode
+from ..plugin_choice import INSTALLED, PluginChoice
 from ..plugin_types import Candidate
 from ..proof import judge
 from ..ranking import TaskSequence
@@ -42,7 +43,7 @@ class Trial:
         set_name, without: which demonstrations, and the ablation.
         directory: of the run.
         pictures: whether to draw how each execution ended.
-        plugins, block, prefer: further plugin files, and plugins that are not loaded, or asked first.
+        plugins: of the engine.
     """
 
     experiment: Path
@@ -51,9 +52,7 @@ class Trial:
     directory: Path
     without: str | None = None
     pictures: bool = True
-    plugins: tuple[Path, ...] = ()
-    block: tuple[str, ...] = ()
-    prefer: tuple[str, ...] = ()
+    plugins: PluginChoice = INSTALLED
 
 
 @dataclass(frozen=True)
@@ -72,27 +71,20 @@ def bench(
     path: Path,
     set_name: str,
     without: str | None,
-    plugins: tuple[Path, ...] = (),
-    block: tuple[str, ...] = (),
-    prefer: tuple[str, ...] = (),
+    plugins: PluginChoice = INSTALLED,
 ) -> Bench:
     """The engine of an experiment, built once a process."""
     experiment = read_experiment(path)
-    ablation, chosen = experiment.ablation(without), experiment.choose(set_name)
-    scenario = read_scenario(experiment.beside(chosen.scenario or experiment.spec.scenario))
-    files = [*plugins, *([experiment.beside(ablation.plugin)] if ablation.plugin else [])]
+    ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
+    scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))
+    taken = (experiment.beside(ablation.plugin),) if ablation.plugin else ()
+    chosen = plugins.but(scenario.spec.block, scenario.spec.prefer)
     rules = experiment.beside(ablation.rules) if ablation.rules else None
-    ontologies = [scenario.beside(o) for o in scenario.spec.ontologies]
-    engine = Engine(
-        files=files,
-        blocked=(*block, *scenario.spec.block),
-        preferred=(*prefer, *scenario.spec.prefer),
-        ontologies=ontologies,
-        rules=rules,
-    )
+    ontologies = tuple(scenario.beside(o) for o in scenario.spec.ontologies)
+    engine = replace(chosen, files=(*chosen.files, *taken)).engine(ontologies, rules)
     watch = Stopwatch()
     engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate", episode="detect")
-    return Bench(experiment, scenario, engine, Executor(plugins, (*block, *scenario.spec.block)), watch)
+    return Bench(experiment, scenario, engine, Executor(chosen), watch)
 
 
 def run_trial(trial: Trial) -> DemonstrationResult:
@@ -106,7 +98,7 @@ def run_trial(trial: Trial) -> DemonstrationResult:
     if done is not None:
         return done
     store.began(trial.demonstration.name)
-    place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins, trial.block, trial.prefer)
+    place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins)
     result = _demonstrated(trial, store, place)
     store.save(trial.demonstration.name, "result", result)
     store.ended(trial.demonstration.name)

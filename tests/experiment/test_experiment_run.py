@@ -17,6 +17,7 @@ from cramlite import UserError
 from cramlite.experiment.run import Order, run_experiment
 from cramlite.experiment.spec import find_experiment, read_experiment
 from cramlite.experiment.store import Store
+from cramlite.plugin_choice import PluginChoice
 
 FOLDER = find_experiment("fetch_from_hanger").parent
 
@@ -38,7 +39,7 @@ def experiment(tmp_path: Path) -> Path:
 
 
 def order(experiment: Path, out: Path, workers: int = 1, *plugins: Path) -> Order:
-    return Order(read_experiment(experiment / "experiment.yaml"), "main", out, workers, plugins=plugins, pictures=False)
+    return Order(read_experiment(experiment / "experiment.yaml"), "main", out, workers, plugins=PluginChoice(plugins), pictures=False)
 
 
 def told(out: Path) -> dict[str, object]:

@@ -1,0 +1,56 @@
+"""Which plugins an engine has, as the command line or an embedder chooses them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .engine import Engine
+    from .registry import Registry
+
+
+@dataclass(frozen=True)
+class PluginChoice:
+    """A choice among plugins; a plain value that any process can be given.
+
+    Args:
+        files: plugin modules to load by path.
+        blocked: names of plugins that are not loaded.
+        preferred: names of plugins that are asked first.
+    """
+
+    files: tuple[Path, ...] = ()
+    blocked: tuple[str, ...] = ()
+    preferred: tuple[str, ...] = ()
+
+    def but(self, blocked: tuple[str, ...], preferred: tuple[str, ...]) -> PluginChoice:
+        """This choice, and the names that a scenario adds to it."""
+        return PluginChoice(self.files, (*self.blocked, *blocked), (*self.preferred, *preferred))
+
+    def registry(self) -> Registry:
+        """A registry of these plugins.
+
+        Raises:
+            UserError: a file or a name that there is not, or one that is both blocked and preferred.
+        """
+        from .registry import Registry
+
+        return Registry(self.files, self.blocked, self.preferred)
+
+    def engine(self, ontologies: tuple[Path, ...] = (), rules: Path | None = None) -> Engine:
+        """An engine with these plugins; its arguments are those of `Engine`.
+
+        Raises:
+            UserError: as `registry`.
+        """
+        from .engine import Engine
+
+        return Engine(
+            files=self.files, blocked=self.blocked, preferred=self.preferred, ontologies=ontologies, rules=rules
+        )
+
+
+INSTALLED = PluginChoice()
+"""Every plugin that is installed, and no other."""
