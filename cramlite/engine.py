@@ -31,6 +31,7 @@ from .verdict import Verdict
 from .world import World
 
 if TYPE_CHECKING:
+    from .look_queries import Queries
     from .looking import Look
 
 Progress = Callable[[str], None]
@@ -190,9 +191,22 @@ class Engine:
         if scenario.spec.poses == "camera":
             from .looking import look
 
-            seen = look(scenario, world, real or world, robot, self.knowledge, seed)
+            furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
+            wanted = self._wanted(scenario, Setting(scenario.name, furniture, (), robot, writer, seed))
+            seen = look(scenario, wanted, world, real or world, robot, self.knowledge, seed)
             return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen)
         return Setting(scenario.name, world, relations, robot, writer, seed, real)
+
+    def _wanted(self, scenario: Scenario, before: Setting) -> Queries:
+        """What is to be looked for: what the scenario's camera is told, else what the likeliest plan is about."""
+        from .look_queries import queries_of
+        from .object_query import parse_query
+
+        camera, taxonomy = scenario.spec.camera, self.knowledge.taxonomy
+        if camera is not None and camera.look:
+            return tuple((parse_query(text, taxonomy),) for text in camera.look)
+        plan = next((p for p, _ in self._plans(scenario, before, Trace(), lambda _: None)), None)
+        return queries_of(plan, before.world, taxonomy) if plan else ()
 
     def _check_world(self, scenario: Scenario, world: World) -> None:
         """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
@@ -318,8 +332,8 @@ class Engine:
         """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
         mount = setting.world.robots[0]
         context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
-        cameras = (setting.look.camera,) if setting.look else setting.world.cameras
-        context = replace(context, camera=next(iter(cameras), None))
+        took = setting.look.camera if setting.look else None
+        context = replace(context, camera=took or next(iter(setting.world.cameras), None))
         search = Search(
             self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress
         )

@@ -1,12 +1,12 @@
 """Looking before planning: what is believed of a scenario's world is what its camera sees of it.
 
-Furniture is known from the map; things that can be moved are known only as far as they are perceived.
+Furniture is known from the map; things that can be moved are known only as far as they are perceived, and what is seen
+but not recognised is in the way.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any
@@ -15,8 +15,9 @@ from .belief import Estimate, Relation, initial_belief
 from .designators import Action, Location
 from .errors import NoSolution, UserError
 from .experts import Judged
-from .object_query import RELATIONS, UNKNOWN, ObjectQuery, parse_query
-from .perception import Perceived, Percept, perceive
+from .object_query import RELATIONS, ObjectQuery
+from .perception import Perceived, perceive
+from .recognised import SIGMA, believed, estimate, facts, renamed, surety
 from .scenario import Scenario
 from .scenario_world import camera_of
 from .world import Camera, Thing, World
@@ -25,18 +26,12 @@ if TYPE_CHECKING:
     from .knowledge import Knowledge
     from .robots import Robot
     from .state import State
-    from .view import View
+    from .view import Depth, View
 
 WANTED = ("type", "relations", "pose", "instance", "refined")
-SIGMA = 0.002
-"""Standard deviation of a perceived position [m]: twice the median error of confident poses at 0.6 m
-(docs/explanation/figures.md), which leaves room for the tail."""
 SURE, VIEWS = 0.6, 3
 """Where a pose is less sure than this, the camera looks from elsewhere, this many times in all: of scores over 0.6 few are
 wrong (docs/explanation/figures.md)."""
-SAME = 0.10
-"""A thing whose centre is farther than this from where one is believed is another one [m]: the least distance of
-neighbouring products is 70 mm along a peg, 160 mm across."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +43,7 @@ class Picture:
         camera: that took it.
         fixtures: things whose poses the map gives.
         state: what the robot had done until then; None for a fixed camera.
+        robot: the depth at which the camera would see the robot itself as it stands, NaN beside it [m].
         perceived: what the experts say of it; None before they were asked.
     """
 
@@ -55,6 +51,7 @@ class Picture:
     camera: Camera
     fixtures: tuple[Thing, ...]
     state: State | None = None
+    robot: Depth | None = None
     perceived: Perceived | None = None
 
 
@@ -64,33 +61,45 @@ class Look:
 
     Args:
         pictures: in the order in which they were taken.
-        world: furniture, and the things that were recognised.
+        known: furniture, and the things that were recognised.
         relations: facts about these.
         estimates: of the perceived poses.
         real: the world as it is; things that were recognised have the names they are believed under.
+        obstacles: bodies around what was seen and not recognised.
     """
 
     pictures: tuple[Picture, ...]
-    world: World
+    known: World
     relations: tuple[Relation, ...]
     estimates: Mapping[str, Estimate]
     real: World
+    obstacles: tuple[Thing, ...] = ()
 
     @property
-    def camera(self) -> Camera:
-        return self.pictures[-1].camera
+    def world(self) -> World:
+        """All that is believed to be there."""
+        return replace(self.known, things=(*self.known.things, *self.obstacles))
+
+    @property
+    def camera(self) -> Camera | None:
+        """That took the last picture; None where there was nothing to look for."""
+        return self.pictures[-1].camera if self.pictures else None
 
     @property
     def state(self) -> State | None:
         """Where the robot stands since the last picture, and the steps that led there."""
-        return self.pictures[-1].state
+        return self.pictures[-1].state if self.pictures else None
 
 
-def look(scenario: Scenario, world: World, real: World, robot: Robot, knowledge: Knowledge, seed: int) -> Look:
-    """For each query of the scenario's camera: bring it to where it sees the places that the query names, take a picture
+def look(
+    scenario: Scenario, wanted: Sequence[Sequence[ObjectQuery]], world: World, real: World, robot: Robot,
+    knowledge: Knowledge, seed: int,
+) -> Look:  # fmt: skip
+    """For each thing that is looked for: bring the camera to where it sees the places that a query names, take a picture
     of the real world, and believe what the experts say of it.
 
     Args:
+        wanted: for each, queries in the order in which they are asked until one is answered.
         world: as the scenario describes it; of this, only furniture is believed.
 
     Raises:
@@ -98,44 +107,66 @@ def look(scenario: Scenario, world: World, real: World, robot: Robot, knowledge:
         NoPipeline: the experts cannot answer it.
         NoSolution: the camera cannot be brought there.
     """
-    assert scenario.spec.camera is not None
     furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
     seen = Look((), furniture, (), {}, real)
-    for text in scenario.spec.camera.look or ("",):
-        query = replace(parse_query(text, knowledge.taxonomy), wanted=WANTED)
-        earlier = {t.name: (t.type, t.pose.position) for t in seen.world.things if t.movable}
-        best: tuple[float, Picture | None] = (-1.0, None)
-        views = pictures(scenario, query, seen.world, real, robot, knowledge, seed, seen.pictures)
-        for taken in islice(views, VIEWS):
-            perceived = ask(query, taken.view, taken.fixtures, knowledge, earlier=earlier)
-            best = max(best, (_surety(perceived), replace(taken, perceived=perceived)), key=lambda b: b[0])
-            if best[0] >= SURE:
+    for queries in wanted:
+        for query in queries:
+            taken = _best(scenario, replace(query, wanted=WANTED), seen, robot, knowledge, seed)
+            seen = _beware(_with(seen, taken, knowledge), knowledge)
+            if taken.perceived is not None and taken.perceived.answers:
                 break
-        assert best[1] is not None and best[1].perceived is not None
-        seen = _with(seen, best[1], best[1].perceived, knowledge)
     return replace(seen, real=renamed(real, seen.world))
 
 
-def _surety(perceived: Perceived) -> float:
-    """Of the pose that is least sure; 0 where something that could be an answer has none, 1 where nothing is seen."""
-    things = [p for p in perceived.answers if p.value("type") != UNKNOWN and not p.value("fixture")]
-    return min((p.values["pose"].judged.confidence if "pose" in p.values else 0.0 for p in things), default=1.0)
+def _best(
+    scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
+) -> Picture:
+    """A picture whose poses are sure enough, else the one in which they are surest."""
+    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if t.movable}
+    best: tuple[float, Picture | None] = (-1.0, None)
+    for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
+        perceived = ask(query, taken.view, taken.fixtures, knowledge, earlier=earlier, robot=taken.robot)
+        best = max(best, (surety(perceived), replace(taken, perceived=perceived)), key=lambda b: b[0])
+        if best[0] >= SURE:
+            break
+    assert best[1] is not None  # there is a view, or there was an error
+    return best[1]
 
 
-def _with(before: Look, taken: Picture, perceived: Perceived, knowledge: Knowledge) -> Look:
+def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
     """What is believed after one more picture."""
-    found = {n: (t, p) for p in perceived.answers if (known := _believed(p, knowledge)) for n, t in [known]}
-    fixtures, estimates = _fixtures(taken, perceived, before)
-    old = {t.name: t for t in before.world.things if t.movable}
+    assert taken.perceived is not None
+    answers = taken.perceived.answers
+    found = {n: (t, p) for p in answers if (known := believed(p, knowledge)) for n, t in [known]}
+    fixtures, estimates = _fixtures(taken, taken.perceived, before)
+    old = {t.name: t for t in before.known.things if t.movable}
     things = (*fixtures, *{**old, **{n: t for n, (t, _) in found.items()}}.values())
-    facts = (r for name, (_, percept) in found.items() for r in _facts(name, percept, fixtures))
+    new = (r for name, (_, percept) in found.items() for r in facts(name, percept, fixtures))
     return Look(
         (*before.pictures, taken),
-        replace(before.world, things=things),
-        tuple(dict.fromkeys((*before.relations, *facts))),
-        {**before.estimates, **estimates, **{name: _estimate(percept) for name, (_, percept) in found.items()}},
+        replace(before.known, things=things),
+        tuple(dict.fromkeys((*before.relations, *new))),
+        {**before.estimates, **estimates, **{name: estimate(percept) for name, (_, percept) in found.items()}},
         before.real,
     )
+
+
+def _beware(seen: Look, knowledge: Knowledge) -> Look:
+    """With what the pictures show and nothing that is known explains, as bodies that are in the way."""
+    if not any("obstacles" in e.outputs for e in knowledge.experts):
+        return seen
+    fixed, moved = (tuple(t for t in seen.known.things if t.movable == kind) for kind in (False, True))
+    found: list[Thing] = []
+    for taken in seen.pictures:
+        query, known = ObjectQuery(wanted=("obstacles",)), (*fixed, *found)
+        said = ask(query, taken.view, known, knowledge, recognised=moved, robot=taken.robot).scene.get("obstacles")
+        found += said.value if said is not None else ()
+    taken_names = {t.name for t in (*seen.known.things, *seen.real.things)}
+    free = (n for k in range(1, 10**6) if (n := f"obstacle_{k}") not in taken_names)
+    bodies = tuple(replace(t, name=next(free)) for t in found)
+    source = "camera: nothing that is known explains it"
+    estimates = {t.name: Estimate(t.pose, SIGMA, source) for t in bodies}
+    return replace(seen, obstacles=bodies, estimates={**seen.estimates, **estimates})
 
 
 def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple[Thing, ...], dict[str, Estimate]]:
@@ -152,27 +183,19 @@ def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple
 
 
 def pictures(
-    scenario: Scenario,
-    query: ObjectQuery,
-    world: World,
-    real: World,
-    robot: Robot,
-    knowledge: Knowledge,
-    seed: int,
-    before: tuple[Picture, ...] = (),
+    scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Iterator[Picture]:
     """What the scenario's camera sees of the real world, a flange camera from one place after another from which it sees
     the places of the query.
 
     Args:
-        world: as it is believed.
-        before: pictures that were taken before: the robot starts from where it took the last.
+        seen: what is believed, and the pictures that were taken before: the robot starts from where it took the last.
 
     Raises:
         UserError: the scenario has no camera.
         NoSolution: the camera cannot be brought there.
     """
-    camera, fixtures = camera_of(scenario), tuple(t for t in world.things if not t.movable)
+    camera, fixtures = camera_of(scenario), tuple(t for t in seen.known.things if not t.movable)
     if camera is None:
         raise UserError(
             f"{scenario.path}: the scenario has no camera, so nothing can be seen; add 'camera: {{mount: flange}}', or a "
@@ -180,11 +203,13 @@ def pictures(
         )
     states: Iterable[State | None] = [None]
     if camera.mount is not None:
-        states = go_and_look(places_of(query, world, knowledge), world, robot, camera, knowledge, seed, before)
+        states = go_and_look(places_of(query, seen.known, knowledge), seen, robot, camera, knowledge, seed)
+    empty, robots, look_at = replace(seen.real, things=()), knowledge.robots, knowledge.simulator.look
     for number, state in enumerate(states, 1):
         placed = replace(camera, joints=state.belief.joints) if state else camera
-        noise = seed + 7919 * len(before) + 104729 * number
-        yield Picture(knowledge.simulator.look(real, knowledge.robots, placed, seed=noise), placed, fixtures, state)
+        noise = seed + 7919 * len(seen.pictures) + 104729 * number
+        own = look_at(empty, robots, replace(placed, noise=False), seed=0).depth
+        yield Picture(look_at(seen.real, robots, placed, seed=noise), placed, fixtures, state, own)
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
@@ -197,13 +222,7 @@ def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tup
 
 
 def go_and_look(
-    around: tuple[str, ...],
-    world: World,
-    robot: Robot,
-    camera: Camera,
-    knowledge: Knowledge,
-    seed: int,
-    before: tuple[Picture, ...] = (),
+    around: tuple[str, ...], seen: Look, robot: Robot, camera: Camera, knowledge: Knowledge, seed: int
 ) -> Iterator[State]:
     """The task LookingFor, resolved in a world of which only furniture, and what was seen before, is known: motions to
     where the camera sees some places, as program steps, one alternative after another.
@@ -217,13 +236,15 @@ def go_and_look(
     from .state import State
     from .trace import Trace
 
-    mount, trace, done = world.robots[0], Trace(), before[-1].state if before else None
-    belief = initial_belief(world, mount.name, done.belief.joints if done else robot.home, robot.gripper.opening[1])
+    mount, trace, done = seen.known.robots[0], Trace(), seen.state
+    joints = done.belief.joints if done else robot.home
+    belief = initial_belief(seen.world, mount.name, joints, robot.gripper.opening[1], seen.relations)
+    belief = replace(belief, poses={**belief.poses, **seen.estimates})
     context = Context(robot, mount, {}, knowledge.taxonomy, seed=seed, camera=camera)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace)
-    name = f"view_{len(before) + 1}"
+    name = f"view_{len(seen.pictures) + 1}"
     action = Action(
-        f"0.LookingFor_{len(before) + 1}", "soma:LookingFor", goal=Location(name, "view", parameters={"around": around})
+        f"0.LookingFor_{len(seen.pictures) + 1}", "soma:LookingFor", goal=Location(name, "view", parameters={"around": around})
     )
     start = replace(done or State((), belief), agenda=(action,), belief=belief, choices=())
     found = search.solve(start)
@@ -251,46 +272,3 @@ def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: 
         return str(knowledge.registry.fault(owners.get(expert, expert), "experts", expert, error))
 
     return perceive(query, knowledge.experts, priors, knowledge.taxonomy, fault)
-
-
-def _believed(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
-    """A recognised object as a thing of the world; None for what no model explains, or has no pose."""
-    model = next((t for t in knowledge.products if t.name == percept.value("model")), None)
-    pose, name = percept.value("pose"), percept.value("instance")
-    if model is None or pose is None or name is None:
-        return None
-    return name, replace(model, name=name, pose=pose)
-
-
-def _estimate(percept: Percept) -> Estimate:
-    said = percept.values["pose"]
-    sure = said.judged.confidence
-    source = f"camera: {percept.value('model')} by expert {said.expert}, confidence {sure:.2f}"
-    return Estimate(said.value, SIGMA / max(sure, 0.1), source)
-
-
-def _facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Relation, ...]:
-    known = {t.name for t in fixtures}
-    facts = percept.value("relations", ())
-    hanging = {n for p, n, _ in facts if p == "hangs_on"}
-    return tuple((p, name, n) for p, n, _ in facts if n in known and not (p == "on" and n in hanging))
-
-
-def renamed(real: World, believed: World) -> World:
-    """The real world under the names of the believed one, for judges: a believed thing is the nearest real one.
-
-    Nobody who decides sees this: physics and controllers do not know names.
-    """
-    mine = {t.name: t for t in believed.things if t.movable}
-    theirs = {t.name: t for t in real.things if t.movable}
-    pairs = sorted(
-        (math.dist(a.pose.position, b.pose.position), a.name, b.name) for a in mine.values() for b in theirs.values()
-    )
-    names: dict[str, str] = {}
-    for gap, own, other in pairs:
-        if gap <= SAME and own not in names.values() and other not in names:
-            names[other] = own
-    taken = {t.name for t in believed.things}
-    for other in theirs:
-        names.setdefault(other, other if other not in taken else f"unseen_{other}")
-    return replace(real, things=tuple(replace(t, name=names.get(t.name, t.name)) for t in real.things))

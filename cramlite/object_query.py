@@ -85,8 +85,8 @@ class ObjectQuery:
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Every value that an answer takes, those that decide first."""
-        return tuple(dict.fromkeys((SEGMENTS, *(c.output for c in self.conditions), *self.wanted)))
+        """Every value that an answer takes, those that decide first; the parts of the image if nothing else is asked."""
+        return tuple(dict.fromkeys((*(c.output for c in self.conditions), *self.wanted))) or (SEGMENTS,)
 
 
 def query_from(designator: Object, **more: str | float) -> ObjectQuery:

@@ -13,6 +13,7 @@ from .errors import UserError
 from .geometry import Pose
 from .quantities import Angle, Length
 from .scenario_tasks import RuleSpec, TaskEntry, TaskSpec
+from .view import D435, Intrinsics
 from .yaml_file import explain_validation, line_of, load_yaml
 
 __all__ = ["RuleSpec", "Scenario", "ScenarioSpec", "TaskSpec", "read_scenario"]
@@ -82,6 +83,15 @@ class VarySpec(_Spec):
     parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict, alias="with")
 
 
+class IntrinsicsSpec(_Spec):
+    """A pinhole camera's focal lengths and principal point [pixel]."""
+
+    fx: float = Field(gt=0)
+    fy: float = Field(gt=0)
+    cx: float
+    cy: float
+
+
 class CameraSpec(_Spec):
     """A depth camera: on the robot's flange, or fixed in the world.
 
@@ -91,6 +101,27 @@ class CameraSpec(_Spec):
     mount: Literal["flange", "world"] = "flange"
     at: PoseSpec = PoseSpec()
     look: tuple[str, ...] = ()
+    width: int = Field(D435.width, ge=16, le=4096)
+    height: int = Field(D435.height, ge=16, le=4096)
+    fov: Angle | None = None
+    intrinsics: IntrinsicsSpec | None = None
+    noise: bool = True
+
+    @model_validator(mode="after")
+    def _is_a_camera(self) -> CameraSpec:
+        if self.fov is not None and self.intrinsics is not None:
+            raise ValueError("a camera has 'fov' or 'intrinsics', not both: each says how wide it sees")
+        try:
+            self.pinhole()
+        except UserError as error:
+            raise ValueError(str(error)) from error
+        return self
+
+    def pinhole(self) -> Intrinsics:
+        """As written; else square pixels that see ``fov`` from left to right, a D435's angle if nothing is said."""
+        if self.intrinsics is not None:
+            return Intrinsics(**self.intrinsics.model_dump(), width=self.width, height=self.height)
+        return Intrinsics.of_size(self.width, self.height, self.fov)
 
 
 class UnknownErrorSpec(_Spec):
@@ -231,6 +262,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "vary": VarySpec,
         "unknown_error": UnknownErrorSpec,
         "camera": CameraSpec,
+        "intrinsics": IntrinsicsSpec,
         "record": RecordSpec,
         "objects": ObjectSpec,
         "physics": PhysicsSpec,

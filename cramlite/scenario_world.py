@@ -60,7 +60,8 @@ def camera_of(scenario: Scenario) -> Camera | None:
     spec = scenario.spec.camera
     if spec is None:
         return None
-    return Camera(spec.at.pose(), scenario.spec.robot.name if spec.mount == "flange" else None)
+    mount = scenario.spec.robot.name if spec.mount == "flange" else None
+    return Camera(spec.at.pose(), mount, intrinsics=spec.pinhole(), noise=spec.noise)
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:

@@ -13,19 +13,18 @@ from .experts import Judged
 from .explain import as_json
 from .geometry import Pose
 from .knowledge import pick
-from .looking import ask, pictures
+from .looking import Look, Picture, ask, pictures
 from .object_query import parse_query
 from .plugin_choice import INSTALLED, PluginChoice
 from .resources import find_scenario
 from .scenario import read_scenario
 from .scenario_world import build_world, real_world
+from .world import Camera
 
 if TYPE_CHECKING:
     from .engine import Engine
     from .object_query import ObjectQuery
     from .perception import Perceived, Percept
-    from .view import View
-    from .world import Thing
 
 SHOWN = 3
 """Lost hypotheses of a value that the text names; the page and the JSON have all."""
@@ -61,12 +60,12 @@ def perceive_view(
     knowledge = engine.knowledge
     outputs = {o for e in knowledge.experts if e.scope != "view" for o in e.outputs}
     query = replace(parse_query(text, knowledge.taxonomy, outputs), wanted=wants)
-    view, fixtures = view_of(source, query, engine, seed)
-    found = ask(query, view, fixtures, knowledge)
+    taken = picture_of(source, query, engine, seed)
+    found = ask(query, taken.view, taken.fixtures, knowledge, robot=taken.robot)
     if out is not None:
         from .report.perception_page import write_page
 
-        write_page(out, found, view, knowledge.products)
+        write_page(out, found, taken.view, knowledge.products)
     print(as_json(perceived_json(found)) if json_output else perceived_text(found))
     for fault in dict.fromkeys(str(f) for f in engine.registry.faults):
         print(f"cramlite: warning: {fault}", file=sys.stderr)
@@ -75,21 +74,20 @@ def perceive_view(
     return 0
 
 
-def view_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> tuple[View, tuple[Thing, ...]]:
-    """The view, and the fixtures whose poses are known: those of a scenario, none for a recording."""
+def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Picture:
+    """What is seen, and the fixtures whose poses are known: those of a scenario, none for a recording."""
     knowledge, path = engine.knowledge, Path(source)
     if path.exists() and path.suffix not in (".yaml", ".yml"):
         view = engine.registry.first("read_view", path=path)
         if view is not None:
-            return view, ()
+            return Picture(view, Camera(view.camera, intrinsics=view.intrinsics), ())
         if path.is_file():
             raise UserError(f"'{path}' is in no format that a plugin reads as a view; see 'cramlite plugins'.")
     scenario = read_scenario(find_scenario(source))
     robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge.models, seed)
     real = real_world(scenario, world, relations, seed)
-    taken = next(pictures(scenario, query, world, real, robot, knowledge, seed))
-    return taken.view, taken.fixtures
+    return next(pictures(scenario, query, Look((), world, relations, {}, real), robot, knowledge, seed))
 
 
 def perceived_text(found: Perceived) -> str:

@@ -66,6 +66,33 @@ class Intrinsics:
         return np.stack([self.cx + self.fx * points[..., 0] / z, self.cy + self.fy * points[..., 1] / z], axis=-1)
 
 
+    @property
+    def narrowest(self) -> float:
+        """The least angle from the optical axis at which a point may be out of the image [rad]."""
+        beside, below = min(self.cx, self.width - self.cx), min(self.cy, self.height - self.cy)
+        return min(math.atan2(beside, self.fx), math.atan2(below, self.fy))
+
+    @classmethod
+    def of_size(cls, width: int, height: int, fov: float | None = None) -> Intrinsics:
+        """Square pixels, the principal point in the middle.
+
+        Args:
+            fov: how far it sees from left to right [rad]; None: as a D435.
+
+        Raises:
+            UserError: no pinhole camera sees so far.
+        """
+        if fov is not None and not 0 < fov < math.pi:
+            raise UserError(f"no pinhole camera sees {math.degrees(fov):.0f} degrees; it must be between 0 and 180")
+        focal = D435.fx * width / D435.width if fov is None else width / 2 / math.tan(fov / 2)
+        return cls(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
+
+
+D435 = Intrinsics(385.0, 385.0, 319.5, 239.5, 640, 480)
+"""An Intel RealSense D435's depth stream at 640 x 480, colour registered to it: 79 x 64 degrees (data sheet 337029,
+"Depth field of view"; focal length as measured, docs/explanation/perception.md)."""
+
+
 @dataclass(frozen=True, eq=False)
 class View:
     """One frame of a depth camera, colour and depth registered to each other; frozen, its arrays read-only.

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from .geometry import Pose, Vector3
+from .view import D435, Intrinsics
 
 
 @dataclass(frozen=True)
@@ -217,11 +218,15 @@ class Camera:
         pose: its optical frame (z forward, x right, y down) in the world, or in the flange frame of ``mount``.
         mount: the robot whose flange it is on; None for one that is fixed.
         joints: of that robot when it looks [rad].
+        intrinsics: of its image.
+        noise: whether it errs as a stereo camera does; else depth and colour are exact.
     """
 
     pose: Pose
     mount: str | None = None
     joints: tuple[float, ...] = ()
+    intrinsics: Intrinsics = D435
+    noise: bool = True
 
     @property
     def name(self) -> str:

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 
 from cramlite import Action, Engine, NoSolution, Object, Pose, UserError, World, read_scenario
-from cramlite.looking import renamed
+from cramlite.recognised import renamed
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 FETCH = SCENARIOS / "fetch_from_hanger_camera.yaml"

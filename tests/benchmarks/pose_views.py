@@ -18,9 +18,9 @@ from cramlite.engine import Engine
 from cramlite.geometry import Pose
 from cramlite.resources import data_folder
 from cramlite.scenario import read_scenario
-from cramlite.view import Intrinsics, Mask, View
+from cramlite.view import D435, Intrinsics, Mask, View
 from cramlite.world import Feature, Geom, Thing, World
-from cramlite_plugins.perception.camera import D435, looking_at, render
+from cramlite_plugins.perception.camera import looking_at, render
 from cramlite_plugins.perception.models import PoseModel, pose_model
 from cramlite_plugins.simulation.compile import Compiled, compile_world
 from cramlite_plugins.simulation.models import hanger, hung, product, table

@@ -6,7 +6,7 @@ The cheap ones, which only compare shapes, are asked before the arm is; all work
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,6 @@ from . import antipodal
 EDGE = 0.005  # a centre of mass stands this far inside a surface's edge [m]
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SEEN = 0.5  # share of a thing that others may not hide
-FIELD = math.radians(32)  # half of a D435's vertical field of view (data sheet 337029)
 
 
 @dataclass(frozen=True)
@@ -140,15 +139,16 @@ def visible(spot: Spot, wanted: Wanted) -> str:
     asked = wanted.where.get("visible_from")
     if asked is None:
         return ""
-    eye, axis = _eye(asked, wanted)
+    eye, axis, field = _eye(asked, wanted)
     if eye is None:
         return "it cannot be said whether a camera sees it: none is fixed in the world; give 'visible_from' a point"
     points = spot.thing.apply(_grid(wanted.thing))
     middle = points.mean(axis=0) - eye
     off = math.acos(float(np.clip(middle @ axis / np.linalg.norm(middle), -1, 1))) if axis is not None else 0.0
-    if off > FIELD:
-        return f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(FIELD):.0f} deg to each side"
-    hidden, by = _hidden(points, eye, wanted)
+    if off > field:
+        return f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(field):.0f} deg to each side"
+    others = (t for t in wanted.belief.world.things if t.name != wanted.thing.name)
+    hidden, by = hidden_by(points, eye, wanted.belief, others)
     share = 1.0 - float(hidden.mean())
     if share >= SEEN:
         return ""
@@ -181,32 +181,28 @@ def _grid(thing: Thing) -> Floats:
     return found
 
 
-def _eye(asked: Any, wanted: Wanted) -> tuple[Floats | None, Floats | None]:
-    """Where the camera is and the way that it looks, if that is known."""
+def _eye(asked: Any, wanted: Wanted) -> tuple[Floats | None, Floats | None, float]:
+    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees [rad]."""
     base = wanted.belief.base().inverse()
     if asked != "camera":
-        return base.apply(np.asarray(asked, dtype=float)), None
+        return base.apply(np.asarray(asked, dtype=float)), None, math.pi
     camera = wanted.context.camera
     if camera is None or camera.mount is not None:
-        return None, None
+        return None, None, 0.0
     pose = base * camera.pose
-    return np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))
+    return np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0)), camera.intrinsics.narrowest
 
 
-def _hidden(points: Floats, eye: Floats, wanted: Wanted) -> tuple[Floats, str]:
-    """1 for each point that a ray from the eye does not reach, and the thing that stops most rays."""
+def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:
+    """1 for each point (n, 3) of the base frame that a ray from the eye does not reach, and who stops most rays."""
     hidden, counts = np.zeros(len(points)), dict[str, int]()
-    for other in _others(wanted):
-        to = wanted.belief.pose(other.name).inverse()
+    for other in others:
+        to = belief.pose(other.name).inverse()
         shape, start = antipodal.body(other.geoms), to.apply(eye)
         stopped = [antipodal.crossed(shape, start[None], to.apply(p)[None]) for p in points]
         counts[other.name] = sum(stopped)
         hidden = np.maximum(hidden, np.array(stopped, dtype=float))
     return hidden, max(counts, key=lambda n: counts[n], default="")
-
-
-def _others(wanted: Wanted) -> Iterator[Thing]:
-    return (t for t in wanted.belief.world.things if t.name != wanted.thing.name)
 
 
 CHEAP: Mapping[str, Mapping[str, Filter]] = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,11 @@ from cramlite_plugins.motions.kinematics import forward, inverse, reach_shortfal
 from cramlite_plugins.motions.scene import Scene, scene
 
 Joints = tuple[float, ...]
+SIGMAS = 2.0
+"""Standard deviations of a thing's position that paths keep from it beyond their clearance: 98 % of normal errors along the
+line between two bodies are smaller."""
+WIDEST = 0.01
+"""What is kept so at most [m]: what is less sure, such as what fell into a basket, is kept in its place by something else."""
 TRIED = 24  # nearest inverse solutions that are looked at: eight branches with their nearest turns
 
 
@@ -43,7 +49,7 @@ def make_scene(
     Args:
         touch: entities that gripper and held thing may touch.
         opening: of the fingers [m]; the believed one by default.
-        clearance: to everything else [m]; the planner's own by default.
+        clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
@@ -51,12 +57,20 @@ def make_scene(
     joints = [t for t in belief.world.things if t.joint is not None and t.joint.parent]
     pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
     pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
-    extra = {} if clearance is None else {"clearance": clearance}
+    extra: dict[str, Any] = {"wider": wider(belief)} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
     return scene(
         belief.world, robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs, **extra
     )  # fmt: skip
+
+
+def wider(belief: Belief) -> dict[str, float]:
+    """What is kept from each thing beyond the clearance, for the uncertainty of its pose [m]."""
+    spread = {name: e.sigma for name, e in belief.poses.items()}
+    if belief.held:
+        spread[belief.held.thing] = belief.held.sigma
+    return {name: min(SIGMAS * sigma, WIDEST) for name, sigma in spread.items() if sigma > 0}
 
 
 def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from cramlite.geometry import Floats
@@ -26,10 +29,17 @@ def movers(compiled: Compiled, index: RobotIndex) -> Floats:
     return result
 
 
-def needed(compiled: Compiled, moved: Floats, allowed: Pairs, clearance: float) -> Floats:
-    """The distance that each pair of geoms must keep; two that no joint moves apart need none."""
+def needed(
+    compiled: Compiled, moved: Floats, allowed: Pairs, clearance: float, wider: Mapping[str, float] = MappingProxyType({})
+) -> Floats:
+    """The distance that each pair of geoms must keep; two that no joint moves apart need none.
+
+    Args:
+        wider: thing -> what its pairs must keep beyond the clearance [m]; of two the larger counts.
+    """
     apart = (moved[:, None, :] != moved[None, :, :]).any(axis=2)
-    need = np.where(apart, clearance, -np.inf)
+    more = np.array([wider.get(o.name, 0.0) if o.kind == "thing" else 0.0 for o in compiled.owners])
+    need = np.where(apart, clearance + np.maximum(more[:, None], more[None, :]), -np.inf)
     for pair in allowed:
         one, other = (tuple(pair) * 2)[:2]
         first = np.array([_is(o, one) for o in compiled.owners])

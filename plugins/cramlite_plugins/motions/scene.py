@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -253,6 +254,7 @@ def scene(
     opening: float | None = None,
     allowed: Pairs = frozenset(),
     clearance: float = CLEARANCE,
+    wider: Mapping[str, float] = MappingProxyType({}),
 ) -> Scene:
     """A scene for planning.
 
@@ -265,14 +267,15 @@ def scene(
         allowed: unordered pairs of names that may touch: "thing", "thing/part", "effector", "effector/left", "arm" or
             "mount/link". A pair allows every part of what it names.
         clearance: distance that every other pair must keep [m], up to ``HORIZON``.
+        wider: thing -> what is kept from it beyond the clearance [m]; both together up to ``HORIZON``.
 
     Raises:
         UserError: the world does not compile.
         ValueError: the clearance is negative or above the horizon.
         KeyError: there is no such robot or thing.
     """
-    if not 0 <= clearance <= HORIZON:
-        raise ValueError(f"clearance {clearance} m; it must lie between 0 and {HORIZON} m")
+    if not 0 <= clearance <= clearance + max(wider.values(), default=0.0) <= HORIZON:
+        raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")
     for name in [*(poses or {}), *([held[0]] if held else [])]:
         world.thing(name)
     placed = world.moved(dict(poses or {}))
@@ -282,7 +285,8 @@ def scene(
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
     moved = movers(compiled, index)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
-    need = needed(compiled, moved, allowed, clearance)
-    distances = (clearance, *(v for v in LEVELS if v > clearance))
+    need = needed(compiled, moved, allowed, clearance, wider)
+    most = clearance + max(wider.values(), default=0.0)
+    distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated(compiled.model, moved, v) for v in distances)
-    return Scene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * clearance, [0])
+    return Scene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0])

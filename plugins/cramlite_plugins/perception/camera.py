@@ -6,16 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cramlite.geometry import Pose
-from cramlite.view import Intrinsics, View
+from cramlite.view import D435, Intrinsics, View
 
 from ..simulation.index import Data, Model
 from ..simulation.render import cast, shade
 from .noise import Noise, noisy_colour, noisy_depth
 
 InstanceIds = NDArray[np.int32]
-D435 = Intrinsics(385.0, 385.0, 319.5, 239.5, 640, 480)
-"""An Intel RealSense D435's depth stream at 640 x 480, colour registered to it: 79 x 64 degrees (data sheet 337029,
-"Depth field of view"; focal length as measured, docs/explanation/perception.md)."""
 
 
 def render(

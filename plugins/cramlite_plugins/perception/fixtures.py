@@ -21,7 +21,7 @@ def fixture(inputs: Inputs) -> Mapping[str, Any]:
     points = points[:: max(1, len(points) // 150)]
     best: tuple[float, Thing | None] = (0.0, None)
     for thing in inputs["fixtures"]:
-        share = float((_distance(points, thing) < inputs.parameters["tolerance_m"]).mean())
+        share = float((distance(points, thing) < inputs.parameters["tolerance_m"]).mean())
         best = max(best, (share, thing), key=lambda b: b[0])
     share, found = best
     if found is None or share < inputs.parameters["share"]:
@@ -29,7 +29,7 @@ def fixture(inputs: Inputs) -> Mapping[str, Any]:
     return {"fixture": Judged(found, share, f"{100 * share:.0f} % of its points are on '{found.name}'")}
 
 
-def _distance(points: Floats, thing: Thing) -> Floats:
+def distance(points: Floats, thing: Thing) -> Floats:
     """From points of the world frame to the surface of a thing's geoms, 0 inside [m]."""
     import numpy as np
 

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Unresolvable, hookimpl
+from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Thing, Unresolvable, hookimpl
 from cramlite.geometry import Floats
+from cramlite.view import Intrinsics
 
 DISTANCES = (0.55, 0.65, 0.75)  # from the middle [m]: depth noise grows with the square, 1.4 mm at 0.55 m
 SIDES = (-35.0, 35.0, -20.0, 20.0, -50.0, 50.0, 0.0)  # of the robot's own direction, about the vertical [deg]
 HEIGHTS = (25.0, 40.0, 10.0)  # above the horizontal [deg]: from aside and above, two or three faces are seen
-BORDER = 40  # pixels that stay free around what is looked at
+BORDER = 1 / 16  # share of the image's width that stays free around what is looked at
+SEEN = 0.5  # share of each thing that others may not hide, as of a place that a camera should see
 BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
 
@@ -29,18 +31,22 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if context.camera is None or context.camera.mount is None:
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
     around = list(location.parameters.get("around", ())) or [bound(context, location.of)]
-    points = np.array([p for name in around for p in _points(belief, name)])
+    of_each = {name: np.array(_points(belief, name)) for name in around}
+    points = np.concatenate(list(of_each.values()))
     to_flange = context.camera.pose.inverse()
     scene = make_scene(belief, context)
     for k, (name, eye) in enumerate(_eyes(points.mean(axis=0))):
         optical = _optical(eye, points.mean(axis=0))
-        if not _in_view(optical, points):
+        if not _in_view(context.camera.intrinsics, optical, points):
             yield Refused(name, "not all of it would be in view", 1)
+            continue
+        if reason := _hidden(eye, of_each, belief):
+            yield Refused(name, reason, 2)
             continue
         tool = optical * to_flange * context.robot.gripper.tcp
         there = stance(scene, context, tool, belief.joints)
         if isinstance(there, str):
-            yield Refused(name, there, 2)
+            yield Refused(name, there, 3)
             continue
         yield Grounding(Place(tool, tool), f"{', '.join(around)} in view from {name}", 0.05 * k, key=name)
 
@@ -72,9 +78,25 @@ def _optical(eye: Floats, target: Floats) -> Pose:
     )
 
 
-def _in_view(optical: Pose, points: Floats) -> bool:
-    from .camera import D435
-
-    pixels = D435.project(optical.inverse().apply(points))
-    low, high = BORDER, np.array([D435.width, D435.height]) - BORDER
+def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
+    pixels = camera.project(optical.inverse().apply(points))
+    low, high = BORDER * camera.width, np.array([camera.width, camera.height]) - BORDER * camera.width
     return bool(((pixels > low) & (pixels < high)).all())
+
+
+def _hidden(eye: Floats, of_each: Mapping[str, Floats], belief: Belief) -> str:
+    """Which of the things others hide from there, as far as they are known; "" if all are seen."""
+    from cramlite_plugins.experts.place_filters import hidden_by
+
+    for name, points in of_each.items():
+        others = [t for t in belief.world.things if t.name in belief.poses and not _belongs(t, name, belief)]
+        hidden, by = hidden_by(points, eye, belief, others)
+        if (share := 1.0 - float(hidden.mean())) < SEEN:
+            return f"{100 * share:.0f} % of '{name}' would be seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
+    return ""
+
+
+def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
+    """The place itself, and what is known to hang on it or to lie on or in it: that is what is looked at."""
+    whole = place.split("/")[0]
+    return thing.name == whole or any(s == thing.name and o == whole for _, s, o in belief.relations)

@@ -16,12 +16,13 @@ from .index import site_pose
 
 
 def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
-    """A view with a D435's noise; a camera on a flange looks from the joints that it names.
+    """A view, with a D435's noise if the camera has any; a camera on a flange looks from the joints that it names.
 
     Raises:
         UserError: the joints are not the robot's.
     """
     from cramlite_plugins.perception.camera import render
+    from cramlite_plugins.perception.noise import Noise
 
     compiled = compile_world(world, robots)
     data, pose = compiled.data(), camera.pose
@@ -33,5 +34,6 @@ def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int
         data.qpos[list(index.joints)] = camera.joints
         mujoco.mj_forward(compiled.model, data)
         pose = site_pose(data, index.flange) * camera.pose
-    view, _ = render(compiled.model, data, pose, seed=seed)
+    noise = Noise() if camera.noise else None
+    view, _ = render(compiled.model, data, pose, camera.intrinsics, noise, seed)
     return view

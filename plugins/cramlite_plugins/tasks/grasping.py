@@ -55,8 +55,9 @@ class Grasping(TaskType):
             Motion(action.inside("close"), "gripper", grasp, close, reason=f"hold {action.roles['Patient'].entity}"),
             Motion(action.inside("payload"), "payload", reason="the arm now carries the object"),
         )
-        entity = action.roles["Patient"].entity or ""
-        if entity in belief.poses and 0 < belief.poses[entity].sigma <= IN_PLACE:  # fingers may still be around it
+        known = belief.poses.get(action.roles["Patient"].entity or "")
+        # fingers may still be around what was let go; what was only seen is as unsure, but no finger is there
+        if known and known.source.startswith("predicted") and 0 < known.sigma <= IN_PLACE:
             away = Location(action.inside("away"), "retreat")
             back = Motion(
                 action.inside("back"), "linear", away, {"stage": "pose"}, (patient,), "clear of what was let go"

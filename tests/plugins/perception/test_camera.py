@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from cramlite.geometry import Pose
-from cramlite.view import Intrinsics
+from cramlite.view import D435, Intrinsics
 from cramlite.world import Geom, Thing, World
-from cramlite_plugins.perception.camera import D435, looking_at, render
+from cramlite_plugins.perception.camera import looking_at, render
 from cramlite_plugins.perception.noise import Noise
 from cramlite_plugins.simulation.compile import Compiled, compile_world
 from cramlite_plugins.simulation.models import hanger, hung, product
