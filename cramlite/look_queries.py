@@ -68,7 +68,9 @@ def _views(things: tuple[Thing, ...]) -> Iterator[str]:
     """What a camera looks at in one picture: pegs of one class at once, by the class; else one thing after another, the
     smallest first: less is expected on a floor than on a table."""
     hangers = [t for t in things if t.feature("vrps:Peg")]
-    carriers = [t for t in things if t not in hangers and (t.feature("vrps:SurfaceFeature") or t.feature("cram:Cavity"))]
+    carriers = [
+        t for t in things if t not in hangers and (t.feature("vrps:SurfaceFeature") or t.feature("cram:Cavity"))
+    ]
     yield from dict.fromkeys(t.type for t in hangers)
     yield from (t.name for t in sorted(carriers, key=_size))
 

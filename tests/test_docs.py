@@ -189,6 +189,7 @@ SPECS = {
     "vary": scenario.VarySpec,
     "objects": scenario.ObjectSpec,
     "camera": scenario.CameraSpec,
+    "intrinsics": scenario.IntrinsicsSpec,
     "unknown_error": scenario.UnknownErrorSpec,
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,

@@ -106,7 +106,7 @@ def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterat
     import numpy as np
 
     spans = np.ptp(points, axis=0)
-    if spans.max() <= 2 * limits["smallest_m"] or not _holds(points, known).any():
+    if spans.max() <= 2 * limits["smallest_m"] or not _holds(points, known, limits["tolerance_m"]).any():
         yield points
         return
     axis = int(spans.argmax())
@@ -116,13 +116,13 @@ def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterat
             yield from _parts(part, known, limits)
 
 
-def _holds(points: Floats, others: Floats) -> Any:
-    """Which of some other points are inside the convex hull of the points."""
+def _holds(points: Floats, others: Floats, depth: float) -> Any:
+    """Which of some other points are inside the convex hull of the points, so deep at least [m]."""
     import numpy as np
 
     near = others[((others > points.min(axis=0)) & (others < points.max(axis=0))).all(axis=1)]
     faces = _hull(points).equations
-    return (near @ faces[:, :3].T + faces[:, 3] < 0).all(axis=1) if len(near) else np.zeros(0, bool)
+    return (near @ faces[:, :3].T + faces[:, 3] < -depth).all(axis=1) if len(near) else np.zeros(0, bool)
 
 
 def _hull(points: Floats) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -31,8 +31,7 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     if context.camera is None or context.camera.mount is None:
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
     around = list(location.parameters.get("around", ())) or [bound(context, location.of)]
-    of_each = {name: np.array(_points(belief, name)) for name in around}
-    points = np.concatenate(list(of_each.values()))
+    points = np.array([p for name in around for p in _points(belief, name)])
     to_flange = context.camera.pose.inverse()
     scene = make_scene(belief, context)
     for k, (name, eye) in enumerate(_eyes(points.mean(axis=0))):
@@ -40,7 +39,7 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         if not _in_view(context.camera.intrinsics, optical, points):
             yield Refused(name, "not all of it would be in view", 1)
             continue
-        if reason := _hidden(eye, of_each, belief):
+        if reason := _hidden(eye, around, belief):
             yield Refused(name, reason, 2)
             continue
         tool = optical * to_flange * context.robot.gripper.tcp
@@ -84,16 +83,32 @@ def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
     return bool(((pixels > low) & (pixels < high)).all())
 
 
-def _hidden(eye: Floats, of_each: Mapping[str, Floats], belief: Belief) -> str:
+def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
     """Which of the things others hide from there, as far as they are known; "" if all are seen."""
     from cramlite_plugins.experts.place_filters import hidden_by
 
-    for name, points in of_each.items():
+    for name in around:
+        points = _seen_of(belief, name)
         others = [t for t in belief.world.things if t.name in belief.poses and not _belongs(t, name, belief)]
         hidden, by = hidden_by(points, eye, belief, others)
         if (share := 1.0 - float(hidden.mean())) < SEEN:
             return f"{100 * share:.0f} % of '{name}' would be seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
     return ""
+
+
+def _seen_of(belief: Belief, entity: str) -> Floats:
+    """What should be seen of a thing, base frame: as of what is in view of a peg; else the middle of the box around it
+    and its corners, drawn in by a tenth."""
+    from cramlite_plugins.experts.place_filters import outline
+
+    thing = belief.thing(entity)
+    if thing.feature("vrps:Peg") is not None:
+        return np.array(_points(belief, entity))
+    corners = outline(thing)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    signs = np.array([(0, 0, 0), *itertools.product((-0.9, 0.9), repeat=3)])
+    found: Floats = belief.pose(thing.name).apply((low + high) / 2 + signs * (high - low) / 2)
+    return found
 
 
 def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
