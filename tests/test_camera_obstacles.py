@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from test_camera_scenarios import FETCH, SCENARIOS, run, variant
 
 from cramlite import Action, Engine, Object, Plan, Pose, Thing, World, read_scenario
 from cramlite.belief import Estimate, Held, initial_belief
 from cramlite.look_queries import queries_of
 from cramlite.scenario_world import build_world
-from test_camera_scenarios import FETCH, SCENARIOS, run, variant
 
 CLUTTER = (
     "  - {name: clutter, model: block, at: {position: [0.55, -0.24, 0.205]}, with: {size: [0.1, 0.1, 0.4], mass: 2}}\n"
