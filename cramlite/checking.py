@@ -27,6 +27,8 @@ def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
         raise UserError(f"'{path}' is an ontology; 'cramlite ontology check {path}' checks it.")
     if path.suffix in (".script", ".urscript"):
         return _check_program(path, plugins)
+    if path.suffix == ".json":
+        return _check_typed(path, plugins)
     if path.suffix in (".yaml", ".yml") and path.is_file() and _is_rule(path):
         return _check_rule(path, plugins)
     return _check_scenario(find_scenario(name), plugins)
@@ -95,4 +97,25 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
     print(f"{path}: {len(text.splitlines())} lines, every name and call is known, {len(doubts) or 'no'} doubts")
+    return 0
+
+
+def _check_typed(path: Path, plugins: PluginChoice) -> int:
+    from .knowledge import Knowledge, pick
+    from .program import walk
+    from .program_safety import objections
+    from .program_text import read_program
+
+    try:
+        read = read_program(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"The program '{path}' cannot be read: {error}.") from error
+    knowledge = Knowledge(plugins.registry())
+    robot = pick("robot", knowledge.robots, read.program.robot_type, str(path))
+    lines = {s.origin: read.lines[id(s)] for s in walk(read.program.steps)}
+    found = [f"{path}:{lines.get(o.origin, 1)}: {o.origin or 'the program'}: {o.rule}: {o.reason}"
+             for o in objections(read.program, robot)]  # fmt: skip
+    if found:
+        raise UserError("\n".join([f"{len(found)} things stand against the program:", *found]))
+    print(f"{path}: a program for '{robot.type}', {len(read.program.steps)} steps, nothing stands against it")
     return 0

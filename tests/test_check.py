@@ -123,3 +123,28 @@ def test_a_program_that_calls_what_there_is_not_fails(tmp_path: Path) -> None:
 def test_an_ontology_is_sent_to_its_own_check() -> None:
     done = cramlite("check", ROOT / "ontologies" / "tasks.ttl")
     assert done.returncode == 2 and "ontology check" in done.stderr
+
+
+UNSAFE = """def p():
+  def again(n):
+    return again(n - 1)
+  end
+  movel(p[0.5, 0, 0.3, 0, 3.14, 0], a=1.2, v=250)
+  movej([0, -1, 1, 0, 0, 0], 1.4, 60)
+  force_mode(p[0, 0, 0, 0, 0, 0], [0, 0, 1, 0, 0, 0], [0, 0, 5, 0, 0, 0], 2, [0.1, 0.1, 0.1, 0.1, 0.1, 0.1])
+  again(3)
+end
+"""
+
+
+def test_check_doubts_speeds_recursion_and_force_mode_that_is_left_on(tmp_path: Path) -> None:
+    path = tmp_path / "unsafe.script"
+    path.write_text(UNSAFE)
+    said = cramlite("check", path).stdout
+    for line, words in ((2, "'again' calls itself"), (5, "250 m/s"), (6, "60 rad/s"), (7, "nowhere off")):
+        assert any(x.startswith(f"{path}:{line}:") and words in x for x in said.splitlines()), said
+    sound = UNSAFE
+    for old, new in (("  again(3)", "  end_force_mode()"), ("again(n - 1)", "n"), ("250", "0.25"), ("60", "1")):
+        sound = sound.replace(old, new)
+    path.write_text(sound)
+    assert "no doubts" in cramlite("check", path).stdout

@@ -23,12 +23,17 @@ global ok = True
 
 # Wait for the running motion; stop it when something tripped.
 def watch_move():
-  while not motion_done and tripped == 0:
+  local waited = 0.0
+  while not motion_done and tripped == 0 and waited < 120.0:
     sync()
+    waited = waited + get_steptime()
   end
   if not motion_done:
     kill motion_thread
     stopj(2.0)
+    if tripped == 0:
+      return fail("a motion was not done within 120 s")
+    end
     return False
   end
   return True
@@ -56,6 +61,7 @@ def trip(number, reason):
   end
 end
 """
+JOINED = 600.0  # how long a control step waits for its last branch at most [s]; the branches' own limits are shorter
 GUARD = "if ok and tripped == 0:"
 
 
@@ -184,8 +190,13 @@ class FlowWriter:
         running = " or ".join(f"not {n}_done" for n in names)
         going = "ok" if step.until == "all" else "not ok"
         if names:
-            self.begin(f"while {going} and tripped == 0 and ({running}):")
-            self.add("sync()")
+            joined = f"joined_{number_}"
+            self.add(f"{joined} = 0.0")
+            self.begin(f"while {going} and tripped == 0 and {joined} < {JOINED} and ({running}):")
+            self.add("sync()", f"{joined} = {joined} + get_steptime()")
+            self.end()
+            self.begin(f"if {joined} >= {JOINED}:")
+            self.add(f'failure = "{label(_label(step))}: a branch was not done within {JOINED} s"')
             self.end()
         for name in names:
             self.begin(f"if not {name}_done:")

@@ -14,20 +14,25 @@ from cramlite.geometry import Pose
 from cramlite.program import (
     AnyStep,
     ForceMove,
+    Monitor,
     MoveJoints,
     MoveLinear,
     MoveUntilContact,
+    Parallel,
     Program,
+    Repeat,
     Section,
     SetGripper,
     SetPayload,
     Snapshot,
+    TryInOrder,
     Wait,
     ZeroSensor,
 )
 from cramlite_plugins.backends.urscript import emit
 from cramlite_plugins.backends.urscript_text import number
 from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.simulator import MujocoSimulator
 from cramlite_plugins.simulation.urscript import parse
 
 DOWN = Pose.from_axes((0.5, 0.1, 0.3), (0, 0, -1), (1, 0, 0))
@@ -88,6 +93,15 @@ def test_every_wait_has_a_time_out() -> None:
     assert text.count("waited > timeout") + text.count("waited < timeout") == 3
     assert "abort(" in text
     assert text.count("halt") >= 2
+
+
+def test_our_own_text_raises_no_doubt() -> None:
+    """The checker that judges everybody's programs: also with control steps, whose functions wait."""
+    steps = (*STEPS, TryInOrder(((Repeat((STEPS[1],), 2),), (Parallel(((STEPS[1],), (STEPS[4],))),))), Monitor((STEPS[1],), time=9.0))
+    text = emit(program(*steps), UR5E).text
+    assert list(MujocoSimulator().inspect(text)) == []
+    endless = text.replace(" and waited < 120.0", "").replace("waited = waited + get_steptime()", "sync()")
+    assert any("without a time-out" in said for _, said in MujocoSimulator().inspect(endless))
 
 
 def test_names_and_robots_that_do_not_fit_are_refused() -> None:

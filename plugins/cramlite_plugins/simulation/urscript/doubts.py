@@ -36,6 +36,7 @@ TURN = 2 * math.pi + 0.01  # joints turn at most once around in each direction o
 REACH = 3.0  # further than any UR arm [m]
 JOINTS = {"movej": 0, "movel": 0, "servoj": 0, "get_forward_kin": 0, "speedj": 0}
 POSES = {"movej": 0, "movel": 0, "movep": 0, "get_inverse_kin": 0, "set_tcp": 0, "force_mode": 0}
+SPEEDS = {"movej": (math.tau, "rad/s"), "movel": (REACH, "m/s"), "movep": (REACH, "m/s")}
 WAITS = {
     "sync", "sleep", "socket_get_var", "socket_read_string", "socket_read_byte_list", "read_input_integer_register",
     "is_steady", "get_tcp_force", "force", "get_digital_in", "get_standard_digital_in",
@@ -55,6 +56,7 @@ class Doubt:
 def doubts(program: Function) -> list[Doubt]:
     """Everything doubtful about a program, by line."""
     found = {*_numbers(program), *_waits(program), *_dead(program), *_unused(program)}
+    found |= {*_speeds(program), *_left_on(program), *_recursion(program)}
     return sorted(found, key=lambda d: (d.line, d.text))
 
 
@@ -119,6 +121,45 @@ def _number(expression: Expression) -> float | None:
         value = _number(expression.operand)
         return None if value is None else -value
     return None
+
+
+def _speeds(program: Function) -> Iterator[Doubt]:
+    """Literal speeds that no arm of this make has."""
+    for node in nodes(program):
+        if isinstance(node, Call) and node.function in SPEEDS:
+            most, unit = SPEEDS[node.function]
+            given = dict(node.named).get("v") or (node.arguments[2] if len(node.arguments) > 2 else None)
+            value = _number(given) if given is not None else None
+            if value is not None and value > most:
+                said = f"{node.function}: a speed of {value:g} {unit} is more than {most:g} {unit}"
+                yield Doubt(node.line, f"{said}: degrees or millimetres?")
+
+
+# Ends
+
+
+def _left_on(program: Function) -> Iterator[Doubt]:
+    """Force mode that is switched on by a program that never switches it off."""
+    calls = [n for n in nodes(program) if isinstance(n, Call)]
+    if not any(c.function == "end_force_mode" for c in calls):
+        for call in calls:
+            if call.function == "force_mode":
+                yield Doubt(call.line, "force mode is switched on and nowhere off: call end_force_mode() on every way out")
+
+
+def _recursion(program: Function) -> Iterator[Doubt]:
+    """Functions that call themselves, directly or through others."""
+    own = functions(program)
+    calls = {name: {n.function for n in nodes(f.body) if isinstance(n, Call)} & set(own) for name, f in own.items() if f is not program}
+    for name, called in calls.items():
+        reached, waiting = set(), list(called)
+        while waiting:
+            one = waiting.pop()
+            if one not in reached:
+                reached.add(one)
+                waiting += calls.get(one, ())
+        if name in reached:
+            yield Doubt(own[name].line, f"'{name}' calls itself: a controller ends a program that does so without end")
 
 
 # Waiting

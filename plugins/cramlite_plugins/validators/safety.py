@@ -1,0 +1,32 @@
+"""The static safety check: what no program may do, judged before its text is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from cramlite import Candidate, Finding, Validator, hookimpl
+from cramlite.verdict import Cost
+
+
+@dataclass(frozen=True)
+class ProgramSafety:
+    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.program_safety``."""
+
+    name: str = "program_safety"
+    cost: Cost = "facts"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        from cramlite.program_safety import PROGRAM_RULES, STEP_RULES, objections
+
+        found = list(objections(candidate.program, candidate.robot))
+        for o in found:
+            yield Finding(self.name, False, f"{o.rule}: {o.reason}", origin=o.origin)
+        if not found:
+            rules = len({*PROGRAM_RULES, *STEP_RULES})
+            yield Finding(self.name, True, f"{len(candidate.program.steps)} steps keep {rules} rules")
+
+
+@hookimpl
+def validators() -> list[Validator]:
+    return [ProgramSafety()]
