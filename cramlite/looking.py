@@ -142,12 +142,13 @@ def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
     old = {t.name: t for t in before.known.things if t.movable}
     things = (*fixtures, *{**old, **{n: t for n, (t, _) in found.items()}}.values())
     new = (r for name, (_, percept) in found.items() for r in facts(name, percept, fixtures))
-    return Look(
-        (*before.pictures, taken),
-        replace(before.known, things=things),
-        tuple(dict.fromkeys((*before.relations, *new))),
-        {**before.estimates, **estimates, **{name: estimate(percept) for name, (_, percept) in found.items()}},
-        before.real,
+    perceived = {name: estimate(percept) for name, (_, percept) in found.items()}
+    return replace(
+        before,
+        pictures=(*before.pictures, taken),
+        known=replace(before.known, things=things),
+        relations=tuple(dict.fromkeys((*before.relations, *new))),
+        estimates={**before.estimates, **estimates, **perceived},
     )
 
 
@@ -165,8 +166,10 @@ def _beware(seen: Look, knowledge: Knowledge) -> Look:
     free = (n for k in range(1, 10**6) if (n := f"obstacle_{k}") not in taken_names)
     bodies = tuple(replace(t, name=next(free)) for t in found)
     source = "camera: nothing that is known explains it"
-    estimates = {t.name: Estimate(t.pose, SIGMA, source) for t in bodies}
-    return replace(seen, obstacles=bodies, estimates={**seen.estimates, **estimates})
+    before = {t.name for t in seen.obstacles}  # some of them may have been recognised since
+    estimates = {n: e for n, e in seen.estimates.items() if n not in before}
+    estimates |= {t.name: Estimate(t.pose, SIGMA, source) for t in bodies}
+    return replace(seen, obstacles=bodies, estimates=estimates)
 
 
 def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple[Thing, ...], dict[str, Estimate]]:

@@ -178,3 +178,20 @@ def test_the_robot_is_no_obstacle(engine: Engine) -> None:
     query = ObjectQuery(wanted=("obstacles",))
     found = [ask(query, view, (floor,), engine.knowledge, robot=r).scene["obstacles"].value for r in (own, None)]
     assert [bool(f) for f in found] == [False, True]
+
+
+def test_an_obstacle_that_is_recognised_later_is_none_any_more(engine: Engine) -> None:
+    """The picture of the hanger shows a product on the counter that only the second picture tells."""
+    from cramlite.looking import Look, Picture, _beware
+    from cramlite.world import Camera
+    from cramlite_plugins.perception.camera import looking_at, render
+    from cramlite_plugins.simulation.compile import compile_world
+
+    table, parcel = box("table", (0.6, 0.6, 0.04), (0, 0, -0.02)), box("parcel", (0.1, 0.06, 0.12), (0, 0, 0.06), 0.5)
+    compiled = compile_world(World((table, parcel)), {})
+    view, _ = render(compiled.model, compiled.data(), looking_at((0.45, 0.25, 0.4), (0, 0, 0.05)), seed=2)
+    seen = Look((Picture(view, Camera(view.camera), (table,)),), World((table,)), (), {}, compiled.world)
+    first = _beware(seen, engine.knowledge)
+    assert list(first.estimates) == ["obstacle_1"] == [t.name for t in first.obstacles]
+    second = _beware(replace(first, known=World((table, parcel))), engine.knowledge)
+    assert not second.estimates and not second.obstacles and second.world == second.known
