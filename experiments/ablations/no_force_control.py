@@ -6,23 +6,26 @@ from collections.abc import Iterator
 
 from cramlite import Answers, Belief, Context, Grounding, Motion, MoveLinear, hookimpl
 from cramlite_plugins.motions import free_motion
+from cramlite_plugins.motions.kinds import KINDS, value
 
 ACCELERATION = 0.25  # [m/s2]
-SPEED = 0.02  # of motions that name none [m/s]: what force insertion moves with
 CORNERS = 3  # of an insertion's path that lead to its depth; the last one lets the hole down, which is a motion of its own
+FELT_FOR = ("until_contact", "spiral_search")
+DRIVEN = frozenset(k.name for k in KINDS.values() if k.widens > 0 and k.name not in FELT_FOR)
+"""Every other kind in contact: those that widen what is believed of a held thing."""
 
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
-    if motion.kind in ("until_contact", "spiral_search"):
+    if motion.kind in FELT_FOR:
         return [Grounding((), "left out", key="none")]
-    return _driven(motion, belief, context) if motion.kind in ("force_path", "force_insert") else None
+    return _driven(motion, belief, context) if motion.kind in DRIVEN else None
 
 
 def _driven(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
     path = free_motion.place_of(motion, context).path
     corners = list(path[:CORNERS] if motion.kind == "force_insert" else path)
     points = free_motion.line(motion, belief, context, corners)
-    speed = float(motion.parameters.get("speed_m_s", SPEED))
+    speed = value(motion, "speed_m_s")
     steps = tuple(MoveLinear(c, speed, ACCELERATION, origin=motion.name) for c in corners)
     yield Grounding(steps, "driven without feeling", 0.0, belief.moved(points[-1]), key="plain")

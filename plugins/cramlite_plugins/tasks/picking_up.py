@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite.errors import EARLIER_TASKS
 
 
 class PickingUp(TaskType):
@@ -16,10 +17,13 @@ class PickingUp(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("the object must be grasped before it is picked up")
+            raise Unresolvable("the object must be grasped before it is picked up", because=(EARLIER_TASKS,))
         if peg := belief.relates("hangs_on", belief.held.thing):
+            locatum = action.roles.get("Locatum")
+            meant = locatum is not None and (locatum.entity or "").split("/")[0] == belief.held.thing
             raise Unresolvable(
-                f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom"
+                f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom",
+                because=(EARLIER_TASKS, locatum.name) if locatum is not None and meant else (),
             )
         up = Location(action.inside("up"), "lift", parameters={"height_m": self.parameter(action, "height_m")})
         touched = tuple(o.name for k, o in action.roles.items() if k == "Relatum")

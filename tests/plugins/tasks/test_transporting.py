@@ -8,6 +8,8 @@ import pytest
 
 from cramlite import Action, Held, Pose, Unresolvable, World, initial_belief
 from cramlite.designators import Object
+from cramlite.errors import EARLIER_TASKS
+from cramlite_plugins.tasks.picking_up import PickingUp
 from cramlite_plugins.tasks.transporting import Transporting
 
 HANGS = replace(
@@ -33,3 +35,14 @@ def test_what_hangs_elsewhere_must_be_pulled_off_first() -> None:
 def test_what_does_not_hang_is_carried() -> None:
     (way,) = Transporting().decompose(carried_to("hook"), HANGS.unrelated("hangs_on", "coffee"))
     assert len(way.steps) == 1
+
+
+def test_lifting_what_hangs_depends_on_which_thing_it_is_and_on_no_path() -> None:
+    action = Action("2.PickingUp", "soma:PickingUp", {"Locatum": Object("object_1", entity="coffee")})
+    with pytest.raises(Unresolvable, match="more than one degree") as refused:
+        list(PickingUp().decompose(action, HANGS))
+    assert refused.value.because == (EARLIER_TASKS, "object_1")
+    other = Action("2.PickingUp", "soma:PickingUp", {"Locatum": Object("object_1", entity="tin")})
+    with pytest.raises(Unresolvable) as refused:  # another designator said what to grasp: anything may have
+        list(PickingUp().decompose(other, HANGS))
+    assert refused.value.because == ()

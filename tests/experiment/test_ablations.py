@@ -1,0 +1,38 @@
+"""What an ablation takes away is really gone from the programs, and was there before."""
+
+from __future__ import annotations
+
+import pytest
+
+from cramlite.coherence import candidates
+from cramlite.experiment.spec import find_experiment
+from cramlite.experiment.trial import bench
+from cramlite.plan import TaskCall, plan_from_episode
+from cramlite.resources import find_scenario
+from cramlite.search import Budget
+from cramlite.trace import Trace
+from cramlite_plugins.motions.kinds import KINDS
+
+FELT = {k.step for k in KINDS.values() if k.widens > 0}
+"""Steps that feel: those in contact, after which less is known of what is held."""
+
+
+def steps(name: str, without: str | None) -> set[str]:
+    """The kinds of steps of the first program for the shipped demonstration of a scenario, in the experiment's world."""
+    place = bench(find_experiment(name), "main", without)
+    engine = place.engine
+    episode = engine.read_episode(find_scenario(name).parent / name / "demonstration")
+    sequence = next(candidates(engine.interpret(episode), engine.knowledge.rules))
+    calls = [TaskCall(engine.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
+    setting = engine.setting(place.scenario, seed=0)
+    found = engine.attempts(plan_from_episode(setting.name, calls, episode), setting, Budget(proofs=1), Trace())
+    return {type(step).__name__ for step in next(found)[0].program.steps}
+
+
+@pytest.mark.parametrize("name", ["fetch_from_hanger", "hang_onto_hanger"])
+def test_without_force_control_nothing_is_felt(name: str) -> None:
+    assert steps(name, None) & FELT and not steps(name, "force_control") & FELT
+
+
+def test_without_search_only_the_search_is_gone() -> None:
+    assert steps("hang_onto_hanger", None) & FELT - steps("hang_onto_hanger", "search") == {"SpiralSearch"}
