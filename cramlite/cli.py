@@ -219,6 +219,23 @@ def _plugins(arguments: argparse.Namespace) -> int:
     return 3 if registry.faults else 0
 
 
+def _view(arguments: argparse.Namespace) -> int:
+    from .viewing import view_run
+
+    return view_run(
+        arguments.directory,
+        world=arguments.world,
+        seed=arguments.seed,
+        host=arguments.host,
+        port=arguments.port,
+        browser=not arguments.no_browser,
+        seconds=arguments.seconds,
+        plugins=arguments.plugin,
+        block=arguments.block,
+        prefer=arguments.prefer,
+    )
+
+
 def _explain(arguments: argparse.Namespace) -> int:
     from .explain import as_json, trace_text
     from .run import read_json
@@ -256,6 +273,7 @@ COMMANDS = {
     "resolve": _resolve,
     "schema": _schema,
     "tasks": _tasks,
+    "view": _view,
 }
 
 

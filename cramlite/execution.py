@@ -34,7 +34,7 @@ def execute_program(
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
         world: the ``world.json`` of a run directory, or a scenario, whose world with this seed is taken.
-        out: folder for the recorded run: ``execution.json``, ``rollout.npz`` and, with ``episode``, ``episode/``.
+        out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
     Returns:
         0 when the program came to its end.
@@ -127,10 +127,15 @@ def _text(program: Path) -> str:
 
 
 def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
+    from pydantic import TypeAdapter
+
+    from .world import World
+
     try:
         out.mkdir(parents=True, exist_ok=True)
         (out / "execution.json").write_text(as_json(rollout_json(rollout)))
         save_rollout(rollout, out / "rollout.npz")
+        (out / "world.json").write_bytes(TypeAdapter(World).dump_json(rollout.world, indent=1))
     except OSError as error:
         raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
     if episode:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any
 
@@ -16,7 +17,11 @@ from .scene_data import scene_data
 from .shared import Span, fill, script, spans
 
 TICK = 0.05
-"""A position of the slider [s]."""
+"""A position of the slider [s], in runs that are not too long for the page."""
+POSES = 150_000
+"""Poses on a page at most, over all ticks and bodies: 2.8 MB."""
+BODIES = 40
+"""Of an arm, a hand and the things that move, more or less; grains come on top."""
 
 
 @hookimpl
@@ -33,11 +38,12 @@ def render(done: Finished) -> str:
     code = done.solution.candidate.code
     tasks = spans(done.solution)
     begin, end = float(rollout.times[0]), float(rollout.times[-1])
-    ticks = np.searchsorted(rollout.times, np.arange(begin, end, TICK)).clip(0, len(rollout.times) - 1)
+    tick = _tick(rollout)
+    ticks = np.searchsorted(rollout.times, np.arange(begin, end + tick / 2, tick)).clip(0, len(rollout.times) - 1)
     samples = [int(k) for k in ticks]
     lines = [int(rollout.lines[k]) for k in ticks]
     data = {
-        "start": begin, "tick": TICK, "lines": lines, "where": _where(code, lines), "texts": _texts(code, lines),
+        "start": begin, "tick": tick, "lines": lines, "where": _where(code, lines), "texts": _texts(code, lines),
         "scene": scene_data(done.scene(samples), rollout, samples, tasks),
     }  # fmt: skip
     plots = _plots(rollout, done.solution.candidate.robot.joints, ticks)
@@ -46,6 +52,13 @@ def render(done: Finished) -> str:
         values=[list(p.values) for p in plots], count=len(ticks), begin=begin, end=end, marks=_marks(begin, end),
         messages=rollout.messages, proven=done.proven, outcome=rollout.outcome, reason=rollout.reason,
     )  # fmt: skip
+
+
+def _tick(rollout: Rollout) -> float:
+    """The time between positions of the slider [s]: a multiple of TICK, so that the page stays small."""
+    bodies = BODIES + sum(int(centres.shape[1]) for centres in rollout.grains.values())
+    duration = float(rollout.times[-1] - rollout.times[0])
+    return TICK * math.ceil(duration / TICK * bodies / POSES)
 
 
 def _plots(rollout: Rollout, joints: tuple[str, ...], ticks: Any) -> list[Plot]:

@@ -56,6 +56,9 @@ def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
         if thing.movable:
             row = rollout.poses[thing.name][sample]
             compiled.place(data, thing.name, Pose(tuple(row[:3]), tuple(row[3:])))
+    for name, centres in rollout.grains.items():
+        addresses = np.array([address for _, address in compiled.things[name].grains])
+        data.qpos[addresses[:, None] + np.arange(3)] = centres[sample]
     if isinstance(index, RobotIndex):
         data.qpos[list(index.joints)] = rollout.joints[sample]
         index.set_opening(compiled.model, data, float(rollout.opening[sample]))

@@ -12,8 +12,8 @@ from cramlite.scene import Solid
 
 from .index import Model
 
-SEGMENTS = 28
-"""Of round geoms: an edge of the widest link of a UR5e is then 17 mm long."""
+EDGE, FEWEST, MOST = 0.013, 8, 28
+"""How long an edge of a round geom should be [m], and how many it has: the widest link of a UR5e gets 28."""
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 _SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
 """Of a box, each counter-clockwise seen from outside."""
@@ -57,8 +57,13 @@ def _surface(model: Model, geom: int) -> tuple[Floats, Any] | None:
 
 def _dome(radius: float, half: float) -> Floats:
     """The outline of a capsule (a sphere if ``half`` is 0) from its lower to its upper end, rows (distance from the axis, z)."""
-    angles = np.linspace(-np.pi / 2, np.pi / 2, SEGMENTS // 2 + 1)
+    angles = np.linspace(-np.pi / 2, np.pi / 2, _segments(radius) // 2 + 1)
     return np.column_stack([radius * np.cos(angles), radius * np.sin(angles) + np.sign(angles) * half])
+
+
+def _segments(radius: float) -> int:
+    """An even number, so that a dome has an equator."""
+    return 2 * round(min(max(2 * np.pi * radius / EDGE, FEWEST), MOST) / 2)
 
 
 def lathe(outline: Floats) -> tuple[Floats, Any]:
@@ -67,13 +72,14 @@ def lathe(outline: Floats) -> tuple[Floats, Any]:
     Args:
         outline: (P, 2) rows (distance from the axis, z), upwards.
     """
-    turns = 2 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    count = _segments(float(outline[:, 0].max()))
+    turns = 2 * np.pi * np.arange(count) / count
     ring = np.column_stack([np.cos(turns), np.sin(turns)])
-    vertices = np.concatenate([np.column_stack([r * ring, np.full(SEGMENTS, z)]) for r, z in outline])
-    here = np.arange(SEGMENTS)
-    there, faces = (here + 1) % SEGMENTS, []
+    vertices = np.concatenate([np.column_stack([r * ring, np.full(count, z)]) for r, z in outline])
+    here = np.arange(count)
+    there, faces = (here + 1) % count, []
     for row in range(len(outline) - 1):
-        low, high = row * SEGMENTS, (row + 1) * SEGMENTS
+        low, high = row * count, (row + 1) * count
         faces.append(np.column_stack([low + here, low + there, high + there]))
         faces.append(np.column_stack([low + here, high + there, high + here]))
     return vertices, _proper(vertices, np.concatenate(faces))
