@@ -15,7 +15,7 @@ from .version import VERSION
 if TYPE_CHECKING:
     from .answers import Answers, Context, Grounding, Refused
     from .belief import Belief, Estimate, Held, initial_belief
-    from .designators import Action, Late, Location, Motion, Object, Place
+    from .designators import Action, Late, Location, Motion, Object, Place, Stand
     from .engine import Engine, Solution
     from .episode import Entity, Episode, Event, Repair, Track
     from .errors import EARLIER_TASKS, CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .program import (
         Code,
         CompliantSlide,
+        Drive,
         ForceExtract,
         ForceInsert,
         ForceMove,
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
         Wait,
         ZeroSensor,
     )
-    from .robots import Gripper, Robot
+    from .robots import Gripper, Platform, Robot
     from .rollout import Message, Rollout, Touch
     from .scenario import Scenario, read_scenario
     from .search import Budget
@@ -61,7 +62,7 @@ __version__ = VERSION
 _HOMES = {
     "answers": "Answers Context Grounding Refused",
     "belief": "Belief Estimate Held initial_belief",
-    "designators": "Action Late Location Motion Object Place",
+    "designators": "Action Late Location Motion Object Place Stand",
     "engine": "Engine Solution",
     "episode": "Entity Episode Event Repair Track",
     "errors": "EARLIER_TASKS CramliteError NoSolution PluginError Unresolvable UserError nearest",
@@ -71,9 +72,9 @@ _HOMES = {
     "interpretation": "Interpretation",
     "plan": "Plan",
     "plugin_types": "Backend Candidate ModelMaker ReportSection Simulator Validator",
-    "program": "Code CompliantSlide ForceExtract ForceInsert ForceMove Monitor MoveJoints MoveLinear MoveUntilContact"
+    "program": "Code CompliantSlide Drive ForceExtract ForceInsert ForceMove Monitor MoveJoints MoveLinear MoveUntilContact"
     " Parallel Program Repeat SetGripper SetPayload SpiralSearch Step TryInOrder Wait ZeroSensor",
-    "robots": "Gripper Robot",
+    "robots": "Gripper Platform Robot",
     "rollout": "Message Rollout Touch",
     "scenario": "Scenario read_scenario",
     "search": "Budget",
@@ -98,6 +99,7 @@ __all__ = [
     "Context",
     "CramliteError",
     "Decomposition",
+    "Drive",
     "Engine",
     "Entity",
     "Episode",
@@ -134,6 +136,7 @@ __all__ = [
     "Physics",
     "Place",
     "Plan",
+    "Platform",
     "PluginError",
     "Pose",
     "Program",
@@ -151,6 +154,7 @@ __all__ = [
     "Simulator",
     "Solution",
     "SpiralSearch",
+    "Stand",
     "Step",
     "TaskType",
     "Thing",

@@ -57,6 +57,7 @@ class Belief:
         opening: of its gripper [m].
         held: what is grasped, and how.
         relations: facts such as ("hangs_on", "tea", "hanger").
+        at: where the arm's base is in the world, for a robot that drives; None for one that is bolted down.
     """
 
     world: World
@@ -66,6 +67,7 @@ class Belief:
     opening: float
     held: Held | None = None
     relations: frozenset[Relation] = field(default_factory=frozenset)
+    at: Pose | None = None
 
     def thing(self, entity: str) -> Thing:
         """The thing that an entity name ("thing" or "thing/feature") belongs to."""
@@ -80,8 +82,8 @@ class Belief:
         return owner.feature(type_) if type_ else None
 
     def base(self) -> Pose:
-        """The robot's base in the world."""
-        return next(r.base for r in self.world.robots if r.name == self.robot)
+        """The arm's base in the world."""
+        return self.at or next(r.base for r in self.world.robots if r.name == self.robot)
 
     def pose(self, entity: str) -> Pose:
         """Pose of a thing or feature in the robot's base frame.
@@ -96,6 +98,11 @@ class Belief:
 
     def moved(self, joints: tuple[float, ...]) -> Belief:
         return replace(self, joints=joints)
+
+    def driven(self, at: Pose) -> Belief:
+        """The arm's base is elsewhere; what is held came along."""
+        held = replace(self.held, joints=()) if self.held else None
+        return replace(self, at=at, held=held)
 
     def grasped(self, held: Held) -> Belief:
         """The thing moves with the hand from now on; nothing else supports it until that is known."""
@@ -121,8 +128,13 @@ class Belief:
 
 
 def initial_belief(
-    world: World, robot: str, joints: tuple[float, ...], opening: float, relations: Iterable[Relation] = ()
+    world: World,
+    robot: str,
+    joints: tuple[float, ...],
+    opening: float,
+    relations: Iterable[Relation] = (),
+    at: Pose | None = None,
 ) -> Belief:
     """The belief that takes every pose of the world as known."""
     poses = {t.name: Estimate(t.pose) for t in world.things}
-    return Belief(world, poses, robot, joints, opening, relations=frozenset(relations))
+    return Belief(world, poses, robot, joints, opening, relations=frozenset(relations), at=at)

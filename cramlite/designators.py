@@ -52,7 +52,8 @@ class Location:
 
     Args:
         name: e.g. "grasp(object_1)"; tasks that name the same location share its grounding.
-        relation: what the place is to the object: "grasp", "in", "on", "extract", "insert", "slide", "home", ...
+        relation: what the place is to the object: "grasp", "in", "on", "extract", "insert", "slide", "home", ...;
+            "stand" is a place of the robot itself (a ``Stand``).
         of: variable of the reference object; None where the relation needs none.
         parameters: further constraints, by name.
     """
@@ -90,13 +91,26 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Stand:
+    """A grounded location of the robot itself.
+
+    Args:
+        pose: of its platform, in the world: level, on the floor.
+        thing: the thing that it stands at.
+    """
+
+    pose: Pose
+    thing: str = ""
+
+
+@dataclass(frozen=True)
 class Motion:
     """A movement without its trajectory.
 
     Args:
         name: unique in the plan, e.g. "3.Grasping/approach".
         kind: "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert",
-            "payload", "zero_sensor", "hold".
+            "payload", "zero_sensor", "hold", "drive".
         to: name of a location, or None.
         parameters: by name, with units in the name, e.g. {"speed_m_s": 0.05}.
         may_touch: variables or "held" that may be touched on the way.

@@ -240,8 +240,9 @@ def go_and_look(
     from .trace import Trace
 
     mount, trace, done = seen.known.robots[0], Trace(), seen.state
-    joints = done.belief.joints if done else robot.home
-    belief = initial_belief(seen.world, mount.name, joints, robot.gripper.opening[1], seen.relations)
+    at = robot.arm_at(mount.base) if robot.platform else None
+    joints, opening = done.belief.joints if done else robot.home, robot.gripper.opening[1]
+    belief = initial_belief(seen.world, mount.name, joints, opening, seen.relations, at)
     belief = replace(belief, poses={**belief.poses, **seen.estimates})
     context = Context(robot, mount, {}, knowledge.taxonomy, seed=seed, camera=camera)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace)

@@ -1,7 +1,8 @@
 """A typed robot program: the steps that backends turn into code.
 
 All lengths are metres, angles radians, times seconds, forces newtons. Cartesian
-targets are poses of the tool centre point (TCP) in the robot's base frame.
+targets are poses of the tool centre point (TCP) in the frame of the arm's base, wherever
+a platform has driven it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from .geometry import Pose, Vector3
 from .step import Joints, Step
 
 __all__ = [
-    "AnyStep", "Code", "CompliantSlide", "Control", "ForceExtract", "ForceInsert", "ForceMove", "Joints", "Monitor",
+    "AnyStep", "Code", "CompliantSlide", "Control", "Drive", "ForceExtract", "ForceInsert", "ForceMove", "Joints", "Monitor",
     "MoveJoints", "MoveLinear", "MoveUntilContact", "Parallel", "Program", "Repeat", "Section", "SetGripper",
     "SetPayload", "Snapshot", "SpiralSearch", "Step", "TryInOrder", "Wait", "ZeroSensor", "branches", "clash",
     "uses_arm", "walk",
@@ -94,6 +95,24 @@ class Wait(Step):
 
 
 @dataclass(frozen=True)
+class Drive(Step):
+    """Drive the platform along straight legs; it may turn on each, and stops where they meet.
+
+    Args:
+        legs: x, y [m] and turn about z [rad] of the platform in the world at the end of each leg; each turns the
+            shorter way round.
+        speed, acceleration: of its frame [m/s, m/s2].
+        turn_speed, turn_acceleration: [rad/s, rad/s2].
+    """
+
+    legs: tuple[Vector3, ...]
+    speed: float
+    acceleration: float
+    turn_speed: float
+    turn_acceleration: float
+
+
+@dataclass(frozen=True)
 class TryInOrder(Step):
     """Branches, tried one after the other while the program runs, until one succeeds.
 
@@ -156,6 +175,7 @@ AnyStep = (
     | SetPayload
     | ZeroSensor
     | Wait
+    | Drive
     | Control
 )
 
@@ -166,7 +186,8 @@ def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
 
 
 def uses_arm(steps: Iterable[AnyStep]) -> bool:
-    """Whether steps need the arm: all but those of the gripper and standing still."""
+    """Whether steps need the arm: all but those of the gripper and standing still; a
+    platform that drives moves the arm."""
     return any(not isinstance(s, SetGripper | Wait) for s in steps)
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from .belief import Belief
+from .errors import UserError
 from .knowledge import Knowledge
 from .plan import Plan
 from .plugin_types import Backend, Candidate
@@ -63,6 +64,8 @@ def prove(
         return candidate, Verdict(tuple(findings))
     try:
         candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
+    except UserError as refused:
+        return candidate, Verdict((*findings, Finding("code", False, f"backend '{backend.name}': {refused}")))
     except Exception as error:
         fault = knowledge.registry.fault(backend.name, "backends", candidate.program.name, error)
         return candidate, Verdict(

@@ -34,6 +34,30 @@ class Gripper:
 
 
 @dataclass(frozen=True)
+class Platform:
+    """A mobile base that carries an arm: it drives on the floor in any direction, and turns.
+
+    Its frame is in the middle of it on the floor, x forwards, z up.
+
+    Args:
+        body: its name in the model.
+        joints: names of the joints in the model, and of their position actuators: x and y [m], then the turn about z
+            [rad], of the frame in the one where the model was put.
+        arm: where the arm's base is on it.
+        size: length, width and height [m].
+        speed: highest [m/s, rad/s].
+        acceleration: highest [m/s2, rad/s2].
+    """
+
+    body: str
+    joints: tuple[str, str, str]
+    arm: Pose
+    size: tuple[float, float, float]
+    speed: tuple[float, float]
+    acceleration: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class Robot:
     """A robot arm with its gripper.
 
@@ -53,6 +77,7 @@ class Robot:
         mjcf: returns the model of arm and gripper as MJCF text. Names in it: joints and position actuators as in
             ``joints``; bodies as the links; actuator "gripper" (0 open .. 255 closed); sites "flange", "tcp", "ft";
             sensors "ft_force", "ft_torque"; pad geoms "left_pad*" and "right_pad*".
+        platform: what drives the arm around; None for one that is bolted down.
     """
 
     type: str
@@ -68,3 +93,12 @@ class Robot:
     sensor: str | None
     backend: str
     mjcf: Callable[[], str]
+    platform: Platform | None = None
+
+    def arm_at(self, stand: Pose) -> Pose:
+        """Where the arm's base is in the world when the robot stands somewhere: a platform's frame, or the arm itself."""
+        return stand * self.platform.arm if self.platform else stand
+
+    def stand_of(self, arm: Pose) -> Pose:
+        """The inverse of ``arm_at``."""
+        return arm * self.platform.arm.inverse() if self.platform else arm

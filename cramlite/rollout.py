@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from .geometry import Floats
+from .geometry import Floats, Vector3
 from .world import World
 
 
@@ -58,6 +58,8 @@ class Rollout:
         reason: one clause with numbers when the outcome is not "finished".
         values: thing name -> (N,) value of the joint that it moves on [m, rad].
         grains: thing name -> (N, count, 3) centres of the balls that it was filled with, world frame [m].
+        sizes: of what is in ``poses`` and no thing: "mount/base" is a robot's platform; length, width, height over its
+            frame [m].
     """
 
     world: World
@@ -75,3 +77,4 @@ class Rollout:
     extra: dict[str, float] = field(default_factory=dict)
     values: dict[str, Floats] = field(default_factory=dict)
     grains: dict[str, Floats] = field(default_factory=dict)
+    sizes: dict[str, Vector3] = field(default_factory=dict)

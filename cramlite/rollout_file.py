@@ -27,7 +27,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
         "messages": [asdict(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
         "values": {name: values.tolist() for name, values in rollout.values.items()},
-        "grains": list(rollout.grains),
+        "grains": list(rollout.grains), "sizes": rollout.sizes,
     }  # fmt: skip
     arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
     poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
@@ -75,6 +75,7 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         reason=header["reason"],
         extra=header["extra"],
         values={name: np.array(values) for name, values in header.get("values", {}).items()},
-        grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
+        "values": {name: values.tolist() for name, values in rollout.values.items()},
+        "grains": list(rollout.grains), "sizes": rollout.sizes,
         **{name: data[name] for name in _ARRAYS},
     )

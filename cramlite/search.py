@@ -130,6 +130,7 @@ class Search:
         """Try the alternatives of one designator; return the choices that its failure depends on."""
         node = self.trace.add(parent, item.name, str(item), "asked", "engine", "")
         conflict = {f.compound.name for f in state.frames}  # without them it would not be asked for
+        conflict |= {state.stand} if state.stand else set()  # what the arm can do depends on where the robot stands
         tried = 0
         answers = _ways(item) if isinstance(item, Compound) else self._alternatives(item, state, node, conflict)
         for plugin, answer in answers:
@@ -230,7 +231,9 @@ class Search:
         bindings = {**state.bindings, item.name: answer.value}
         if isinstance(item, Motion):
             steps = (*state.steps, *answer.value)
-            return replace(after, bindings=bindings, steps=steps, motions=state.motions | {item.name})
+            drove = item.to is not None and after.belief.at != state.belief.at
+            stand = item.to.name if item.to is not None and drove else state.stand
+            return replace(after, bindings=bindings, steps=steps, motions=state.motions | {item.name}, stand=stand)
         return replace(after, bindings=bindings)
 
     def _close(self, state: State, effect: Effect, rest: tuple[Item, ...]) -> State:

@@ -15,7 +15,7 @@ from itertools import pairwise
 from typing import Any
 
 from .belief import Belief
-from .designators import Action, Designator, Location, Motion, Place
+from .designators import Action, Designator, Location, Motion, Place, Stand
 from .errors import Unresolvable
 from .flow import Compound, Mark, touched
 from .program import AnyStep, Control, Monitor, Parallel, Repeat, Section, TryInOrder, clash
@@ -51,6 +51,8 @@ class State:
     Args:
         grip: what was held when the last action of the plan ended.
         again: names of places that were bound before the grip last changed -> the how manieth the next one will be.
+        stand: the place that the robot drove to last, by name; "" where it has not driven.
+        stood: ``stand`` when the last action of the plan ended.
     """
 
     agenda: tuple[Item, ...]
@@ -65,6 +67,8 @@ class State:
     frames: tuple[Frame, ...] = ()
     grip: str = ""
     again: Mapping[str, int] = field(default_factory=dict)
+    stand: str = ""
+    stood: str = ""
 
     @property
     def folding(self) -> bool:
@@ -73,13 +77,15 @@ class State:
 
 
 def gripped(state: State) -> State:
-    """The state behind an action of the plan. If it took or let go of something, the places bound so far are history: the
-    same thing stands elsewhere, or is held in another way, and whoever asks for its grasp again gets a new answer."""
+    """The state behind an action of the plan. If it took or let go of something, or drove, the places bound so far are
+    history: the same thing stands elsewhere, or is held in another way, and whoever asks for its grasp again gets a new
+    answer."""
     held = state.belief.held.thing if state.belief.held else ""
-    if held == state.grip:
+    if held == state.grip and state.stand == state.stood:
         return state
-    bound = Counter(k.split("#")[0] for k, v in state.bindings.items() if isinstance(v, Place))
-    return replace(state, grip=held, again={name: count + 1 for name, count in bound.items()})
+    bound = Counter(k.split("#")[0] for k, v in state.bindings.items() if isinstance(v, Place | Stand))
+    again = {name: count + 1 for name, count in bound.items()}
+    return replace(state, grip=held, stood=state.stand, again=again)
 
 
 def renewed(item: Item, state: State) -> Item:
@@ -171,6 +177,8 @@ def _differ(one: Belief, other: Belief) -> str:
         return f"a joint is {apart:.2f} rad apart, more than {SAME:.2f} rad"
     if abs(one.opening - other.opening) > MOVED:
         return f"the fingers are {1000 * one.opening:.0f} and {1000 * other.opening:.0f} mm open"
+    if one.at != other.at:
+        return "the robot stands elsewhere"
     for name in one.poses.keys() & other.poses.keys():
         if (way := math.dist(one.poses[name].pose.position, other.poses[name].pose.position)) > MOVED:
             return f"'{name}' is {1000 * way:.0f} mm apart"

@@ -20,6 +20,7 @@ REFUSED = {
     "holding": "nothing is held",
     "insert_hole_onto_peg": "3.InsertHoleOntoPeg/lower: no contact within 0.0135 m",
     "looking_at": "after 1.LookingAt 'in_view(Patient)' does not hold",
+    "navigating": "after 1.Navigating 'stands_at(Base, Destination)' does not hold",
     "no_op": "'arm/forearm_link' hit 'weight'",
     "opening": "1.Opening/pull: force",
     "open_gripper_task": "during 1.OpenGripperTask 'gripper_moves()' does not hold",

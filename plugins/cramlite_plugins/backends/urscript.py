@@ -14,7 +14,7 @@ import re
 from dataclasses import dataclass, field
 
 from cramlite.errors import UserError
-from cramlite.program import AnyStep, Code, Control, Program, Section
+from cramlite.program import AnyStep, Code, Control, Drive, Program, Section, walk
 from cramlite.robots import Robot
 
 from . import urscript_flow, urscript_search
@@ -80,6 +80,11 @@ def emit(program: Program, robot: Robot) -> Code:
 def _check(program: Program, robot: Robot) -> None:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", program.name):
         raise UserError(f"program name '{program.name}': URScript needs a letter, then letters, digits and underscores")
+    if drive := next((s for s in walk(program.steps) if isinstance(s, Drive)), None):
+        raise UserError(
+            f"step '{drive.origin}' drives a platform, and URScript moves an arm only; write the program as typed_json, "
+            "or drive by other means and give URScript the tasks between two drives"
+        )
     if program.robot_type != robot.type or robot.backend != "urscript":
         raise UserError(f"program for '{program.robot_type}': URScript for '{robot.type}' cannot carry it out")
 

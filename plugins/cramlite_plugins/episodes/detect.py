@@ -31,7 +31,15 @@ from cramlite.geometry import Floats
 from cramlite.rollout import Rollout
 
 from ..experts.contents import where
-from .entities import camera_entities, contents_entities, contents_of, effector_entities, effectors, thing_entities
+from .entities import (
+    camera_entities,
+    contents_entities,
+    contents_of,
+    effector_entities,
+    effectors,
+    platform_entities,
+    thing_entities,
+)
 from .signals import (
     GAP,
     SHORT,
@@ -88,7 +96,8 @@ def detect(rollout: Rollout, name: str) -> Episode:
         Timeline of states only; actions are what lies between their boundaries, and are segmented later.
     """
     things = (e for t in rollout.world.things for e in thing_entities(t, rollout))
-    entities = (*things, *contents_entities(rollout), *effector_entities(rollout), *camera_entities(rollout))
+    robot = (*effector_entities(rollout), *platform_entities(rollout), *camera_entities(rollout))
+    entities = (*things, *contents_entities(rollout), *robot)
     known = {e.name for e in entities}
     pairs = _pairs(rollout, known)
     states = (*_contacts(rollout, pairs), *_supports(rollout, pairs), *_grasps(rollout, pairs), *_contents(rollout))

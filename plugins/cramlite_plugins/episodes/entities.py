@@ -65,6 +65,13 @@ def contents_of(thing: str) -> str:
     return f"contents_of_{thing}"
 
 
+def platform_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """What the robot drives on, if it does."""
+    name = f"{rollout.effector}/base"
+    known = name in rollout.poses
+    return (Entity(name, ("cram:MobileBase",), rollout.effector, None, rollout.sizes.get(name)),) if known else ()
+
+
 def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
     """Side lengths of the axis-aligned box around a shape [m], in its own frame; None without a shape."""
     if not geoms:

@@ -77,8 +77,8 @@ def _classed(entity: str, own: str, wanted: Object, context: Context, *, part: b
 
 
 def _too_far(thing: Thing, belief: Belief, context: Context) -> str:
-    """Whether even the nearest point of the thing is out of reach of the gripper."""
-    if belief.held and belief.held.thing == thing.name:
+    """Whether even the nearest point of the thing is out of reach of the gripper; a robot that drives gets near it."""
+    if belief.at is not None or (belief.held and belief.held.thing == thing.name):
         return ""
     centre = belief.pose(thing.name).position
     radius = max((math.dist((0, 0, 0), g.pose.position) + math.hypot(*g.size) for g in thing.geoms), default=0.0)

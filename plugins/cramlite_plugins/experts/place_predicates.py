@@ -22,6 +22,8 @@ VIEW = np.deg2rad(30.0)
 """[rad] from the camera's axis: half the 60 deg that common depth cameras see."""
 DRAWN_IN = 0.9
 """Share of a box's corners' distances: its very edge may touch what it stands on."""
+BESIDE = 0.6
+"""[m] from the outline of what drives to that of what it stands at: an arm on it still reaches what lies at the edge."""
 APPROACHED = 0.01
 """[m] by which a distance must shrink to count."""
 
@@ -36,6 +38,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
+        Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
             "in_view",
             1,
@@ -106,6 +109,47 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
             gap = _gap(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR:
                 yield one, other
+
+
+def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """stands_at(Base, Place): from outline to outline on the floor, at the end of the phase; without a size, an origin."""
+    for other in [place] if place is not None else _things(phase):
+        for one in [name] if name is not None else _things(phase):
+            here, there = _pose(phase, one, phase.end), _pose(phase, other, phase.end)
+            if one != other and here is not None and there is not None:
+                boxes = [_box(phase, n) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for n in (one, other)]
+                if apart(here, boxes[0], there, boxes[1]) < BESIDE:
+                    yield one, other
+
+
+def apart(one: Pose, box: tuple[Vector3, Vector3], other: Pose, its: tuple[Vector3, Vector3]) -> float:
+    """The distance of two boxes (lowest and highest corner, each in its own frame) seen from above [m].
+
+    Points of one's outline, a tenth of a side apart, are measured against the other, whose z axis is upright or level.
+    """
+    (a, b, _), (c, d, _) = box
+    shares = np.linspace(0.0, 1.0, 11)
+    sides = [(a + s * (c - a), y) for s in shares for y in (b, d)] + [(x, b + s * (d - b)) for s in shares for x in (a, c)]
+    points = one.apply(np.array([(x, y, 0.0) for x, y in sides]))
+    corners = other.apply(np.array(list(itertools.product(*zip(*its, strict=True)))))
+    low, high = _upright(corners, other)
+    flat = _flat(other)
+    seen = (points[:, :2] - np.asarray(other.position)[:2]) @ flat
+    return float(np.linalg.norm(np.maximum(np.maximum(low - seen, seen - high), 0.0), axis=1).min())
+
+
+def _flat(pose: Pose) -> Floats:
+    """(2, 2) horizontal axes of a frame: of its two flattest axes the first, and the one across it."""
+    axes = pose.rotation.T
+    x = axes[int(np.argmin(np.abs(axes[:, 2])))][:2]
+    x = x / np.linalg.norm(x)
+    return np.array([[x[0], -x[1]], [x[1], x[0]]])
+
+
+def _upright(corners: Floats, pose: Pose) -> tuple[Floats, Floats]:
+    """Lowest and highest of corners along the horizontal axes of a frame, from its origin."""
+    seen = (corners[:, :2] - np.asarray(pose.position)[:2]) @ _flat(pose)
+    return seen.min(axis=0), seen.max(axis=0)
 
 
 def in_view(phase: Phase, name: str | None) -> Iterator[Row]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cramlite import Belief, Context, Grounding, Location, Place, Pose, Unresolvable
+from cramlite import Belief, Context, Grounding, Location, Place, Pose, Unresolvable, World
 from cramlite_plugins.motions.kinematics import forward, inverse, reach_shortfall
 from cramlite_plugins.motions.scene import Scene, scene
 
@@ -61,7 +62,7 @@ def make_scene(
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
     return scene(
-        belief.world, robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs, **extra
+        standing(belief, context), robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs, **extra
     )  # fmt: skip
 
 
@@ -71,6 +72,15 @@ def wider(belief: Belief) -> dict[str, float]:
     if belief.held:
         spread[belief.held.thing] = belief.held.sigma
     return {name: min(SIGMAS * sigma, WIDEST) for name, sigma in spread.items() if sigma > 0}
+
+
+def standing(belief: Belief, context: Context) -> World:
+    """The world with the acting robot where it stands now."""
+    if belief.at is None:
+        return belief.world
+    stand = context.robot.stand_of(belief.at)
+    mounts = (replace(m, base=stand) if m.name == belief.robot else m for m in belief.world.robots)
+    return replace(belief.world, robots=tuple(mounts))
 
 
 def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from .place_filters import CHEAP, DEAR, EDGE, Filter, Spot, Wanted
 Offset = tuple[float, float]
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GRID = 0.05  # of positions [m]
+INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 POSITIONS, FEW = 80, 9  # how many are looked at, and where nothing constrains them
 PER_PLACE = 0.5  # cost of each position that comes before: more than any turn and height
 YAWS = (
@@ -109,7 +110,8 @@ def held_now(belief: Belief, context: Context) -> Pose:
 
 
 def _offsets(wanted: Wanted, few: int) -> list[Offset]:
-    """Positions on the target in its frame, the middle first, then outwards; those near a thing nearest to it first.
+    """Positions on the target in its frame, the middle first, then outwards; those near a thing nearest to it first. A
+    robot that drove there begins with what is nearest to it: a table's middle may be out of reach from all sides.
 
     Args:
         few: how many are enough where nothing constrains them.
@@ -122,7 +124,12 @@ def _offsets(wanted: Wanted, few: int) -> list[Offset]:
     xs, ys = np.unique(np.concatenate([rows[0], rows[2]])), np.unique(np.concatenate([rows[1], rows[3]]))
     every = [(float(x) + 0.0, float(y) + 0.0) for x in xs for y in ys] or [(0.0, 0.0)]
     other = wanted.where.get("near")
-    at = wanted.target.inverse().apply(wanted.belief.pose(other).position)[:2] if other else np.zeros(2)
+    at = np.zeros(2)
+    if other:
+        at = wanted.target.inverse().apply(wanted.belief.pose(other).position)[:2]
+    elif wanted.belief.at is not None:
+        rim = np.array([max(size.get(name, 0.0) / 2 - INSET, 0.0) for name in ("width", "depth")])
+        at = np.clip(wanted.target.inverse().apply((0.0, 0.0, 0.0))[:2], -rim, rim)
     every.sort(key=lambda o: (round(math.dist(o, at), 4), o))
     return every[: POSITIONS if wanted.where else few]
 

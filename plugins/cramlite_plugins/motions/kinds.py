@@ -128,6 +128,15 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("acceleration_rad_s2", 1.4, "of the leading axis: URScript's default"),
             ),
         ),
+        MotionKind(
+            "drive", "Drive", "where the platform stands at the place",
+            (
+                Parameter("speed_m_s", 0.5, "a little over half of an MPO-500's 0.9"),
+                Parameter("acceleration_m_s2", 0.5, "a fifth of an MPO-500's 2.4: a held thing of 0.8 kg pulls with 0.4 N"),
+                Parameter("speed_rad_s", 0.6, "a corner of the platform then moves at 0.36 m/s"),
+                Parameter("acceleration_rad_s2", 0.6, "full speed after a second, as on a straight leg"),
+            ),
+        ),
         MotionKind("back", "MoveLinear", "where a control step began; only the plan language asks for it"),
     )
 }  # fmt: skip

@@ -13,5 +13,6 @@ def robots() -> Iterable[Robot]:
     from .irb1200 import IRB1200
     from .ur5 import UR5
     from .ur5e import UR5E
+    from .ur5e_mobile import UR5E_MOBILE
 
-    return [FR3, FR3_2F85, IRB1200, UR5, UR5E]
+    return [FR3, FR3_2F85, IRB1200, UR5, UR5E, UR5E_MOBILE]

@@ -76,6 +76,7 @@ def arm_mjcf(
     base: tuple[Cylinder, ...],
     tool: tuple[str, str],
     apart: tuple[tuple[str, str], ...] = (),
+    carrier: tuple[str, str, str] = ("", "", ""),
 ) -> str:
     """The MJCF text of an arm with its tool.
 
@@ -85,6 +86,7 @@ def arm_mjcf(
         base: shape of the part that does not move.
         tool: (body element for the flange, elements beside worldbody) of the gripper.
         apart: pairs of bodies whose shapes overlap although the real ones never meet.
+        carrier: elements before and after the base's body, and further actuators, of what the arm stands on.
     """
     inner = f'<site name="flange"/>{tool[0]}'
     for i in reversed(range(len(links))):
@@ -98,9 +100,9 @@ def arm_mjcf(
     skip = "<contact>" + "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in pairs) + "</contact>"
     still = "".join(_geom(c, "base_link", i) for i, c in enumerate(base))
     return (
-        f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><worldbody>'
-        f'<body name="base_link">{still}{inner}</body></worldbody>'
-        f"<actuator>{servos}</actuator>{skip}{tool[1]}</mujoco>"
+        f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><worldbody>{carrier[0]}'
+        f'<body name="base_link">{still}{inner}</body>{carrier[1]}</worldbody>'
+        f"<actuator>{servos}{carrier[2]}</actuator>{skip}{tool[1]}</mujoco>"
     )
 
 

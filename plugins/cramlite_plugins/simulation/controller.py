@@ -23,6 +23,7 @@ from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
 from .index import RobotIndex
 from .nominal_arm import NominalArm, cross
+from .platform_drive import PlatformDrive
 from .ur_motion import Motion, Slowed, blended_motion, joint_motion, linear_motion, slowed
 from .wrist_sensor import GRAVITY, WristSensor
 
@@ -57,7 +58,7 @@ class Controller:
     Args:
         model, data: MuJoCo's; settled, with the arm at rest.
         index: of the robot in the model.
-        base: where the robot is bolted down, for the direction of gravity.
+        base: where the robot is bolted down, or its platform stands at first.
         noise, seed: of the wrist sensor.
         steps: physics steps of a control cycle; 1 is the 500 Hz of an e-Series controller.
         drive: what moves the gripper: itself, or with the registers of a make's server in front of it.
@@ -79,7 +80,8 @@ class Controller:
         self.model, self.data, self.index, self.safety = model, data, index, safety
         self.arm: Robot = index.robot
         self.kinematics = NominalArm(index.robot)
-        self.base = base
+        self.base = index.robot.arm_at(base)
+        self.platform = PlatformDrive(model, data, index, base) if index.platform else None
         self.up = base.inverse().turn((0.0, 0.0, 1.0))
         self.sensor = WristSensor(self.up, noise, seed)
         self.gripper: GripperDrive = drive(index.robot.gripper, index, model)
@@ -99,7 +101,7 @@ class Controller:
         self.force_gain = 1.0
         self.freedrive = False
         self.nominal = self.kinematics.forward(self.q)
-        self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0}
+        self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}
         self._forget()
 
     @property
@@ -236,6 +238,8 @@ class Controller:
         """One cycle without a program, before it and after it: a running motion is stopped, and nothing is watched."""
         self.force_mode = None
         self.stop(ABANDONED)
+        if self.platform is not None:
+            self.platform.stop()
         try:
             self._apply(self._command())
         except ProtectiveStop:  # the path cannot be followed any further
@@ -246,7 +250,11 @@ class Controller:
         before, self.rate = self.q, (goal - self.q) / self.period
         self.q = goal
         self.gripper.advance(self.data, self.period)
+        if self.platform is not None:
+            self.platform.advance(self.period)
         self._physics(before)
+        if self.platform is not None:
+            self.base = self.arm.arm_at(self.platform.actual())
 
     def _begin(self, motion: Motion) -> Motion:
         self.motion, self.time = motion, 0.0
@@ -298,6 +306,8 @@ class Controller:
         reading = np.zeros(6)
         for k in range(1, self.steps + 1):
             data.ctrl[self.servos] = before + k * step + forward_fed
+            if self.platform is not None:
+                self.platform.apply(k / self.steps)
             mujoco.mj_step(model, data)
             reading[:3] += data.sensordata[index.ft_force : index.ft_force + 3]
             reading[3:] += data.sensordata[index.ft_torque : index.ft_torque + 3]
@@ -327,6 +337,11 @@ class Controller:
         if self._lasts("tracking", bool(error[j] > s.tracking), s.tracking_time):
             late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
             self._stop_for("tracking", late)
+        if self.platform is not None and (late := self.platform.late()):
+            if self._lasts("platform", True, s.tracking_time):
+                self._stop_for("platform", late)
+        else:
+            self.over["platform"] = 0.0
 
     def _lasts(self, name: str, exceeded: bool, patience: float) -> bool:
         """Whether a limit has been exceeded for longer than it may be."""

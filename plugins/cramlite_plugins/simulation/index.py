@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -94,6 +95,29 @@ class EffectorIndex:
 
 
 @dataclass(frozen=True)
+class PlatformIndex:
+    """A platform in the model: its body, and the qpos addresses and actuators of its joints x, y and turn."""
+
+    body: int
+    joints: tuple[int, ...]
+    actuators: tuple[int, ...]
+
+    def pose(self, data: Data) -> Pose:
+        """Its frame in the world; needs kinematics."""
+        return Pose(tuple(data.xpos[self.body]), tuple(data.xquat[self.body]))
+
+    def put(self, data: Data, start: Pose, stand: Pose) -> None:
+        """Let it stand somewhere without any physics; ``start`` is where its mount is."""
+        data.qpos[list(self.joints)] = flat(start.inverse() * stand)
+
+
+def flat(pose: Pose) -> tuple[float, float, float]:
+    """x, y [m] and turn about z [rad] of a level pose."""
+    w, _, _, z = pose.quaternion
+    return pose.position[0], pose.position[1], 2.0 * math.atan2(z, w)
+
+
+@dataclass(frozen=True)
 class RobotIndex(EffectorIndex):
     """A robot in the model.
 
@@ -102,6 +126,7 @@ class RobotIndex(EffectorIndex):
         joints, dofs: qpos and dof addresses of the arm, base to flange.
         actuators: their position servos.
         flange: site id.
+        platform: what it drives on, if it does.
     """
 
     robot: Robot
@@ -109,6 +134,7 @@ class RobotIndex(EffectorIndex):
     dofs: tuple[int, ...]
     actuators: tuple[int, ...]
     flange: int
+    platform: PlatformIndex | None = None
 
 
 def robot_index(model: Model, name: str, robot: Robot) -> RobotIndex:
@@ -121,7 +147,18 @@ def robot_index(model: Model, name: str, robot: Robot) -> RobotIndex:
         dofs=tuple(int(j.dofadr[0]) for j in joints),
         actuators=tuple(model.actuator(f"{name}/{j}").id for j in robot.joints),
         flange=model.site(f"{name}/flange").id,
+        platform=_platform_index(model, name, robot),
         **effector,
+    )
+
+
+def _platform_index(model: Model, name: str, robot: Robot) -> PlatformIndex | None:
+    platform = robot.platform
+    if platform is None:
+        return None
+    joints = tuple(int(model.joint(f"{name}/{j}").qposadr[0]) for j in platform.joints)
+    return PlatformIndex(
+        int(model.body(f"{name}/{platform.body}").id), joints, tuple(model.actuator(f"{name}/{j}").id for j in platform.joints)
     )
 
 

@@ -62,6 +62,10 @@ def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
     if isinstance(index, RobotIndex):
         data.qpos[list(index.joints)] = rollout.joints[sample]
         index.set_opening(compiled.model, data, float(rollout.opening[sample]))
+        if index.platform is not None:
+            row = rollout.poses[f"{index.name}/base"][sample]
+            start = next(m.base for m in rollout.world.robots if m.name == index.name)
+            index.platform.put(data, start, Pose(tuple(row[:3]), tuple(row[3:])))
 
 
 class _ById:

@@ -15,6 +15,7 @@ from cramlite.errors import UserError
 from cramlite.program import (
     AnyStep,
     CompliantSlide,
+    Drive,
     ForceExtract,
     ForceInsert,
     ForceMove,
@@ -51,6 +52,7 @@ STEPS: Mapping[type, Callable[[Any, Any], Cycles]] = {
     SetPayload: steps.set_payload,
     ZeroSensor: steps.zero_sensor,
     Wait: steps.stand_still,
+    Drive: steps.drive,
     MoveUntilContact: force_steps.until_contact,
     ForceMove: force_steps.force_move,
     SpiralSearch: force_steps.spiral_search,
@@ -81,6 +83,8 @@ def load_program(text: str, robot: Robot) -> ProgramText:
     for step in walk(program.steps):
         for q in (*getattr(step, "path", ()), getattr(step, "joints", ()) or program.start):
             _count(q, robot, f"step in line {found.lines[id(step)]}")
+        if isinstance(step, Drive) and robot.platform is None:
+            raise UserError(f"The program, line {found.lines[id(step)]}: a '{robot.type}' stands still; it cannot drive.")
         if wrong := clash(step.branches) if isinstance(step, Parallel) else _wrong(step):
             raise UserError(f"The program, line {found.lines[id(step)]}: {type(step).__name__}: {wrong}.")
     return found
@@ -90,7 +94,7 @@ def _wrong(step: AnyStep) -> str:
     """What the controller model would not carry out, as a clause."""
     if type(step) not in STEPS:
         return "the controller model has no such step"
-    for name in ("speed", "acceleration"):
+    for name in ("speed", "acceleration", "turn_speed", "turn_acceleration"):
         if getattr(step, name, 1.0) <= 0:
             return f"{name} {getattr(step, name):g} is not positive"
     radii = step.radii if isinstance(step, MoveJoints) else ()

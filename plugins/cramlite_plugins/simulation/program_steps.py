@@ -14,7 +14,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cramlite.program import AnyStep, MoveJoints, MoveLinear, SetGripper, SetPayload, Wait, ZeroSensor
+from cramlite.program import AnyStep, Drive, MoveJoints, MoveLinear, SetGripper, SetPayload, Wait, ZeroSensor
 
 from .controller import Controller
 
@@ -115,3 +115,15 @@ def zero_sensor(run: Running, step: ZeroSensor) -> Cycles:
 
 def stand_still(run: Running, step: Wait) -> Cycles:
     yield from wait(run.arm, step.duration)
+
+
+def drive(run: Running, step: Drive) -> Cycles:
+    """Leg by leg; what is in the way ends it as a protective stop."""
+    platform = run.arm.platform
+    if platform is None:
+        raise StepFailed(f"{step.origin}: there is no platform to drive")
+    for leg in step.legs:
+        platform.drive(leg, (step.speed, step.acceleration), (step.turn_speed, step.turn_acceleration))
+        while platform.driving:
+            yield
+    yield from wait(run.arm, SETTLE)

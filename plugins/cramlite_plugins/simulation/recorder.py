@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.geometry import Floats, Pose
+from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.rollout import Message, Rollout, Touch
 
 from .compile import Compiled
@@ -65,7 +65,12 @@ class Recorder:
             reason=reason,
             values={n: np.array([s["values"][n] for s in samples]) for n in joints},
             grains={n: np.array([s["grains"][n] for s in samples]) for n in (samples[0]["grains"] if samples else ())},
+            sizes=self._sizes(),
         )
+
+    def _sizes(self) -> dict[str, Vector3]:
+        platform = self.index.robot.platform if isinstance(self.index, RobotIndex) else None
+        return {f"{self.index.name}/base": platform.size} if platform else {}
 
     def _sample(self, data: Data, line: int) -> dict[str, Any]:
         model, index = self.compiled.model, self.index
@@ -75,6 +80,8 @@ class Recorder:
         for hand in self.compiled.hands:
             if hand.name != index.name:
                 frames |= {hand.name: hand.pose(data), **finger_poses(data, hand, hand.name)}
+        if isinstance(index, RobotIndex) and index.platform is not None:
+            frames[f"{index.name}/base"] = index.platform.pose(data)
         joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
         return {
             "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},

@@ -1,0 +1,82 @@
+"""The motion "drive": the platform of a robot goes to a stand, on a way that the whole robot is free on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from cramlite import EARLIER_TASKS, Answers, Belief, Context, Drive, Grounding, Motion, Stand, Unresolvable, hookimpl
+
+from .kinds import value
+from .knowledge import adapted, noted
+
+if TYPE_CHECKING:
+    from .ground import Ground
+
+SAME = 0.005, 0.01  # the platform stands there already within this [m, rad]
+
+
+@hookimpl
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    return _drive(adapted(motion, belief, context), belief, context) if motion.kind == "drive" else None
+
+
+def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
+    from .ground import NoWay, at, unwound, way
+
+    assert motion.to is not None, f"motion '{motion.name}' needs a location"
+    stand: Stand = context.bindings[motion.to.name]
+    here = at(context.robot.stand_of(belief.base()))
+    goal = unwound(at(stand.pose), here)
+    if math.dist(here[:2], goal[:2]) < SAME[0] and abs(here[2] - goal[2]) < SAME[1]:
+        yield Grounding((), "the platform stands there already", key="there")
+        return
+    floor = _floor(belief, context)
+    legs = way(floor, here, goal)
+    if isinstance(legs, NoWay):
+        because = (EARLIER_TASKS,) if legs.shut_in else ()  # no other stand would help
+        raise Unresolvable(f"the platform cannot drive to {motion.to}: {legs.reason}", because)
+    rates = [value(motion, n) for n in ("speed_m_s", "acceleration_m_s2", "speed_rad_s", "acceleration_rad_s2")]
+    step = Drive(tuple(legs), *rates, origin=motion.name, comment=motion.reason)
+    metres = sum(math.dist(a[:2], b[:2]) for a, b in pairwise([here, *legs]))
+    count = f"{len(legs)} legs" if len(legs) > 1 else "one leg"
+    clear = f"{1000 * floor.clearance:.0f} mm from everything"
+    reason = f"{metres:.2f} m in {count}, {clear}, {floor.checks[0]} places looked at{noted(motion)}"
+    yield Grounding((step,), reason, 0.0, belief.driven(context.robot.arm_at(stand.pose)), key="way")
+
+
+def _floor(belief: Belief, context: Context) -> Ground:
+    """The robot as it stands, with as much clearance as there is.
+
+    Raises:
+        Unresolvable: it stands too near to something, or has no platform.
+    """
+    from .ground import CLEARANCES, at
+
+    here = at(context.robot.stand_of(belief.base()))
+    blocked = ""
+    for clearance in CLEARANCES:
+        floor = floor_of(belief, context, clearance)
+        if not (blocked := floor.hit(here)):
+            return floor
+    raise Unresolvable(f"the platform cannot start: {blocked}")
+
+
+def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
+    """The ground with the robot's arm as it is believed to be.
+
+    Raises:
+        Unresolvable: the robot has no platform.
+    """
+    from .ground import ground
+
+    if context.robot.platform is None:
+        raise Unresolvable(f"'{context.robot.type}' is bolted down; it has no platform to drive", ("",))
+    poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
+    held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
+    robots = {context.robot.type: context.robot}
+    return ground(
+        belief.world, robots, belief.robot, belief.joints, poses=poses, held=held, opening=belief.opening, clearance=clearance
+    )
