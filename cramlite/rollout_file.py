@@ -75,7 +75,7 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         reason=header["reason"],
         extra=header["extra"],
         values={name: np.array(values) for name, values in header.get("values", {}).items()},
-        "values": {name: values.tolist() for name, values in rollout.values.items()},
-        "grains": list(rollout.grains), "sizes": rollout.sizes,
+        grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
+        sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
         **{name: data[name] for name in _ARRAYS},
     )

@@ -42,7 +42,7 @@ __all__ = [
 
 KINDS = (
     "transfer", "linear", "gripper", "until_contact", "force_path", "spiral_search", "force_insert", "force_extract",
-    "compliant_slide", "payload", "zero_sensor", "hold", "tilt", "back",
+    "compliant_slide", "payload", "zero_sensor", "hold", "tilt", "drive", "back",
 )  # fmt: skip
 """Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``)."""
 

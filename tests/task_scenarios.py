@@ -44,6 +44,7 @@ MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing"}
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
     "looking_at_hidden": "0 % of 'coffee' would be seen, 50 % is needed; 'board' hides most",
+    "navigating_blocked": "from the start, 1272 places were looked at",
     "opening_blocked": "mm inside 'post'",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
 }

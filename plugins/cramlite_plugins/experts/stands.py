@@ -96,7 +96,9 @@ def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
         turn = bearing + math.pi - math.radians(aside)
         way = math.dist(place[:2], base.position[:2])
         cost = PER_METRE * way + abs(distance - BEST) + PER_RADIAN * abs(math.radians(aside))
-        name = f"{distance:.2f} m away at {math.degrees(bearing):.0f} deg" + (f", target {aside:+.0f} deg aside" if aside else "")
+        name = f"{distance:.2f} m away at {math.degrees(bearing):.0f} deg" + (
+            f", target {aside:+.0f} deg aside" if aside else ""
+        )
         found.append((cost, name, Pose(place, (math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)))))
     return sorted(found, key=lambda f: (round(f[0], 6), f[1]))
 
@@ -129,7 +131,9 @@ def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
     assert context.robot.platform is not None
     length, width, _ = context.robot.platform.size
     low, high = _box(there, thing)
-    return apart(stand, ((-length / 2, -width / 2, 0.0), (length / 2, width / 2, 0.0)), there.poses[thing].pose, (low, high))
+    return apart(
+        stand, ((-length / 2, -width / 2, 0.0), (length / 2, width / 2, 0.0)), there.poses[thing].pose, (low, high)
+    )
 
 
 def _grasp(target: Target, there: Belief, context: Context) -> str:
@@ -152,7 +156,10 @@ def _over(target: Target, there: Belief, context: Context) -> str:
     scene, point = make_scene(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
     turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]
-    tries = [((0.0, 0.0, -1.0), x) for x in turns] + [(tuple(ahead), (0.0, 0.0, 1.0)), (tuple(ahead), (ahead[1], -ahead[0], 0.0))]
+    tries = [((0.0, 0.0, -1.0), x) for x in turns] + [
+        (tuple(ahead), (0.0, 0.0, 1.0)),
+        (tuple(ahead), (ahead[1], -ahead[0], 0.0)),
+    ]
     first = ""
     for approach, x in tries:
         pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)

@@ -78,5 +78,12 @@ def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
     held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
     robots = {context.robot.type: context.robot}
     return ground(
-        belief.world, robots, belief.robot, belief.joints, poses=poses, held=held, opening=belief.opening, clearance=clearance
+        belief.world,
+        robots,
+        belief.robot,
+        belief.joints,
+        poses=poses,
+        held=held,
+        opening=belief.opening,
+        clearance=clearance,
     )

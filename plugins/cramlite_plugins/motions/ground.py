@@ -242,7 +242,8 @@ def _neighbours(cell: Cell) -> Iterator[tuple[Cell, float]]:
 
 def _outside(place: Vector3, start: Vector3, goal: Vector3) -> bool:
     return any(
-        not min(a, b) - AROUND <= v <= max(a, b) + AROUND for v, a, b in zip(place[:2], start[:2], goal[:2], strict=True)
+        not min(a, b) - AROUND <= v <= max(a, b) + AROUND
+        for v, a, b in zip(place[:2], start[:2], goal[:2], strict=True)
     )
 
 

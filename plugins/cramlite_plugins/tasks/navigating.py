@@ -23,7 +23,9 @@ class Navigating(TaskType):
         there = action.roles["Destination"]
         stand = Location(f"stand({there.name})", "stand", there.name)
         rates = {p.name: self.parameter(action, p.name) for p in self.parameters}
-        park = Motion(action.inside("park"), "transfer", self.begins_at(action), reason="nothing sticks out while it drives")
+        park = Motion(
+            action.inside("park"), "transfer", self.begins_at(action), reason="nothing sticks out while it drives"
+        )
         drive = Motion(action.inside("drive"), "drive", stand, rates, reason=f"to where {there.entity} can be reached")
         yield Decomposition((park, stand, drive), f"arm parked, drive to {there.entity}")
 
