@@ -78,7 +78,7 @@ def test_the_text_is_read_back_equal_and_leads_to_the_task() -> None:
 
 
 def test_urscript_refuses_to_drive() -> None:
-    with pytest.raises(UserError, match="'1.Navigating/drive' drives a platform, and URScript moves an arm only"):
+    with pytest.raises(UserError, match=r"'1\.Navigating/drive' drives a platform, and URScript moves an arm only"):
         emit(program(AWAY), UR5E_MOBILE)
 
 
