@@ -36,3 +36,18 @@ def test_without_force_control_nothing_is_felt(name: str) -> None:
 
 def test_without_search_only_the_search_is_gone() -> None:
     assert steps("hang_onto_hanger", None) & FELT - steps("hang_onto_hanger", "search") == {"SpiralSearch"}
+
+
+def test_what_cannot_be_meant_is_given_up_at_once() -> None:
+    """Another product hangs on another hanger. Whichever grasp it is, it cannot be lifted: no other grasp is tried."""
+    place = bench(find_experiment("hang_onto_hanger"), "hard", None)
+    engine, trace = place.engine, Trace()
+    episode = engine.read_episode(find_scenario("hang_onto_hanger").parent / "hang_onto_hanger" / "demonstration")
+    sequence = next(candidates(engine.interpret(episode), engine.knowledge.rules))
+    assert "soma:PickingUp" in {m.task for m in sequence.matches}
+    calls = [TaskCall(engine.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
+    setting = engine.setting(place.scenario, seed=0)
+    found = engine.attempts(plan_from_episode(setting.name, calls, episode), setting, Budget(proofs=1, asks=150), trace)
+    assert next(found)[0].code is not None
+    refused = [e for e in trace.entries if "constrains more than one degree of freedom" in e.reason]
+    assert 1 <= len(refused) <= 4  # once for each choice of the other things

@@ -7,11 +7,24 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Answers,
+    Belief,
+    Context,
+    Grounding,
+    Location,
+    Place,
+    Pose,
+    Refused,
+    Unresolvable,
+    hookimpl,
+)
 from cramlite.geometry import Floats
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
+SAME = 0.002  # a thing this near to where it was has not been moved: grasping shifts it by less [m]
 PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
 
 
@@ -59,7 +72,8 @@ def _extract(location: Location, belief: Belief, context: Context) -> Iterator[G
     peg = find_peg(location, belief, context)
     if not 0 <= peg.along <= peg.length:
         where = f"the hole is {1000 * peg.along:.0f} mm along a peg of {1000 * peg.length:.0f} mm: not on it"
-        raise Unresolvable(where, causes(location, context))
+        far = max(-peg.along, peg.along - peg.length) > SAME
+        raise Unresolvable(where, (far and _unmoved(belief, context)) or causes(location, context))
     rest = peg.length - peg.along
     steps = (peg.to_middle, peg.axis * rest, peg.over_tip, peg.axis * CLEAR)
     yield traverse(
@@ -77,7 +91,9 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     peg = find_peg(location, belief, context)
     depth = min(peg.length / 2, DEEPEST)
     tip = peg.root + peg.axis * peg.length + peg.over_tip
-    steps = np.array([peg.axis * CLEAR, -peg.axis * CLEAR, -peg.over_tip, -peg.axis * depth, np.array([0.0, 0.0, -peg.play])])
+    steps = np.array(
+        [peg.axis * CLEAR, -peg.axis * CLEAR, -peg.over_tip, -peg.axis * depth, np.array([0.0, 0.0, -peg.play])]
+    )
     centres = tip + np.cumsum(steps, axis=0)
     values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
     reason = ""
@@ -119,6 +135,18 @@ def _unreachable(location: Location, belief: Belief, context: Context, corners: 
             return f"{('before the tip', 'at the tip', 'past its bend', 'on the peg', 'let down')[k]}: {there}"
         seed = there
     return ""
+
+
+def _unmoved(belief: Belief, context: Context) -> tuple[str, ...]:
+    """What it depends on where the held thing is, if that is where it was at the very beginning: which things were meant,
+    and what was done, but no place that the hand was led to, the grasp among them. Empty if it was moved."""
+    from .reach import held_pose
+
+    assert belief.held is not None
+    initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
+    objects = tuple(name for name, value in context.bindings.items() if isinstance(value, str))
+    moved = held_pose(belief, context).distance(initial)[0] > SAME
+    return () if moved else (*objects, EARLIER_TASKS)
 
 
 def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
