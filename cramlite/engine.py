@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 from .answers import Context
 from .belief import Belief, Relation, initial_belief
 from .episode import Episode
-from .errors import UserError
+from .errors import UserError, nearest
 from .goal_plans import Goal
 from .goals import plan_from_tasks
 from .interpretation import Interpretation
 from .knowledge import Knowledge, pick
+from .late_poses import Tolerance, parametric
 from .plan import Plan, TaskCall, plan_from_episode
 from .plugin_types import Backend, Candidate
 from .proof import assemble, conflict_of, prove
@@ -53,6 +54,7 @@ class Setting:
         seed: of everything that is drawn.
         real: the world that programs run in, where it differs from what is believed; never shown to plugins.
         look: the picture that the belief comes from, where poses come from a camera.
+        late: things whose poses are asked for when the program runs, and how far off they may be then [m, rad].
     """
 
     name: str
@@ -63,6 +65,7 @@ class Setting:
     seed: int
     real: World | None = None
     look: Look | None = None
+    late: Mapping[str, Tolerance] = field(default_factory=dict)
 
     def belief(self) -> Belief:
         mount = self.world.robots[0]
@@ -195,8 +198,8 @@ class Engine:
             furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
             wanted = self._wanted(scenario, Setting(scenario.name, furniture, (), robot, writer, seed))
             seen = look(scenario, wanted, world, real or world, robot, self.knowledge, seed)
-            return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen)
-        return Setting(scenario.name, world, relations, robot, writer, seed, real)
+            return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen, _late(scenario, seen.world))
+        return Setting(scenario.name, world, relations, robot, writer, seed, real, late=_late(scenario, world))
 
     def _wanted(self, scenario: Scenario, before: Setting) -> Queries:
         """What is to be looked for: what the scenario's camera is told, else what the likeliest plan is about."""
@@ -349,6 +352,7 @@ class Engine:
             candidate = assemble(
                 setting.name, plan, setting.belief(), state, setting.robot, setting.world, self.knowledge
             )
+            candidate = parametric(candidate, setting.late)
             for step in candidate.program.steps:
                 self.registry.notify("on_step", step=step, candidate=candidate)
             progress(f"candidate program {proofs} of {len(candidate.program.steps)} steps: running its text")
@@ -359,3 +363,17 @@ class Engine:
                 progress(f"refused: {verdict.reason}")
             yield candidate, verdict
             conflict = None if verdict.passed else conflict_of(verdict, state)
+
+
+def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
+    """The late things of a scenario.
+
+    Raises:
+        UserError: a thing that the world does not have, or that cannot be moved.
+    """
+    movable = [t.name for t in world.things if t.movable]
+    for k, late in enumerate(scenario.spec.late):
+        if late.thing not in movable:
+            place = scenario.where("late", k, "thing")
+            raise UserError(f"{place}: no thing '{late.thing}' that can be moved; {nearest(late.thing, movable)}.")
+    return {late.thing: (late.position, late.yaw) for late in scenario.spec.late}

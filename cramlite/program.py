@@ -16,7 +16,7 @@ from .geometry import Pose, Vector3
 from .step import Joints, Step
 
 __all__ = [
-    "AnyStep", "Code", "CompliantSlide", "Control", "Drive", "ForceExtract", "ForceInsert", "ForceMove", "Joints", "Monitor",
+    "AnyStep", "Code", "CompliantSlide", "Control", "Drive", "ForceExtract", "ForceInsert", "ForceMove", "Joints", "LatePose", "Monitor",
     "MoveJoints", "MoveLinear", "MoveUntilContact", "Parallel", "Program", "Repeat", "Section", "SetGripper",
     "SetPayload", "Snapshot", "SpiralSearch", "Step", "TryInOrder", "Wait", "ZeroSensor", "branches", "clash",
     "uses_arm", "walk",
@@ -242,6 +242,21 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
+class LatePose:
+    """A pose that the program asks for when it runs: parametric mode.
+
+    Args:
+        thing: name, as the perception server knows it.
+        pose: where it was when this was planned, in the robot's base frame.
+        tolerance: how far from there the program works, and is refused beyond [m, rad].
+    """
+
+    thing: str
+    pose: Pose
+    tolerance: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class Program:
     """A program for one robot.
 
@@ -255,6 +270,7 @@ class Program:
         snapshots: poses that were bound at plan time.
         force_limit: protective limit on the TCP force over the whole program [N].
         mass, center: the gripper's payload [kg, m in the flange frame].
+        late: poses that are bound at run time.
     """
 
     name: str
@@ -268,6 +284,7 @@ class Program:
     force_limit: float = 60.0
     mass: float = 0.0
     center: Vector3 = (0.0, 0.0, 0.0)
+    late: tuple[LatePose, ...] = ()
 
 
 @dataclass(frozen=True)

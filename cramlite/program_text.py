@@ -87,7 +87,7 @@ def _encode(value: Any) -> Any:
 
 def _said(field: Any, value: Any) -> bool:
     """Empty origins and comments are left out; every number is there."""
-    return field.name not in ("origin", "comment") or bool(getattr(value, field.name))
+    return field.name not in ("origin", "comment", "relative", "late") or bool(getattr(value, field.name))
 
 
 def _layout(value: Any, indent: int, *, top: bool = False) -> str:

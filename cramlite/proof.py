@@ -11,6 +11,7 @@ import numpy as np
 from .belief import Belief
 from .errors import UserError
 from .knowledge import Knowledge
+from .late_poses import edges
 from .plan import Plan
 from .plugin_types import Backend, Candidate
 from .program import Program, Snapshot
@@ -86,7 +87,27 @@ def prove(
     episode = replace(episode, extras={**episode.extras, "park": parked})
     judged = replace(candidate, code=ran, rollout=rollout, episode=episode)  # lines of a rollout are those of what ran
     verdict = Verdict((*findings, *judge(judged, knowledge, rollout=True)))
+    if candidate.program.late and verdict.passed:
+        verdict = Verdict((*verdict.findings, *_at_the_edges(judged, knowledge, real or candidate.world, seed)))
     return replace(judged, code=candidate.code), verdict
+
+
+def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed: int) -> list[Finding]:
+    """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
+    findings = []
+    assert candidate.code is not None
+    for said, moved in edges(world, candidate.program):
+        name = candidate.program.robot
+        rollout = knowledge.simulator.execute(candidate.code.text, moved, knowledge.robots, mount=name, seed=seed)
+        episode = knowledge.simulator.episode(rollout, candidate.program.name)
+        episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
+        there = judge(replace(candidate, rollout=rollout, episode=episode, world=moved), knowledge, rollout=True)
+        wrong = [f for f in there if not f.passed]
+        reason = f"with {said}: " + (f"{wrong[0].validator}: {wrong[0].reason}" if wrong else "it came to the same end")
+        findings.append(Finding("late_pose", not wrong, reason, origin=wrong[0].origin if wrong else ""))
+        if wrong:
+            break
+    return findings
 
 
 def _remark(backend: Backend, instead: bool) -> str:

@@ -135,6 +135,14 @@ class UnknownErrorSpec(_Spec):
     position: Length = Field(ge=0.0)
 
 
+class LateSpec(_Spec):
+    """A thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
+
+    thing: str
+    position: Length = Field(ge=0.0)
+    yaw: Angle = 0.0
+
+
 class RecordSpec(_Spec):
     """How to record a demonstration for this scenario: the person's script, and the world they act in."""
 
@@ -179,6 +187,7 @@ class ScenarioSpec(_Spec):
     things: tuple[ThingSpec, ...]
     vary: tuple[VarySpec, ...] = ()
     unknown_error: UnknownErrorSpec | None = None
+    late: tuple[LateSpec, ...] = ()
     camera: CameraSpec | None = None
     poses: Literal["known", "camera"] = "known"
     record: RecordSpec | None = None
@@ -261,6 +270,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "robot": RobotSpec,
         "vary": VarySpec,
         "unknown_error": UnknownErrorSpec,
+        "late": LateSpec,
         "camera": CameraSpec,
         "intrinsics": IntrinsicsSpec,
         "record": RecordSpec,

@@ -157,6 +157,9 @@ def emit(program: Program, robot: Robot, *, forces: bool, zero: Mapping[str, tup
     """
     if program.robot_type != robot.type or robot.type not in zero:
         raise UserError(f"program for '{program.robot_type}': RAPID is for ABB arms ({', '.join(zero)}), not for '{robot.type}'")
+    if program.late:
+        things = ", ".join(t.thing for t in program.late)
+        raise UserError(f"late poses ({things}): RAPID programs have none yet; take urscript")
     out = _Writer(robot, zero[robot.type], forces, at=program.start)
     start = jointtarget(program.start, out.zero)
     tasks = []

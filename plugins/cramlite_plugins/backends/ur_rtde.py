@@ -151,6 +151,9 @@ def emit(program: Program, robot: Robot) -> Code:
         raise UserError(f"program name '{program.name}': Python needs a letter, then letters, digits and underscores")
     if program.robot_type != robot.type or robot.backend != "urscript":
         raise UserError(f"program for '{program.robot_type}': ur_rtde for '{robot.type}' cannot carry it out")
+    if program.late:
+        things = ", ".join(t.thing for t in program.late)
+        raise UserError(f"late poses ({things}): Python programs for ur_rtde have none yet; take urscript")
     out = _Writer(robot)
     tasks = [out.function(name, steps, title) + "(arm)" for name, title, steps in _tasks(program)]
     _main(out, program, robot, tasks)

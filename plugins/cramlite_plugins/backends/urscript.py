@@ -17,7 +17,7 @@ from cramlite.errors import UserError
 from cramlite.program import AnyStep, Code, Control, Drive, Program, Section, walk
 from cramlite.robots import Robot
 
-from . import urscript_flow, urscript_search
+from . import urscript_flow, urscript_late, urscript_search
 from .urscript_cb3 import PRELUDE, adapted
 from .urscript_flow import FlowWriter, comment, write
 from .urscript_parts import FUNCTIONS, header
@@ -64,8 +64,8 @@ def emit(program: Program, robot: Robot) -> Code:
     cb3 = robot.sensor != "flange"
     out.add(*(PRELUDE.strip("\n").split("\n") if cb3 else ()))
     rest = len(out.lines)
-    out.add(*FUNCTIONS.strip("\n").split("\n"), *urscript_search.functions(program), *urscript_flow.functions(program), "")
-    out.add(*_start(program, robot), "")
+    out.add(*FUNCTIONS.strip("\n").split("\n"), *urscript_search.functions(program), *urscript_flow.functions(program))
+    out.add(*urscript_late.functions(program), "", *_start(program, robot), *urscript_late.asking(program), "")
     sections = {s.first: s for s in program.sections}
     for i, step in enumerate(program.steps):
         if i in sections:

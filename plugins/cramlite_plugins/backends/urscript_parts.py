@@ -189,7 +189,13 @@ def header(program: Program, robot: Robot) -> list[str]:
         "# Poses that were bound when this was planned (base frame); move one of these things, and plan anew:",
     ]
     lines += [f"#   {plain(s.thing)}: {pose(s.pose)}, {plain(s.source)}, {s.age:.1f} s old" for s in program.snapshots]
-    return lines if program.snapshots else lines[:-1]
+    lines = lines if program.snapshots else lines[:-1]
+    late = [
+        f"#   {plain(t.thing)}: planned at {pose(t.pose)}, up to {1000 * t.tolerance[0]:.0f} mm and {t.tolerance[1]:.3f} rad off"
+        for t in program.late
+    ]
+    asked = "# Poses that are asked for when this runs, of the perception server at 127.0.0.1:50010 (see ask_pose):"
+    return [*lines, asked, *late] if late else lines
 
 
 def _controller(robot: Robot) -> str:

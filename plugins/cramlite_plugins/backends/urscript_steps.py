@@ -25,6 +25,7 @@ from cramlite.program import (
 from cramlite.robots import Gripper
 
 from . import urscript_search
+from .urscript_late import shift
 from .urscript_text import label, number, pose, vector
 
 # Acceleration of guarded and force-controlled motions [m/s2]: gentle, so that inertia stays below the thresholds.
@@ -83,10 +84,22 @@ def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], *, watched: b
 def _moves(step: MoveJoints | MoveLinear) -> list[str]:
     rates = f"a={number(step.acceleration)}, v={number(step.speed)}"
     if isinstance(step, MoveLinear):
-        return [f"movel({pose(step.target)}, {rates})"]
+        return [f"movel({_place(step)}, {rates})"]
     radii = [*(step.radii or (0.0,) * (len(step.path) - 1)), 0.0]
     blends = [f", r={number(r)}" if r > 0 else "" for r in radii]
     return [f"movej({vector(q)}, {rates}{blend})" for q, blend in zip(step.path, blends, strict=True)]
+
+
+def _place(step: MoveLinear) -> str:
+    return f"pose_trans({shift(step.relative)}, {pose(step.target)})" if step.relative else pose(step.target)
+
+
+def _direction(step: MoveUntilContact) -> str:
+    """A direction of the base; one that is relative turns with its thing."""
+    if not step.relative:
+        return vector(step.direction)
+    moved, way = shift(step.relative), pose(Pose(step.direction))
+    return f"pose_sub(pose_trans({moved}, {way}), {moved})"
 
 
 def _moving(before: tuple[str, ...], moves: list[str], name: str, watch: str) -> Leaf:
@@ -96,7 +109,7 @@ def _moving(before: tuple[str, ...], moves: list[str], name: str, watch: str) ->
 
 
 def _guarded(step: MoveUntilContact) -> str:
-    values = [vector(step.direction), *map(number, (step.distance, step.speed, step.force, step.timeout))]
+    values = [_direction(step), *map(number, (step.distance, step.speed, step.force, step.timeout))]
     return f'move_until_contact({", ".join(values)}, "{step.expect}", "{label(step.origin)}")'
 
 

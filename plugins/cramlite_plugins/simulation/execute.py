@@ -30,6 +30,7 @@ from .compile import Compiled, compile_world, displace, unstable
 from .controller import Controller, ProtectiveStop, Safety
 from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
+from .pose_server import PoseServer
 from .program_machine import ProgramMachine, load_program
 from .recorder import Recorder
 from .ur_functions import Functions
@@ -121,7 +122,7 @@ class _Script(Machine):
 
 
 def _urscript(run: _Run, text: str, limits: Limits | None) -> _Runner:
-    return _Script(text, Functions(run.controller, run.log), limits)
+    return _Script(text, Functions(run.controller, run.log, run.poses), limits)
 
 
 def _typed(run: _Run, text: str) -> _Runner:
@@ -142,6 +143,7 @@ class _Run:
         noise = math.hypot(noise, off.force_noise)
         self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed, drive=drive)
         self.controller.sensor.drift[:3] = off.force_drift
+        self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
         self.wrenches: list[Floats] = []
         self.peak = np.zeros(6)

@@ -79,6 +79,8 @@ def load_program(text: str, robot: Robot) -> ProgramText:
     program = found.program
     if program.robot_type != robot.type:
         raise UserError(f"The program is for a robot of type '{program.robot_type}'; the world has a '{robot.type}'.")
+    if program.late:
+        raise UserError("The program asks for poses when it runs (late): typed programs that run here must know them all.")
     _count(program.start, robot, "start posture")
     for step in walk(program.steps):
         for q in (*getattr(step, "path", ()), getattr(step, "joints", ()) or program.start):

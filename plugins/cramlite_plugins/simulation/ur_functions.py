@@ -18,6 +18,7 @@ from ..motions.kinematics import nearest_branch
 from ..motions.timing import lasting
 from .controller import ABANDONED, Controller
 from .force_mode import ForceMode
+from .pose_server import PoseServer
 from .ur_motion import Motion, Slowed
 from .ur_settings import SETTINGS, Settings
 from .ur_sockets import SOCKETS, Sockets
@@ -50,11 +51,12 @@ class Functions:
     Args:
         controller: the arm, with a gripper behind its server.
         log: called with each line that the program writes.
+        poses: the perception server that it may reach.
     """
 
-    def __init__(self, controller: Controller, log: Callable[[str], None]) -> None:
+    def __init__(self, controller: Controller, log: Callable[[str], None], poses: PoseServer | None = None) -> None:
         self.arm, self.log = controller, log
-        self.sockets = Sockets(controller.gripper_server)
+        self.sockets = Sockets(controller.gripper_server, poses)
         self.streaming = Streaming(controller)
         self.settings = Settings(controller)
         self.blending: list[tuple[Floats, tuple[float, float], float]] = []

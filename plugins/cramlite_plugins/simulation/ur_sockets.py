@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Generator
 from typing import Any
 
 from .gripper_server import GripperServer
+from .pose_server import ADDRESS as PERCEPTION
+from .pose_server import PoseServer
 from .urscript import ScriptError
 from .urscript.values import show
 
 ADDRESS = ("127.0.0.1", 63352)  # Robotiq's URCap
 SOCKETS = (
     "socket_open", "socket_close", "socket_set_var", "socket_get_var", "socket_send_string", "socket_send_line",
-    "socket_read_byte_list", "socket_read_string",
+    "socket_read_byte_list", "socket_read_string", "socket_read_ascii_float",
 )  # fmt: skip
 LONGEST = 10_000  # bytes of unread answers
 
@@ -23,13 +26,19 @@ class Sockets:
     A question takes one control cycle, as the way to the server and back does.
     """
 
-    def __init__(self, server: GripperServer) -> None:
-        self.server = server
+    def __init__(self, server: GripperServer, poses: PoseServer | None = None) -> None:
+        self.server, self.poses = server, poses
         self.open: dict[str, bytearray] = {}
+        self.perception: set[str] = set()
 
     def socket_open(self, address: Any, port: Any, socket_name: Any = "socket_0") -> bool:
-        if (address, port) != ADDRESS:
+        if (address, port) == PERCEPTION and self.poses is not None:
+            self.perception.add(show(socket_name))
+        elif (address, port) == ADDRESS:
+            self.perception.discard(show(socket_name))
+        else:
             only = f"only the gripper's server {ADDRESS[0]}:{ADDRESS[1]} may be reached"
+            only += f", and the perception server {PERCEPTION[0]}:{PERCEPTION[1]}" if self.poses is not None else ""
             raise ScriptError(f"socket to {show(address)}:{show(port)} refused: {only}")
         self.open[show(socket_name)] = bytearray()
         return True
@@ -74,9 +83,21 @@ class Sockets:
         buffer.clear()
         return taken
 
+    def socket_read_ascii_float(
+        self, number: Any, socket_name: Any = "socket_0", timeout: Any = 2
+    ) -> Generator[None, None, list[float]]:
+        """Floats "(1.0, 2.0)": how many there were, then they; as many zeros as were asked for when there were others."""
+        said = yield from self.socket_read_string(socket_name, timeout)
+        if type(number) is not int or not 0 < number <= 30:
+            raise ScriptError(f"socket_read_ascii_float needs a count of 1 to 30, not {show(number)}")
+        found = re.findall(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?", said.partition("(")[2].partition(")")[0])
+        values = [float(v) for v in found]
+        return [len(values), *values] if len(values) == number else [0, *[0.0] * number]
+
     def _send(self, line: str, socket_name: Any) -> None:
         buffer = self._buffer(socket_name)
-        buffer += self.answer(line.split())
+        asked = self.poses is not None and show(socket_name) in self.perception
+        buffer += self.poses.answer(line) if asked and self.poses else self.answer(line.split())
         if len(buffer) > LONGEST:
             raise ScriptError(f"socket '{show(socket_name)}': more than {LONGEST} bytes wait to be read")
 

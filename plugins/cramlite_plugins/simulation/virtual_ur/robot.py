@@ -12,6 +12,7 @@ from cramlite.world import World
 
 from ..compile import compile_world, displace
 from ..controller import Controller, ProtectiveStop, Safety
+from ..pose_server import PoseServer
 from ..ur_functions import Functions
 from ..urscript import Halted, Machine, Stopped, load
 from ..urscript.values import from_pose
@@ -57,7 +58,7 @@ class VirtualRobot:
         self.machine: Machine | None = None
         self.secondary: Machine | None = None
         self.stopped = ""
-        self.functions = Functions(self.arm, self.log)
+        self.functions = Functions(self.arm, self.log, PoseServer(compiled, self.data, base, seed))
         for _ in range(round(SETTLE / self.arm.period)):
             self.arm.hold()
         self.data.time = 0.0
