@@ -191,6 +191,7 @@ SPECS = {
     "camera": scenario.CameraSpec,
     "intrinsics": scenario.IntrinsicsSpec,
     "unknown_error": scenario.UnknownErrorSpec,
+    "late": scenario.LateSpec,
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
 }
