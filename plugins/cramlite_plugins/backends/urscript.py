@@ -18,6 +18,7 @@ from cramlite.program import AnyStep, Code, Control, Drive, Program, Section, wa
 from cramlite.robots import Robot
 
 from . import urscript_flow, urscript_late, urscript_search
+from .ur_capabilities import controller_of, lacking
 from .urscript_cb3 import PRELUDE, adapted
 from .urscript_flow import FlowWriter, comment, write
 from .urscript_parts import FUNCTIONS, header
@@ -74,7 +75,10 @@ def emit(program: Program, robot: Robot) -> Code:
     out.add("", "kill watchdog_thread", 'textmsg("cramlite: finished")')
     out.lines.append("end")
     lines = out.lines[:rest] + (adapted(out.lines[rest:]) if cb3 else out.lines[rest:])
-    return Code("urscript", "\n".join(lines) + "\n", out.origins, ".script")
+    text = "\n".join(lines) + "\n"
+    if wrong := list(lacking(text, *controller_of(robot))):
+        raise UserError(f"the program cannot be written for '{robot.type}': {'; '.join(wrong)}")
+    return Code("urscript", text, out.origins, ".script")
 
 
 def _check(program: Program, robot: Robot) -> None:

@@ -1,0 +1,74 @@
+"""What each controller of Universal Robots can do, from which PolyScope version on: data that the URScript backend obeys.
+
+Sources: [script] the version marks of ur_rtde 1.6.5's control script inside its wheel ("$5.10|3.15 ..." keeps a line for these
+versions and later); [client] UniversalRobots' ur_client_library, "Script Command Interface" and "Force Mode example" (no gain
+scaling on CB3); [facts] the project's own notes (reference/robot_code.md). PolyScope X: "?" is said of everything, since
+nothing here has run on it and no source that was read names versions.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from cramlite.robots import Robot
+
+CB3, E_SERIES, X = "CB3", "e-Series", "PolyScope X"
+
+
+@dataclass(frozen=True)
+class Capability:
+    """A function, and the first PolyScope version that has it on each controller: "" none that is known of, "?" unknown."""
+
+    function: str
+    cb3: str
+    e_series: str
+    polyscope_x: str
+    source: str
+
+    def since(self, controller: str) -> str:
+        return {CB3: self.cb3, E_SERIES: self.e_series, X: self.polyscope_x}[controller]
+
+
+CAPABILITIES = (
+    Capability("force_mode", "3.5", "5.0", "?", "[script] unmarked; damping from 3.5"),
+    Capability("force_mode_set_damping", "3.5", "5.0", "?", "[script]"),
+    Capability("force_mode_set_gain_scaling", "", "5.0", "?", "[script] [client]"),
+    Capability("zero_ftsensor", "", "5.0", "?", "[facts]; [script] has it unmarked"),
+    Capability("set_target_payload", "", "5.10", "?", "[script]"),
+    Capability("get_inverse_kin_has_solution", "3.15", "5.10", "?", "[script]"),
+    Capability("tool_contact", "", "5.4", "?", "[script]"),
+    Capability("get_actual_joint_positions_history", "", "5.4", "?", "[script]"),
+    Capability("get_target_waypoint", "", "5.3", "?", "[script]"),
+    Capability("get_tcp_offset", "3.6", "5.0", "?", "[script]"),
+    Capability("protective_stop", "3.8", "5.0", "?", "[script]"),
+    Capability("ft_rtde_input_enable", "", "5.9", "?", "[script]"),
+    Capability("freedrive_mode", "3.15", "5.10", "?", "[script] with free axes from 5.10"),
+    Capability("direct_torque", "", "5.26", "?", "[script]"),
+)
+NEEDED = {CB3: "3.15", E_SERIES: "5.11"}
+"""The PolyScope version that programs ask for in their header."""
+
+
+def controller_of(robot: Robot) -> tuple[str, str]:
+    """The controller of an arm and the PolyScope version that its programs need: a sensor in the flange is an e-Series."""
+    controller = E_SERIES if robot.sensor == "flange" else CB3
+    return controller, NEEDED[controller]
+
+
+def lacking(text: str, controller: str, version: str) -> Iterator[str]:
+    """Functions that a program calls and a controller of this version does not have, as clauses."""
+    code = "\n".join(line.split("#")[0] for line in text.split("\n"))
+    for c in CAPABILITIES:
+        if re.search(rf"\b{c.function}\(", code):
+            since = c.since(controller)
+            if since in ("", "?"):
+                known = "is not known to have" if since == "?" else "does not have"
+                yield f"{controller} {known} {c.function} ({c.source})"
+            elif _number(version) < _number(since):
+                yield f"{c.function} needs PolyScope {since} on {controller}, not {version} ({c.source})"
+
+
+def _number(version: str) -> tuple[int, ...]:
+    return tuple(int(v) for v in version.split("."))

@@ -1,0 +1,106 @@
+"""What retries and searches are worth: one program, and the same one without any, in the same perturbed twins.
+
+``python tests/benchmarks/robust_programs.py --twins 20 --hook 4``: resolves hang_onto_hanger (or takes ``--run``, its run directory),
+writes the text twice, with and without every search (SpiralSearch) and every attempt but the first (TryInOrder), and runs both in each
+twin. Success: the text came to its end, and the product is where it hangs in an undisturbed run, moved along with the hook.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import tempfile
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from cramlite import Engine, read_scenario
+from cramlite.execution import read_world
+from cramlite.program import AnyStep, Monitor, Parallel, Program, Repeat, SpiralSearch, TryInOrder
+from cramlite.program_text import read_program
+from cramlite.resources import find_scenario
+from cramlite.rollout import Rollout
+from cramlite.twin import OffSpec, TwinSpec, twin
+from cramlite.world import World
+from cramlite_plugins.backends.urscript import emit
+
+NEAR = 0.03  # where the product hangs may differ by this from the undisturbed run [m]
+
+
+def without(steps: Iterable[AnyStep]) -> tuple[AnyStep, ...]:
+    """The steps without searches, and with the first attempt only."""
+    found: list[AnyStep] = []
+    for step in steps:
+        match step:
+            case SpiralSearch():
+                pass
+            case TryInOrder():
+                found += without(step.branches[0])
+            case Repeat() | Monitor():
+                found.append(replace(step, steps=without(step.steps)))
+            case Parallel():
+                found.append(replace(step, branches=tuple(without(b) for b in step.branches)))
+            case _:
+                found.append(step)
+    return tuple(found)
+
+
+def texts(program: Program, robot: object) -> dict[str, str]:
+    bare = replace(program, steps=without(program.steps), sections=())
+    return {"full": emit(program, robot).text, "bare": emit(bare, robot).text}  # type: ignore[arg-type]
+
+
+def hangs(done: Rollout, still: Rollout, world: World, believed: World) -> bool:
+    """Whether the product is where it was in the undisturbed run, moved along with the hook."""
+    off = [a - b for a, b in zip(world.thing("hook").pose.position, believed.thing("hook").pose.position, strict=True)]
+    wanted = [p + o for p, o in zip(still.poses["coffee"][-1][:3], off, strict=True)]
+    return done.outcome == "finished" and math.dist(done.poses["coffee"][-1][:3], wanted) < NEAR
+
+
+def interval(successes: int, n: int) -> tuple[float, float]:
+    """Wilson's 95 % interval."""
+    z, p = 1.96, successes / n
+    middle, half = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
+    return (middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--twins", type=int, default=20)
+    parser.add_argument("--hook", type=float, default=4.0, help="half-width of the hook's displacement [mm]")
+    parser.add_argument("--run", type=Path, help="a run directory of hang_onto_hanger")
+    arguments = parser.parse_args()
+    scenario = read_scenario(find_scenario("hang_onto_hanger"))
+    engine = Engine()
+    if arguments.run is None:
+        from cramlite.pipeline import write_solution
+        from cramlite.run import RunDirectory
+
+        arguments.run = Path(tempfile.mkdtemp()) / "run"
+        solution = next(engine.resolve(scenario))
+        write_solution(RunDirectory(arguments.run, {}), solution, engine, 0)
+    knowledge = engine.knowledge
+    program = read_program((arguments.run / "program.json").read_text()).program
+    believed = read_world(str(arguments.run / "world.json"), knowledge, 0)
+    spec = TwinSpec(
+        things=(OffSpec(thing="hook", position=arguments.hook / 1000), OffSpec(thing="coffee", position=0.002, angle=0.03)),
+        friction=0.1, mass=0.1, force_noise=0.3, force_drift=0.01, kinematics=0.001,
+    )  # fmt: skip
+    both, robots = texts(program, knowledge.robots[program.robot_type]), knowledge.robots
+    still = knowledge.simulator.execute(both["full"], believed, robots, mount="arm", seed=0)
+    won: dict[str, list[bool]] = {name: [] for name in both}
+    for seed in range(1, arguments.twins + 1):
+        world = twin(scenario, believed, spec, knowledge.models, seed, 6)
+        for name, text in both.items():
+            done = knowledge.simulator.execute(text, world, robots, mount="arm", seed=seed)
+            won[name].append(hangs(done, still, world, believed))
+            print(f"twin {seed} {name}: {'hangs' if won[name][-1] else 'does not hang'} {done.outcome} {done.reason}", flush=True)
+    for name, results in won.items():
+        low, high = interval(sum(results), len(results))
+        print(f"{name}: {sum(results)} of {len(results)} ({low:.2f} .. {high:.2f})")
+    pairs = list(zip(won["full"], won["bare"], strict=True))
+    print(f"only the full text: {sum(f and not b for f, b in pairs)}, only the bare one: {sum(b and not f for f, b in pairs)}")
+
+
+if __name__ == "__main__":
+    main()
