@@ -31,6 +31,7 @@ COLOURS = """(() => {
   for (let i = 0; i < d.length; i += 44) found.add(d[i] << 16 | d[i + 1] << 8 | d[i + 2]);
   return found.size;
 })()"""
+DECIDED = '[...document.querySelectorAll(".blk a.from")].find(a => document.getElementById(a.hash.slice(1)).matches(".decision"))'
 PICTURE = 'document.querySelector(".screen").toDataURL()'
 TICK = '+document.querySelector("#run input").value'
 
@@ -158,7 +159,7 @@ def test_why_not_on_hover_and_by_keyboard(page: Browser) -> None:
 
 
 def test_lines_lead_to_decisions_and_back(page: Browser) -> None:
-    page.run("document.querySelector('.blk a.from').focus()")
+    page.run(f"({DECIDED}).focus()")
     line = page.run("document.activeElement.closest('.ln').id")
     page.press("Enter")
     page.wait("document.querySelector('.decision:target') !== null")

@@ -10,7 +10,7 @@ from cramlite import ReportSection, Thing, hookimpl
 from cramlite.report import Finished
 
 from .filmstrip import as_uri
-from .links import look_name
+from .links import lines_of, look_name, steps_of
 from .shared import fill
 
 if TYPE_CHECKING:
@@ -63,7 +63,9 @@ def render(done: Finished) -> str:
         return ""
     products = done.engine.knowledge.products
     shots = [_shot(number, picture, products) for number, picture in enumerate(look.pictures, 1)]
-    return fill("perception", shots=shots, estimates=look.estimates)
+    code = done.shown.candidate.code if done.shown is not None else None
+    lines = lines_of(steps_of(code)) if code is not None else {}
+    return fill("perception", shots=shots, lines=lines, estimates=look.estimates)
 
 
 def _shot(number: int, picture: Picture, products: tuple[Thing, ...]) -> Shot:
