@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 
 from cramlite import Budget, Engine, Trace, read_scenario
 from cramlite.goals import plan_from_tasks
 from cramlite.plugin_types import Candidate
 from cramlite.resources import find_scenario
+from cramlite.scenario import RobotSpec
 from cramlite.verdict import Verdict
 
 REFUSED = {
@@ -40,10 +42,11 @@ REFUSED = {
 }
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 
-MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing"}
+MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt"}
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
     "looking_at_hidden": "0 % of 'coffee' would be seen, 50 % is needed; 'board' hides most",
+    "looking_at_mobile_stays": "m > 0.917 m of arm 'ur5e_mobile'",
     "navigating_blocked": "from the start, 1272 places were looked at",
     "opening_blocked": "mm inside 'post'",
     "pouring_full": "'bowl' would overflow: it holds 80 of",
@@ -51,12 +54,19 @@ BLOCKED = {
 """Further scenarios that are refused."""
 
 
-def attempt(engine: Engine, name: str, seed: int = 0) -> tuple[Candidate | None, Verdict | None, str]:
+def attempt(
+    engine: Engine, name: str, seed: int = 0, robot: RobotSpec | None = None
+) -> tuple[Candidate | None, Verdict | None, str]:
     """The first complete program of a scenario, run and judged: candidate, verdict, and all reasons against it.
 
     Without a candidate the reasons are those of the search.
+
+    Args:
+        robot: what its line ``robot:`` says instead.
     """
     scenario = read_scenario(find_scenario(f"tasks/{name}"))
+    if robot is not None:
+        scenario = replace(scenario, spec=scenario.spec.model_copy(update={"robot": robot}))
     setting, trace = engine.setting(scenario, seed=seed), Trace()
     plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
     for candidate, verdict in islice(engine.attempts(plan, setting, Budget(proofs=1), trace), 1):

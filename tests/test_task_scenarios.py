@@ -9,6 +9,7 @@ from task_scenarios import BLOCKED, MORE, REFUSED, attempt
 
 from cramlite import Engine, UserError
 from cramlite.resources import data_folder, find_scenario
+from cramlite.scenario import PoseSpec, RobotSpec
 from cramlite.tasks import task_type
 from cramlite.testing import check_task_type
 
@@ -44,6 +45,16 @@ def test_a_push_moves_the_block_as_far_as_asked_and_away_from_the_robot(engine: 
     assert float(way @ out) > 0.04
     assert 0.05 < float((way @ way) ** 0.5) < 0.075  # 60 mm, and what it was pushed until it was felt
     assert candidate.belief.poses["block"].sigma >= 0.06
+
+
+@pytest.mark.parametrize("name", ["parking_arms_fails", "reaching"])
+def test_one_line_makes_it_a_seven_axis_arm(engine: Engine, name: str) -> None:
+    """All of them: tests/benchmarks/seven_axis.py."""
+    arm = RobotSpec(type="fr3_2f85", at=PoseSpec.model_validate({"position": [0.1, 0, 0]}))
+    candidate, verdict, reasons = attempt(engine, name, robot=arm)
+    assert candidate is not None and verdict is not None, reasons
+    assert candidate.program.robot_type == "fr3_2f85" and len(candidate.program.start) == 7
+    assert verdict.passed == (not name.endswith("_fails")), reasons
 
 
 def test_no_scenario_is_left_out() -> None:

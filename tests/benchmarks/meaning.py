@@ -80,7 +80,7 @@ def reads(engine: Engine, episode: Episode, span: tuple[float, float], task: Act
 
 def spoiled(engine: Engine, candidate: Candidate, what: str, task: Action) -> Candidate | None:
     """The same program with a gripper that stays open, or without the thing that the task is about, run again."""
-    things = {(o.entity or "").split("/")[0] for k, o in task.roles.items() if k in ("Patient", "Locatum")}
+    things = {(o.entity or "").split("/")[0] for k, o in task.roles.items() if k in ("Patient", "Locatum", "Destination")}
     world, program = candidate.world, candidate.program
     if what == "open":
         wide = candidate.robot.gripper.opening[1]
