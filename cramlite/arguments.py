@@ -154,8 +154,9 @@ def _asking(add: Add) -> None:
 
 
 def _writing(add: Add) -> None:
-    """For authors of plugins."""
+    """For authors of plugins, and of programs around cramlite."""
     new = add("new", "write a package for a new plugin: complete, installable and tested")
     new.add_argument("kind", choices=["backend", "expert", "predicate", "robot", "task", "validator"])
     new.add_argument("name", metavar="NAME", help="of the plugin, in small letters, e.g. wiping or no_spill")
     new.add_argument("--out", type=Path, metavar="DIR", help="the package's folder; default cramlite-NAME")
+    add("serve", "answer requests of programs in other languages: JSON lines on standard input and output")

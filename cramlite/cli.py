@@ -198,6 +198,13 @@ def _new(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _serve(arguments: argparse.Namespace) -> int:
+    from .engine import Engine
+    from .service import serve
+
+    return serve(Engine(files=arguments.plugin, blocked=arguments.block, preferred=arguments.prefer))
+
+
 def _tasks(arguments: argparse.Namespace) -> int:
     from .explain import as_json, tasks_json, tasks_text
     from .knowledge import Knowledge
@@ -272,6 +279,7 @@ COMMANDS = {
     "record": _record,
     "resolve": _resolve,
     "schema": _schema,
+    "serve": _serve,
     "tasks": _tasks,
     "view": _view,
 }

@@ -12,6 +12,7 @@ from .answers import Context
 from .belief import Belief, Relation, initial_belief
 from .episode import Episode
 from .errors import UserError, nearest
+from .geometry import Pose
 from .goal_plans import Goal
 from .goals import plan_from_tasks
 from .interpretation import Interpretation
@@ -25,7 +26,7 @@ from .robots import Robot
 from .scenario import Scenario
 from .scenario_tasks import RuleSpec, TaskSpec
 from .scenario_world import build_world, real_world
-from .search import Budget, Search
+from .search import STOPPED, Budget, Search
 from .state import Item, State
 from .trace import Trace
 from .verdict import Verdict
@@ -80,6 +81,26 @@ class Setting:
         if done is None:
             return State(agenda, self.belief())
         return replace(done, agenda=agenda, belief=self.belief().moved(done.belief.joints), choices=())
+
+    def after(self, solution: Solution) -> Setting:
+        """This setting as a solution's run left it: things where they came to rest, the robot at its start again.
+
+        Raises:
+            UserError: something is still in the hand; only what was let go has a place of its own.
+        """
+        rollout, belief = solution.candidate.rollout, solution.candidate.belief
+        if belief.held is not None or rollout is None:
+            what = f"'{belief.held.thing}' is still in the hand" if belief.held else "the program did not run here"
+            raise UserError(
+                f"Nothing can go on from where '{solution.plan}' ends: {what}; let it end with the thing put down."
+            )
+        ends = {n: Pose(tuple(r[-1][:3]), tuple(r[-1][3:])) for n, r in rollout.poses.items() if n in self._movable}
+        real = self.real.moved(ends) if self.real else None
+        return replace(self, world=self.world.moved(ends), relations=tuple(sorted(belief.relations)), real=real)
+
+    @property
+    def _movable(self) -> frozenset[str]:
+        return frozenset(t.name for t in self.world.things if t.movable and t.joint is None)
 
 
 @dataclass(frozen=True)
@@ -235,6 +256,7 @@ class Engine:
         skip: Collection[int] = (),
         refused: Callable[[int], None] = lambda _: None,
         failed: Callable[[Solution], None] = lambda _: None,
+        stop: Callable[[], bool] = lambda: False,
     ) -> Iterator[Solution]:
         """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
 
@@ -247,6 +269,8 @@ class Engine:
             progress: called with a line for people.
             skip: numbers of candidate sequences, from 1, that an earlier run refused.
             refused: called with the number of each candidate of which nothing could be proven.
+            stop: asked before each question to a plugin and before each run of a text, from the thread that resolves;
+                True ends the iterator, and the trace says so. What runs is not interrupted: it takes a few seconds.
             failed: called with each complete program that was judged and refused.
 
         Raises:
@@ -262,13 +286,16 @@ class Engine:
                 left = f"{budget.sequences} task sequences tried, the rest left out"
                 trace.add(0, "sequences", "", "capped", "engine", left)
                 return
+            if stop():
+                trace.add(0, "sequences", "", "capped", "engine", STOPPED)
+                return
             trace.candidate = number
             if number in skip:
                 trace.add(0, "sequence", str(plan), "refused", "engine", "refused before this run was resumed")
                 continue
             progress(f"candidate {number}: {plan}")
             proven = False
-            for candidate, verdict in self.attempts(plan, world, budget, trace, progress):
+            for candidate, verdict in self.attempts(plan, world, budget, trace, progress, stop):
                 judged = Solution(number, candidate, verdict, trace, world, *source)
                 if not verdict.passed:
                     failed(judged)
@@ -331,7 +358,13 @@ class Engine:
                 trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, operators))
 
     def attempts(
-        self, plan: Plan, setting: Setting, budget: Budget, trace: Trace, progress: Progress = lambda _: None
+        self,
+        plan: Plan,
+        setting: Setting,
+        budget: Budget,
+        trace: Trace,
+        progress: Progress = lambda _: None,
+        stop: Callable[[], bool] = lambda: False,
     ) -> Iterator[tuple[Candidate, Verdict]]:
         """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
         mount = setting.world.robots[0]
@@ -339,7 +372,7 @@ class Engine:
         took = setting.look.camera if setting.look else None
         context = replace(context, camera=took or next(iter(setting.world.cameras), None))
         search = Search(
-            self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress
+            self.registry, self.knowledge.tasks, self.knowledge.task_owners, context, trace, budget, progress, stop
         )
         states = search.solve(setting.start(plan))
         conflict, proofs = None, 0
@@ -347,6 +380,9 @@ class Engine:
             try:
                 state = states.send(conflict) if proofs else next(states)
             except StopIteration:
+                return
+            if stop():
+                trace.add(0, "proof", str(plan), "capped", "engine", STOPPED)
                 return
             proofs += 1
             candidate = assemble(

@@ -28,6 +28,11 @@ def as_json(value: Any) -> str:
     return json.dumps(value, indent=1, default=_plain)
 
 
+def plain_json(value: Any) -> str:
+    """The same on one line."""
+    return json.dumps(value, default=_plain)
+
+
 def _plain(value: Any) -> Any:
     if is_dataclass(value) and not isinstance(value, type):
         return asdict(value)

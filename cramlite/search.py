@@ -52,6 +52,9 @@ class Budget:
     sequences: int = 12
 
 
+STOPPED = "stopped by the caller"
+
+
 class BudgetSpent(Exception):
     """The counted budget of a search is used up."""
 
@@ -72,6 +75,7 @@ class Search:
         owners: which plugin declared each task type.
         context: for plugins; bindings and seed are set for each question.
         trace: filled as the search goes.
+        stop: asked before each question to plugins; True ends the search.
     """
 
     registry: Registry
@@ -81,6 +85,7 @@ class Search:
     trace: Trace
     budget: Budget = Budget()
     progress: Callable[[str], None] = lambda _: None
+    stop: Callable[[], bool] = lambda: False
 
     def __post_init__(self) -> None:
         self._asks = 0
@@ -163,6 +168,8 @@ class Search:
     ) -> Iterator[tuple[str, Grounding]]:
         """Groundings of all plugins, merged by cost; what was refused goes to the trace, its causes to ``conflict``."""
         self._asks += 1
+        if self.stop():
+            raise BudgetSpent(STOPPED)
         if self._asks > self.budget.asks:
             raise BudgetSpent(f"{self.budget.asks} designators were asked about, the budget of one task sequence")
         context = replace(

@@ -9,6 +9,7 @@ once and for all: the same pose has the same solutions in every process.
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any
@@ -74,7 +75,7 @@ def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
     """Where the starts are led to, near the pose."""
     import mink
 
-    configuration, task, limits, starts = _solver(robot)
+    configuration, task, limits, starts = _solver(robot, threading.get_ident())
     task.set_target(mink.SE3(np.array([*flange.quaternion, *flange.position])))
     for start in starts:
         configuration.update(start)
@@ -87,9 +88,12 @@ def _reached(robot: Robot, flange: Pose) -> Iterator[Joints]:
             configuration.integrate_inplace(way * min(1.0, LONGEST / max(longest, 1e-9)), 1.0)
 
 
-@lru_cache(maxsize=4)
-def _solver(robot: Robot) -> tuple[Any, Any, list[Any], Floats]:
-    """The robot's model with a task for its flange, the limits of its joints, and the starts (count, positions)."""
+@lru_cache(maxsize=8)
+def _solver(robot: Robot, thread: int) -> tuple[Any, Any, list[Any], Floats]:
+    """The robot's model with a task for its flange, the limits of its joints, and the starts (count, positions).
+
+    Each thread has its own: solving moves the model.
+    """
     import mink
     import mujoco
 

@@ -11,6 +11,7 @@ Source: Kuffner and LaValle, RRT-Connect, ICRA 2000; OMPL (Sucan, Moll, Kavraki,
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -206,6 +207,23 @@ def _rrt(
     ends: float,
 ) -> tuple[tuple[Joints, ...] | None, int, bool]:
     """One query. Everything of OMPL lives in this frame: nothing it holds refers back to it."""
+    with _ONE_QUERY:
+        return _query(scene, origin, goals, box, seed, budget, ends)
+
+
+_ONE_QUERY = threading.Lock()
+"""OMPL's random generator belongs to the process: from its seed to the path a query has it alone."""
+
+
+def _query(
+    scene: Space,
+    origin: Joints,
+    goals: list[Joints],
+    box: list[tuple[float, float]],
+    seed: int,
+    budget: int,
+    ends: float,
+) -> tuple[tuple[Joints, ...] | None, int, bool]:
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)

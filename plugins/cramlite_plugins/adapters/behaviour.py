@@ -1,0 +1,117 @@
+"""A behaviour for py_trees that resolves a designator, a list of tasks or a goal, and runs the proven program.
+
+Needs py_trees 2.3 or later (``pip install 'cramlite[py-trees]'``). Source of the life cycle (initialise, update,
+terminate): py_trees documentation, "Behaviours".
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import py_trees
+
+from cramlite import CramliteError, Engine, Goal, Solution, Trace
+from cramlite.engine import Setting
+from cramlite.explain import nearest_miss
+from cramlite.scenario import RuleSpec, TaskSpec
+
+Work = Goal | TaskSpec | RuleSpec | list[TaskSpec | RuleSpec]
+
+
+class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, known only where it is installed
+    """Resolves in a thread of its own, then hands the program over to ``run``.
+
+    RUNNING while it resolves; SUCCESS when ``run`` says so; FAILURE with the nearest miss as feedback message. Ticked
+    again after that it goes on from the setting that its own run left. When it is interrupted the search is stopped.
+
+    Args:
+        name: of the behaviour.
+        engine: whose plugins answer.
+        goal: one designator, a list of tasks, or a goal.
+        setting: where; it is asked when the behaviour begins, so that behaviours can follow each other.
+        run: is given the proven program; whether it was carried out.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        engine: Engine,
+        goal: Work,
+        setting: Callable[[], Setting],
+        run: Callable[[Solution], bool],
+    ) -> None:
+        super().__init__(name)
+        self._engine, self._goal, self._setting, self._run = engine, goal, setting, run
+        self._worker: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._said = ""
+        self.solution: Solution | None = None
+
+    def initialise(self) -> None:
+        """Begin to resolve."""
+        self._leave()
+        self._stop, self.solution, self._said = threading.Event(), None, ""
+        self._worker = threading.Thread(target=self._work, args=(self._stop,), daemon=True)
+        self._worker.start()
+
+    def _work(self, stop: threading.Event) -> None:
+        trace = Trace()
+        try:
+            found = self._engine.resolve(self._goal, world=self._setting(), trace=trace, stop=stop.is_set)
+            solution = next(found, None)
+        except CramliteError as error:
+            self._said = str(error)
+            return
+        miss = nearest_miss(trace.entries)
+        self._said = "" if solution else f"{miss.designator}: {miss.reason}" if miss else "nothing was found"
+        if not stop.is_set():
+            self.solution = solution
+
+    def update(self) -> py_trees.common.Status:
+        """RUNNING until there is a program or none."""
+        assert self._worker is not None
+        if self._worker.is_alive():
+            self.feedback_message = "resolving"
+            return py_trees.common.Status.RUNNING
+        if self.solution is None:
+            self.feedback_message = self._said
+            return py_trees.common.Status.FAILURE
+        done = self._run(self.solution)
+        self.feedback_message = f"{self.solution.plan}: {'done' if done else 'its run failed'}"
+        return py_trees.common.Status.SUCCESS if done else py_trees.common.Status.FAILURE
+
+    def terminate(self, new_status: py_trees.common.Status) -> None:
+        """Stop the search where the behaviour is interrupted."""
+        if new_status == py_trees.common.Status.INVALID:
+            self._leave()
+
+    def _leave(self) -> None:
+        self._stop.set()
+        if self._worker is not None:
+            self._worker.join()
+
+
+class Place:
+    """The setting of a tree: what one behaviour's run left is where the next one begins.
+
+    ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is run in the simulator, in the
+    world as it is then.
+    """
+
+    def __init__(self, engine: Engine, setting: Setting) -> None:
+        self._engine, self._setting = engine, setting
+
+    def now(self) -> Setting:
+        return self._setting
+
+    def run(self, solution: Solution) -> bool:
+        """Run a program's text; True if it came to its end."""
+        here, robots = self._setting, dict(self._engine.knowledge.robots)
+        mount: Any = here.world.robots[0].name
+        world = here.real or here.world
+        rollout = self._engine.knowledge.simulator.execute(solution.code, world, robots, mount=mount, seed=here.seed)
+        if rollout.outcome == "finished":
+            self._setting = here.after(solution)
+        return rollout.outcome == "finished"
