@@ -112,6 +112,7 @@ class Solution:
         candidate: plan, program, code, bindings and rollout.
         verdict: what the validators found.
         trace: every decision of the search so far.
+        setting: where it was proven.
         interpretation, episode: what the plan came from; None when it did not come from a demonstration.
         seed: that gives this solution again.
     """

@@ -39,6 +39,7 @@ class Candidate:
         episode: the same as events, by the detection that also reads demonstrations.
         actions: the plan's actions with their objects grounded to entities.
         robot: the robot's model.
+        world: as it is believed to be at the start.
     """
 
     plan: Plan

@@ -76,7 +76,12 @@ class SetGripper(Step):
 
 @dataclass(frozen=True)
 class SetPayload(Step):
-    """Tell the controller what hangs on the flange (gripper and object): mass [kg], centre of gravity in the flange frame [m]."""
+    """Tell the controller what hangs on the flange: gripper and object.
+
+    Args:
+        mass: [kg].
+        center: of gravity, in the flange frame [m].
+    """
 
     mass: float
     center: Vector3
@@ -89,7 +94,11 @@ class ZeroSensor(Step):
 
 @dataclass(frozen=True)
 class Wait(Step):
-    """Stand still [s]."""
+    """Stand still.
+
+    Args:
+        duration: [s].
+    """
 
     duration: float
 
@@ -127,8 +136,8 @@ class TryInOrder(Step):
 class Parallel(Step):
     """Branches that run at the same time; one at most moves the arm, one at most the gripper.
 
-    ``until`` "all": it succeeds when all have; the first failure stops the others. "first": it succeeds when one has,
-    and this stops the others; it fails when all have failed.
+    The ``branches`` begin together. ``until`` "all": it succeeds when all have; the first failure stops the others.
+    "first": it succeeds when one has, and this stops the others; it fails when all have failed.
     """
 
     branches: tuple[tuple[AnyStep, ...], ...]

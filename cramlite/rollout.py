@@ -31,7 +31,13 @@ class Touch:
 
 @dataclass(frozen=True)
 class Message:
-    """A line of the program's own log."""
+    """A line of the program's own log.
+
+    Args:
+        time: since the start [s].
+        text: what the program wrote.
+        line: of the program, 0 for none.
+    """
 
     time: float
     text: str
@@ -56,6 +62,7 @@ class Rollout:
         messages: the program's log.
         outcome: "finished", or why it ended: "halted", "protective stop", "timeout", "error".
         reason: one clause with numbers when the outcome is not "finished".
+        extra: further numbers that a simulator measured, by name.
         values: thing name -> (N,) value of the joint that it moves on [m, rad].
         grains: thing name -> (N, count, 3) centres of the balls that it was filled with, world frame [m].
         sizes: of what is in ``poses`` and no thing: "mount/base" is a robot's platform; length, width, height over its

@@ -75,8 +75,8 @@ class Service:
             self._say({"id": None, "error": {"code": refused.code, "message": str(refused)}})
             return
         if request["method"] == "cancel":
-            self._cancelled.add(request["params"].get("id"))
             self._say({"id": request["id"], "result": {"cancelled": request["params"].get("id")}})
+            self._cancelled.add(request["params"].get("id"))
         else:
             self._todo.put(request)
 

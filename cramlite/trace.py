@@ -43,7 +43,12 @@ class Entry:
 
 @dataclass
 class Trace:
-    """An append-only list of entries, filled while a search runs."""
+    """An append-only list of entries, filled while a search runs.
+
+    Args:
+        entries: in the order in which things were decided.
+        candidate: which task sequence is being tried, from 1.
+    """
 
     entries: list[Entry] = field(default_factory=list)
     candidate: int = 1

@@ -174,7 +174,13 @@ class Thing:
 
 @dataclass(frozen=True)
 class RobotMount:
-    """A robot in a world: which model, and where it is bolted down."""
+    """A robot in a world: which model, and where it is bolted down.
+
+    Args:
+        name: of the mount, unique in the world.
+        type: of the robot, as a plugin declares it.
+        base: its base frame in the world.
+    """
 
     name: str
     type: str
@@ -186,6 +192,13 @@ class Physics:
     """Physics settings that scenarios and negative controls may change.
 
     Defaults and their measured reasons: docs/explanation/simulation.md.
+
+    Args:
+        timestep: of the simulation [s].
+        cone: of friction, as MuJoCo names it.
+        noslip_iterations: of MuJoCo's no-slip solver.
+        impratio: friction to normal impedance.
+        pad_friction: sliding friction coefficient of the fingers.
     """
 
     timestep: float = 0.002
@@ -236,7 +249,15 @@ class Camera:
 
 @dataclass(frozen=True)
 class World:
-    """Everything a simulator needs, and nothing about how it is solved."""
+    """Everything a simulator needs, and nothing about how it is solved.
+
+    Args:
+        things: furniture before what stands on it.
+        robots: the first one acts.
+        physics: settings of the simulation.
+        disturbance: what a real robot has and a planned one has not.
+        cameras: depth cameras, fixed ones and those on flanges.
+    """
 
     things: tuple[Thing, ...]
     robots: tuple[RobotMount, ...] = ()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import json
 import subprocess
@@ -75,7 +76,10 @@ def process() -> Iterator[subprocess.Popen[str]]:
     )
     yield started
     started.kill()
-    started.communicate()
+    started.wait()
+    for stream in (started.stdin, started.stdout, started.stderr):
+        with contextlib.suppress(BrokenPipeError):
+            stream.close()  # type: ignore[union-attr]
 
 
 def test_a_program_and_the_next_one(process: subprocess.Popen[str]) -> None:

@@ -49,12 +49,12 @@ def test_failure_says_why_and_a_selector_goes_on() -> None:
     place = _place("place_on_shelf")
     wrong = Resolve("lift", ENGINE, TaskSpec(task="PickingUp", roles={"Locatum": "block"}), place.now, place.run)
     unknown = Resolve("fly", ENGINE, TaskSpec(task="Flying"), place.now, place.run)
-    park = Resolve("park", ENGINE, TaskSpec(task="ParkingArms"), place.now, lambda solution: False)
-    root = py_trees.composites.Selector("one of them", memory=True, children=[wrong, unknown, park])
+    grasp = Resolve("grasp", ENGINE, TaskSpec(task="Grasping", roles={"Patient": "block"}), place.now, lambda solution: False)
+    root = py_trees.composites.Selector("one of them", memory=True, children=[wrong, unknown, grasp])
     assert _tick(root) == STATUS.FAILURE
     assert "must be grasped before" in wrong.feedback_message
     assert "There is no task type 'Flying'" in unknown.feedback_message
-    assert "its run failed" in park.feedback_message
+    assert "its run failed" in grasp.feedback_message
 
 
 def test_an_interrupted_behaviour_stops_its_search() -> None:
