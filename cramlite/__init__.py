@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .errors import EARLIER_TASKS, CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
     from .experts import Expert, Inputs, Judged
     from .geometry import Pose
-    from .goal_plans import Goal
+    from .goals import Goal
     from .interpretation import Interpretation
     from .plan import Plan
     from .plugin_types import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
@@ -68,7 +68,7 @@ _HOMES = {
     "errors": "EARLIER_TASKS CramliteError NoSolution PluginError Unresolvable UserError nearest",
     "experts": "Expert Inputs Judged",
     "geometry": "Pose",
-    "goal_plans": "Goal",
+    "goals": "Goal",
     "interpretation": "Interpretation",
     "plan": "Plan",
     "plugin_types": "Backend Candidate ModelMaker ReportSection Simulator Validator",

@@ -13,8 +13,7 @@ from .belief import Belief, Relation, initial_belief
 from .episode import Episode
 from .errors import UserError, nearest
 from .geometry import Pose
-from .goal_plans import Goal
-from .goals import plan_from_tasks
+from .goals import Goal, plan_from_tasks
 from .interpretation import Interpretation
 from .knowledge import Knowledge, pick
 from .late_poses import Tolerance, parametric

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from itertools import product
 
 from .errors import UserError, nearest
+from .goals import Goal
 from .operators import GRIPPER, Fact, Grounder, Operator, Pattern, matches
 from .scenario import ObjectSpec
 from .scenario_tasks import TaskSpec
@@ -31,20 +32,6 @@ WORDS = ("on", "in", "held", "open", "closed")
 NEEDLESS = "no step asks for what it changes"
 
 _GOAL = re.compile(r"(\w+) (?:hangs |stands |lies |is )?(on|in|held|open|closed)(?: (\w+))?")
-
-
-@dataclass(frozen=True)
-class Goal:
-    """What should hold, in words, for ``Engine.resolve``.
-
-    Args:
-        says: such as "coffee on hook", "tin in basket", "cup held", "drawer open"; all of it.
-    """
-
-    says: tuple[str, ...]
-
-    def __str__(self) -> str:
-        return " and ".join(self.says)
 
 
 @dataclass(frozen=True)

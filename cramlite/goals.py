@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from .designators import Object
 from .errors import UserError, nearest
@@ -15,10 +15,24 @@ from .tasks import TaskType, task_type
 from .world import World
 
 Entry = TaskSpec | RuleSpec
-Goal = Scenario | Sequence[Entry] | Entry
+Tasks = Scenario | Sequence[Entry] | Entry
 
 
-def plan_from_tasks(name: str, goal: Goal, tasks: Mapping[str, TaskType], world: World) -> Plan:
+@dataclass(frozen=True)
+class Goal:
+    """What should hold, in words, for ``Engine.resolve``.
+
+    Args:
+        says: such as "coffee on hook", "tin in basket", "cup held", "drawer open"; all of it.
+    """
+
+    says: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return " and ".join(self.says)
+
+
+def plan_from_tasks(name: str, goal: Tasks, tasks: Mapping[str, TaskType], world: World) -> Plan:
     """The plan of a goal, its names checked against task types and world.
 
     Raises:
@@ -41,7 +55,7 @@ def plan_from_tasks(name: str, goal: Goal, tasks: Mapping[str, TaskType], world:
     return build_plan(name, calls, {f: _object(f, objects, world) for f in fillers})
 
 
-def _listed(goal: Goal) -> list[tuple[Entry, Path]]:
+def _listed(goal: Tasks) -> list[tuple[Entry, Path]]:
     """Tasks, each with where it stands in the scenario."""
     if isinstance(goal, Entry):
         return [(goal, ())]

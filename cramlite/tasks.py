@@ -75,10 +75,15 @@ class TaskType(ABC):
     """
 
     task: ClassVar[str] = ""
+    """Its class, e.g. "soma:Grasping"."""
     aliases: ClassVar[tuple[str, ...]] = ()
+    """Further names that scenarios may use."""
     roles: ClassVar[tuple[Role, ...]] = ()
+    """Who takes part."""
     summary: ClassVar[str] = ""
+    """What it does, in a clause for people."""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
+    """Numbers that it uses; scenarios may change them."""
     above: ClassVar[str] = "dul:Task"
     """The class above ``task``, for tasks that no ontology has; where an ontology has it, that one is believed."""
     rule_file: ClassVar[Path | None] = None
@@ -105,6 +110,7 @@ class TaskType(ABC):
         return None
 
     def role(self, name: str) -> Role | None:
+        """The role of that name, or None."""
         return next((r for r in self.roles if r.name == name), None)
 
     def parameter(self, action: Action, name: str) -> float:

@@ -38,7 +38,7 @@ from cramlite.yaml_file import load_yaml
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 REFERENCE = ROOT / "docs" / "reference"
-GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "python", "schema")}
+GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "predicates", "python", "schema")}
 """Pages that docs/site/generated.py writes when the site is built."""
 _BLOCK = re.compile(r"(?:<!-- ([a-z ]+)(?:: (.*?))? -->\n\n?)?^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

@@ -23,6 +23,27 @@ def on_files(files: Any, config: Any) -> Any:
     return files
 
 
+def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
+    """What the tests read in comments is shown: the file that a block is, and the exit code of a command."""
+    markdown = re.sub(r"<!-- file: (.*?) -->\n\n?```(\w+)\n", r'```\2 title="\1"\n', markdown)
+    markdown = re.sub(
+        r"<!-- output -->\n\n?```(\w+)\n", r'```\1 title="prints, among other lines (... is anything)"\n', markdown
+    )
+    return re.sub(r"<!-- exit: (\d) -->\n\n?```(\w+)\n", r'```\2 title="ends with exit code \1"\n', markdown)
+
+
+def predicates_page() -> str:
+    """Every predicate that rules may ask for, as the installed plugins declare them."""
+    from cramlite import Engine
+
+    parts = ["# Predicates", "", "What [rule files](rules.md) may ask for; written from the shipped plugins.", ""]
+    parts += ["| predicate | arguments | gives a number | only in | holds when |", "|---|---|---|---|---|"]
+    for p in sorted(Engine().knowledge.predicates, key=lambda p: p.name):
+        phases = "" if len(p.phases) == 3 else ", ".join(sorted(p.phases))
+        parts.append(f"| `{p.name}` | {p.arity} | {'yes' if p.value else ''} | {phases} | {plain(p.doc)} |")
+    return "\n".join(parts) + "\n"
+
+
 def python_page() -> str:
     """Every public name with its signature and docstring."""
     parts = ["# Python names", "", "Everything public, from `cramlite` and `cramlite.testing`; written from the code."]
@@ -35,24 +56,44 @@ def python_page() -> str:
 
 def described(name: str, value: Any) -> list[str]:
     """A heading, the signature, the docstring, and the public methods of a class."""
+    if name in ALIASES:
+        return [f"### {name}", "", plain(ALIASES[name])]
     if not callable(value):
         said = json.dumps(value) if isinstance(value, str | tuple) else type(value).__name__
         return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
+    found += attributes(value)
     for method, function in methods(value):
         found += ["", f"**`{method}{signature_of(function)}`**", "", plain(inspect.getdoc(function) or "")]
     return found
+
+
+def attributes(value: Any) -> list[str]:
+    """Class attributes that a subclass sets, with their defaults and the text under them in the source."""
+    hints = vars(value).get("__annotations__", {}) if inspect.isclass(value) else {}
+    own = [n for n, h in hints.items() if str(h).startswith("ClassVar")]
+    source = inspect.getsource(value) if own else ""
+    lines = []
+    for name in own:
+        doc = re.search(rf'^    {name}: ClassVar.*\n    """(.*?)"""', source, re.MULTILINE | re.DOTALL)
+        said = " ".join(doc[1].split()) if doc else ""
+        lines.append(f"- `{name}` = `{getattr(value, name)!r}`{': ' + plain(said) if said else ''}")
+    return ["", "**Attributes**", "", *lines] if lines else []
 
 
 def methods(value: Any) -> list[tuple[str, Any]]:
     """Public methods that a class defines itself and documents."""
     if not inspect.isclass(value):
         return []
+    protocol = getattr(value, "_is_protocol", False)
     own = [(n, getattr(f, "__func__", f)) for n, f in vars(value).items() if not n.startswith("_")]
-    return [(n, f) for n, f in own if inspect.isfunction(f) and inspect.getdoc(f)]
+    own = [(n, getattr(f, "fget", f)) for n, f in own]
+    return [(n, f) for n, f in own if inspect.isfunction(f) and (protocol or inspect.getdoc(f))]
 
 
 def signature(name: str, value: Any) -> list[str]:
+    if getattr(value, "_is_protocol", False):
+        return ["Any object with these members will do."]
     if dataclasses.is_dataclass(value):
         lines = [f"    {f.name}: {f.type}{default(f)}" for f in dataclasses.fields(value)]
         return ["```python", f"{name}(", *[line + "," for line in lines], ")", "```"]
@@ -123,8 +164,14 @@ def errors_page() -> str:
     return "\n".join(parts) + "\n"
 
 
+ALIASES = {
+    "Answers": 'What a `resolve_...` hook gives: an iterable of `Grounding` and `Refused`, best first, or None for "not mine".',
+}
+"""What names that stand for types mean."""
+
 PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,
+    "reference/predicates.md": predicates_page,
     "reference/python.md": python_page,
     "reference/schema.md": schema_page,
 }
