@@ -35,6 +35,7 @@ def build_world(
         raise UserError(f"The seed is {seed}; it must be 0 (the world as written) or more.")
     rng = np.random.default_rng([seed, 77])
     built: dict[str, Thing] = {}
+    shifts: dict[str, Pose] = {}
     relations: list[Relation] = []
     changes = {v.thing: v for v in vary} if seed else {}
     specs = list(things)
@@ -45,7 +46,12 @@ def build_world(
         place = scenario.where_thing(spec.name)
         if spec.name in built:
             raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
-        built[spec.name] = _build(scenario, spec, changes.get(spec.name), built, models, rng, place)
+        thing = _build(scenario, spec, changes.get(spec.name), built, models, rng, place)
+        if thing.joint is not None and thing.joint.parent in shifts:  # what is mounted moves with what carries it
+            thing = replace(thing, pose=shifts[thing.joint.parent] * thing.pose)
+        if spec.name in changes and spec.at:
+            shifts[spec.name] = thing.pose * spec.at.pose().inverse()
+        built[spec.name] = thing
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())

@@ -18,6 +18,7 @@ from .answers import Context, Grounding, Refused
 from .designators import Action, Designator, Late, Location, Motion, Object
 from .errors import EARLIER_TASKS, Unresolvable
 from .flow import Compound, Mark, Way, ways
+from .nesting import misfit
 from .program import Section
 from .registry import Registry
 from .state import Effect, Item, State, gripped, passed, renewed
@@ -172,6 +173,12 @@ class Search:
             raise BudgetSpent(STOPPED)
         if self._asks > self.budget.asks:
             raise BudgetSpent(f"{self.budget.asks} designators were asked about, the budget of one task sequence")
+        if isinstance(item, Action):
+            above = [i.action for i in state.agenda if isinstance(i, Effect) and item.name.startswith(f"{i.action.name}/")]
+            if reason := misfit(item, above, self.tasks):
+                conflict |= {a.name for a in above} | _domain(item, state)
+                self.trace.add(node, item.name, str(item), "impossible", "engine", reason)
+                return
         context = replace(
             self.context,
             bindings=state.bindings,
@@ -254,7 +261,7 @@ class Search:
             return replace(state, agenda=rest)
         belief = self.tasks[action.task].effects(action, state.belief)
         after = replace(state, agenda=rest, belief=belief, actions=(*state.actions, action) if top else state.actions)
-        return gripped(after) if top else after
+        return gripped(after, state.opened[action.name]) if top else after
 
     def _nogood(self, choices: tuple[tuple[str, str], ...]) -> Conflict | None:
         """The names of the choices in a combination that failed before and is made again with the last choice."""

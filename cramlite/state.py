@@ -18,7 +18,7 @@ from .belief import Belief
 from .designators import Action, Designator, Location, Motion, Place, Stand
 from .errors import Unresolvable
 from .flow import Compound, Mark, touched
-from .program import AnyStep, Control, Monitor, Parallel, Repeat, Section, TryInOrder, clash
+from .program import AnyStep, Control, Monitor, Parallel, Repeat, Section, SetGripper, TryInOrder, clash, walk
 
 SAME = 0.02  # joint positions that are the same for what comes after [rad]: a motion begins from either
 MOVED = 0.005  # things that are at the same place [m]: the accuracy with which let go things are known
@@ -76,12 +76,17 @@ class State:
         return any(f.compound.decided_at_run_time for f in self.frames)
 
 
-def gripped(state: State) -> State:
+def gripped(state: State, first: int = 0) -> State:
     """The state behind an action of the plan. If it took or let go of something, or drove, the places bound so far are
     history: the same thing stands elsewhere, or is held in another way, and whoever asks for its grasp again gets a new
-    answer."""
+    answer.
+
+    Args:
+        first: where the action's steps begin: it may have taken something and let go of it again.
+    """
     held = state.belief.held.thing if state.belief.held else ""
-    if held == state.grip and state.stand == state.stood:
+    took = any(isinstance(s, SetGripper) and s.expect == "object" for s in walk(state.steps[first:]))
+    if held == state.grip and not took and state.stand == state.stood:
         return state
     bound = Counter(k.split("#")[0] for k, v in state.bindings.items() if isinstance(v, Place | Stand))
     again = {name: count + 1 for name, count in bound.items()}

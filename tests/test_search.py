@@ -219,3 +219,40 @@ def test_task_names(plugin: Plugin) -> None:
     assert task_type(tasks, "Task") is task_type(tasks, "x:Task")
     with pytest.raises(UserError, match="did you mean 'Task'"):
         task_type(tasks, "Tasc")
+
+
+NESTED = """
+class Part(TaskType):
+    aliases = ()
+    def __init__(self, task, ways):
+        self.task, self.ways = task, ways
+    def decompose(self, action, belief):
+        for k, parts in enumerate(self.ways):
+            steps = tuple(Action(action.inside(f"{{k}}{{p[2:]}}"), p, action.roles) for p in parts)
+            yield Decomposition(steps, f"way {{k}}", cost=k)
+
+@hookimpl
+def task_types():
+    return [Part(task, ways) for task, ways in {ways}.items()]
+"""
+
+
+@pytest.mark.parametrize(
+    ("ways", "solutions", "says"),
+    [
+        ({"x:A": [["x:A"]]}, 0, "a cyclic decomposition: x:A > x:A"),
+        ({"x:A": [["x:B"]], "x:B": [["x:A"]]}, 0, "a cyclic decomposition: x:A > x:B > x:A, with the same objects"),
+        ({"x:A": [["x:B"], []], "x:B": [["x:A"]]}, 1, "a cyclic decomposition"),  # another way that ends
+        ({"x:A": [["x:B", "x:B"]], "x:B": [[]]}, 1, ""),  # twice is no cycle
+        ({"x:A": [["x:Bcd"]], "x:Bce": [[]]}, 0, "no task 'x:Bcd', which 'x:A' is to be made of; did you mean 'x:Bce'"),
+    ],
+)
+def test_what_tasks_are_made_of(
+    ways: dict[str, list[list[str]]], solutions: int, says: str, plugin: Plugin
+) -> None:
+    trial = Trial(plugin("parts", NESTED.format(ways=ways)))
+    assert len(trial.bindings(Action("1.A", "x:A"))) == solutions
+    said = [e.reason for e in trial.trace.entries if e.outcome == "impossible"]
+    assert any(says in s for s in said) if says else not said
+    assert not trial.registry.faults
+    assert len(trial.trace.entries) < 40  # it is seen at once, not when the budget is spent

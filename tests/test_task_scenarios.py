@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from task_scenarios import BLOCKED, MORE, REFUSED, attempt
+from task_scenarios import BLOCKED, COMPOUND, MORE, REFUSED, attempt
 
 from cramlite import Engine, UserError
 from cramlite.resources import data_folder, find_scenario
@@ -35,6 +35,15 @@ def test_its_sibling_is_refused(engine: Engine, name: str, says: str) -> None:
     _, verdict, reasons = attempt(engine, name)
     assert verdict is None or not verdict.passed
     assert says in reasons
+
+
+@pytest.mark.parametrize("name", sorted(COMPOUND))
+def test_several_tasks_are_proven_together_and_their_sibling_is_refused(engine: Engine, name: str) -> None:
+    _, verdict, reasons = attempt(engine, name, folder="compound")
+    assert verdict is not None and verdict.passed, reasons
+    _, verdict, reasons = attempt(engine, f"{name}_fails", folder="compound")
+    assert verdict is None or not verdict.passed
+    assert COMPOUND[name] in reasons
 
 
 def test_a_push_moves_the_block_as_far_as_asked_and_away_from_the_robot(engine: Engine) -> None:

@@ -21,7 +21,7 @@ from cramlite.geometry import Floats
 from cramlite.ontology import Restriction
 from cramlite.phases import PADDING, Phase, Segment, Timeline
 from cramlite.rules import Rule
-from cramlite_plugins.experts.place_predicates import _box, _things
+from cramlite_plugins.experts.place_predicates import _box, _things, _tips
 from cramlite_plugins.experts.predicates import _dof
 
 PREDICATES = Path(__file__).parent / "benchmarks" / "timeline.pl"
@@ -44,7 +44,7 @@ VARIANTS = {
 remembered; and with states listed under each second in which they hold, as facts."""
 _FACTS = (
     "action/4, labelled/4, padding/1, state/4, state_type/1, second/5, role/3, entity/1, type/2, part_of/2, effector/1, located/2, sub/2, "
-    "restriction/3, dof/2, fixed/2, pose/3, box/3, measured/5, opening/4, spread/3, joint/7, from_park/3"
+    "restriction/3, dof/2, fixed/2, pose/3, box/3, measured/5, opening/4, spread/3, tip/2, joint/7, from_park/3"
 )
 
 
@@ -92,6 +92,7 @@ def _of_things(timeline: Timeline) -> Iterator[str]:
     phase = timeline.instant(timeline.cuts[0])
     if timeline.episode.effector is not None:
         yield f"effector('{timeline.episode.effector}')."
+    yield from (f"tip({k}, '{name}')." for k, name in enumerate(_tips(timeline), 1))
     yield from (f"located('{name}', {max(since, -1e300)!r})." for name, since in timeline.located.items())
     for name, entity in timeline.entities.items():
         yield f"entity('{name}')."

@@ -1,11 +1,12 @@
 """Closed loop of meaning: is a run of each task type read as that task, by the rules that read demonstrations?
 
-    python tests/benchmarks/meaning.py [--seeds 10] [--only grasping,placing]
+    python tests/benchmarks/meaning.py [--seeds 10] [--first 0] [--only grasping,placing]
 
 Every scenario under scenarios/tasks/ is resolved; its first program's run becomes an episode by the event detection for
 demonstrations, and the rules interpret it twice: "states" cuts the run where states change and knows nothing else;
-"cuts" also cuts it where the program's tasks end, which a log of a robot says, but not what they are. A task counts as
-read if an action within its span matches it with the same things in its roles.
+"cuts" also cuts it where the program's tasks end, which a log of a robot says, but not what they are (between two samples:
+at the later, else at the earlier one). A task counts as read if an action within its span matches it with the same things
+in its roles.
 
 The same program is then run with a gripper that stays open, and in a world without the thing that it is about; neither
 run may be read as the task. Tasks that need no grasp may be, with an open gripper, and are left out there.
@@ -25,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from task_scenarios import REFUSED, attempt
 
-from cramlite import Action, Engine, Episode, Pose, SetGripper
+from cramlite import Action, Engine, Episode, Pose, Rollout, SetGripper
 from cramlite.episode import Event
 from cramlite.interpretation import Interpreted
 from cramlite.phases import PADDING
@@ -37,13 +38,13 @@ GRASPED = {
     "artm:CloseGripperTask", "artm:ExtractHoleFromPeg", "artm:InsertHoleOntoPeg", "artm:OpenGripperTask",
     "artm:SlidingObject", "artm:Ungrasping", "soma:Closing", "soma:Grasping",
     "soma:Holding", "soma:Opening", "soma:PickingUp", "soma:Placing",
-    "soma:PuttingDown", "soma:Releasing", "soma:Transporting",
+    "soma:Pouring", "soma:PuttingDown", "soma:Releasing", "soma:Transporting",
 }  # fmt: skip
 Spans = dict[str, tuple[float, float]]
 
 
 def spans(candidate: Candidate) -> Spans:
-    """When the code of each task ran."""
+    """When the code of each task ran: its first and its last sample."""
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     found: Spans = {}
@@ -51,6 +52,12 @@ def spans(candidate: Candidate) -> Spans:
         if line and (task := code.task_of(int(line))):
             found[task] = (found.get(task, (now, now))[0], now)
     return found
+
+
+def earlier(when: Spans, rollout: Rollout) -> Spans:
+    """The spans from the last sample before the code: it began between the two."""
+    step = float(rollout.times[1] - rollout.times[0])
+    return {task: (max(first - step, float(rollout.times[0])), last) for task, (first, last) in when.items()}
 
 
 def with_cuts(episode: Episode, when: Spans) -> Episode:
@@ -80,7 +87,8 @@ def reads(engine: Engine, episode: Episode, span: tuple[float, float], task: Act
 
 def spoiled(engine: Engine, candidate: Candidate, what: str, task: Action) -> Candidate | None:
     """The same program with a gripper that stays open, or without the thing that the task is about, run again."""
-    things = {(o.entity or "").split("/")[0] for k, o in task.roles.items() if k in ("Patient", "Locatum", "Destination")}
+    moved = ("Patient", "Locatum", "Source", "Destination")
+    things = {(o.entity or "").split("/")[0] for k, o in task.roles.items() if k in moved}
     world, program = candidate.world, candidate.program
     if what == "open":
         wide = candidate.robot.gripper.opening[1]
@@ -112,6 +120,9 @@ def one(engine: Engine, name: str, seed: int, tally: Counter[str], matrix: dict[
     either = False
     for kind, episode in (("states", candidate.episode), ("cuts", with_cuts(candidate.episode, when))):
         own, found = reads(engine, episode, when[task.name], task)
+        if kind == "cuts" and not own and candidate.rollout is not None:
+            before = earlier(when, candidate.rollout)
+            own, found = reads(engine, with_cuts(candidate.episode, before), before[task.name], task)
         tally[kind] += own
         either = either or own
         matrix.setdefault(task.task, Counter()).update(f"{f.split(':')[1]}" for f in found if kind == "cuts")
@@ -135,23 +146,31 @@ def one(engine: Engine, name: str, seed: int, tally: Counter[str], matrix: dict[
 def main() -> None:
     """Print what failed, the matrix, and the sums."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=1, help="seeds 0 .. N-1 of the worlds")
+    parser.add_argument("--seeds", type=int, default=1, help="how many seeds of the worlds")
+    parser.add_argument("--first", type=int, default=0, help="the first of them")
     parser.add_argument("--only", default="", help="scenarios, separated by commas")
     options = parser.parse_args()
     rules = content_key(*sorted(data_folder("task_rules").glob("*.yaml")))
     print(f"rules {rules}")
     engine, tally, matrix = Engine(), Counter[str](), dict[str, Counter[str]]()
     begin = time.process_time()
-    for name in options.only.split(",") if options.only else sorted(REFUSED):
-        for seed in range(options.seeds):
+    names = options.only.split(",") if options.only else sorted(REFUSED)
+    for seed in range(options.first, options.first + options.seeds):
+        for name in names:
             one(engine, name, seed, tally, matrix)
+        print(f"seeds {options.first} to {seed}: {dict(tally)}", flush=True)
+        report(tally, matrix)
+    print(f"{time.process_time() - begin:.0f} s of CPU time; rules {rules}")
+
+
+def report(tally: Counter[str], matrix: dict[str, Counter[str]]) -> None:
+    """Print what runs were read as, and the sums."""
     print("executed -> read as (number of runs), cut at the ends of tasks")
     for task, found in sorted(matrix.items()):
         print(f"{task:34s} " + ", ".join(f"{k} {n}" for k, n in found.most_common()))
     print(", ".join(f"{k} {tally[k]}" for k in ("runs", "proven", "states", "cuts", "either")))
     print(f"open gripper: {tally['open read']} of {tally['open runs']} read as the task")
-    print(f"thing removed: {tally['gone read']} of {tally['gone runs']} read as the task")
-    print(f"{time.process_time() - begin:.0f} s of CPU time; rules {rules}")
+    print(f"thing removed: {tally['gone read']} of {tally['gone runs']} read as the task", flush=True)
 
 
 if __name__ == "__main__":

@@ -123,6 +123,13 @@ near(ph(_, E), X, Y) :- any_thing(Y), any_thing(X), X \== Y, gap(E, Y, X, D), D 
 in_or_above(ph(_, E), X, Y) :-
     any_thing(Y), box(Y, b(LX, LY, LZ), b(UX, UY, _)), any_thing(X), X \== Y, seen_from(E, Y, X, PX, PY, PZ),
     PX >= LX, PX =< UX, PY >= LY, PY =< UY, PZ >= LZ.
+between_fingers(ph(_, E), X) :-
+    tip(1, L), tip(2, R), any_thing(X), box(X, b(LX, LY, LZ), b(UX, UY, UZ)),
+    seen_from(E, X, L, AX, AY, AZ), seen_from(E, X, R, BX, BY, BZ),
+    slab(AX, BX, LX, UX, 0, 1, S1, T1), slab(AY, BY, LY, UY, S1, T1, S2, T2), slab(AZ, BZ, LZ, UZ, S2, T2, S, T), S =< T.
+slab(A, B, L, U, S, T, S, T) :- A =:= B, !, A >= L, A =< U.
+slab(A, B, L, U, S, T, Enter, Leave) :-
+    N is (L - A) / (B - A), F is (U - A) / (B - A), Enter is max(S, min(N, F)), Leave is min(T, max(N, F)).
 any_thing(X) :- nonvar(X), !.
 any_thing(X) :- is_thing(X).
 

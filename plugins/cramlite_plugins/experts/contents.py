@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cramlite import Belief, Feature, Rollout
+from cramlite import Belief, Feature, Pose, Rollout
 from cramlite.geometry import Floats
 from cramlite.world import Filling, Thing
 
@@ -48,6 +48,13 @@ def volume(cavity: Feature) -> float:
 def bulk(filling: Filling) -> float:
     """The space that a filling takes, loosely packed [m3]."""
     return filling.count * 4 / 3 * math.pi * filling.radius**3 / PACKED
+
+
+def things_in(belief: Belief, vessel: str, pose: Pose) -> tuple[str, ...]:
+    """The movable things whose origin is in a vessel's cavity when the vessel is at a pose of the world."""
+    thing, row = belief.world.thing(vessel), np.array([[*pose.position, *pose.quaternion]])
+    others = (n for n in belief.poses if n != vessel and belief.world.thing(n).movable)
+    return tuple(n for n in others if within(thing, row, np.array([[belief.poses[n].pose.position]])).item())
 
 
 def within(thing: Thing, poses: Floats, centres: Floats) -> Floats:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cramlite.geometry import Floats, Pose, Vector3
-from cramlite.phases import Phase, Predicate, Row
+from cramlite.phases import Phase, Predicate, Row, Timeline
 
 from ..episodes.entities import bounds
 from .antipodal import body, crossed
@@ -34,6 +34,14 @@ def all_predicates() -> tuple[Predicate, ...]:
             "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."
         ),
         Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing."),
+        Predicate(
+            "between_fingers",
+            1,
+            between_fingers,
+            cost=5,
+            possible=lambda timeline: len(_tips(timeline)) > 1,
+            doc="The way from one finger tip to another leads through a thing.",
+        ),
         Predicate(
             "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."
         ),
@@ -87,6 +95,45 @@ def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
         gap = _from_hand(phase, other, phase.end)
         if gap is not None and gap < REACH:
             yield (other,)
+
+
+def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
+    """between_fingers(Thing), at the end of the phase: the line between two finger tips meets its shape, or its box where
+    no more is known."""
+    ends = [_pose(phase, tip, phase.end) for tip in _tips(phase.timeline)[:2]]
+    if len(ends) < 2 or any(e is None for e in ends):
+        return
+    for other in [name] if name is not None else _things(phase):
+        pose, box = _pose(phase, other, phase.end), _box(phase, other)
+        if pose is not None and box is not None:
+            one, two = (pose.inverse().apply(e.position) for e in ends if e is not None)
+            geoms = phase.timeline.entities[other].geoms
+            if _meets(one, two, *box) and (not geoms or crossed(body(geoms), one[None], two[None])):
+                yield (other,)
+
+
+def _tips(timeline: Timeline) -> tuple[str, ...]:
+    """The finger tips of the effector that are tracked."""
+    episode = timeline.episode
+    if "tips" not in timeline.memo:
+        own = (e.name for e in episode.entities if e.part_of is not None and e.part_of == episode.effector)
+        timeline.memo["tips"] = tuple(
+            n for n in own if n in episode.tracks and "cram:Camera" not in timeline.entities[n].types
+        )
+    return timeline.memo["tips"]  # type: ignore[no-any-return]
+
+
+def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:
+    """Whether a segment meets a box (slabs: Kay and Kajiya, Ray tracing complex scenes, 1986)."""
+    enter, leave = 0.0, 1.0
+    for a, b, lower, upper in zip(one.tolist(), two.tolist(), low, high, strict=True):
+        if a == b:
+            if not lower <= a <= upper:
+                return False
+            continue
+        near, far = sorted(((lower - a) / (b - a), (upper - a) / (b - a)))
+        enter, leave = max(enter, near), min(leave, far)
+    return enter <= leave
 
 
 def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:

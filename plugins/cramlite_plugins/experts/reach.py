@@ -38,6 +38,16 @@ def held_pose(belief: Belief, context: Context) -> Pose:
     return tcp(belief, context) * belief.held.tcp_to_thing
 
 
+def inside_held(belief: Belief, context: Context) -> tuple[Pose, tuple[str, ...]]:
+    """Where in the world what is held was when it was taken, and the things that were in it: they go along with it."""
+    if belief.held is None or belief.thing(belief.held.thing).feature("cram:Cavity") is None or not belief.held.joints:
+        return Pose(), ()
+    from .contents import things_in
+
+    pose = belief.base() * forward(context.robot, belief.held.joints) * belief.held.tcp_to_thing
+    return pose, things_in(belief, belief.held.thing, pose)
+
+
 def make_scene(
     belief: Belief,
     context: Context,
@@ -58,6 +68,8 @@ def make_scene(
     joints = [t for t in belief.world.things if t.joint is not None and t.joint.parent]
     pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
     pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
+    if belief.held:
+        pairs |= {frozenset((belief.held.thing, name)) for name in inside_held(belief, context)[1]}
     extra: dict[str, Any] = {"wider": wider(belief)} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}

@@ -167,6 +167,7 @@ def lowest(thing: Thing, pose: Pose) -> float:
             continue
         down = (Pose((0, 0, 0), pose.quaternion) * geom.pose).rotation[2]
         centre = float(pose.turn(geom.pose.position)[2])
-        half = geom.size if geom.shape == "box" else (geom.size[0], geom.size[0], sum(geom.size))
+        end = geom.size[0] if geom.shape == "sphere" else geom.size[1] + geom.size[0] * (geom.shape == "capsule")
+        half = geom.size if geom.shape == "box" else (geom.size[0], geom.size[0], end)
         reach.append(centre - float(np.abs(down) @ np.array(half)))
     return min(reach)

@@ -103,7 +103,20 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
         pose = Pose((*pose.position[:2], surface.position[2] - lowest(thing, pose)), pose.quaternion)
     source = f"predicted: let go by {motion.name}"
     sigma = math.hypot(DROPPED if into else LET_GO, belief.held.sigma)
-    return belief.released(Estimate(belief.base() * pose, sigma, source), opening)
+    return _taken_along(belief, context, belief.base() * pose).released(
+        Estimate(belief.base() * pose, sigma, source), opening
+    )
+
+
+def _taken_along(belief: Belief, context: Context, pose: Pose) -> Belief:
+    """What lay in a drawer has moved with it."""
+    from cramlite_plugins.experts.reach import inside_held
+
+    before, names = inside_held(belief, context)
+    way = pose * before.inverse()
+    return replace(
+        belief, poses={n: replace(e, pose=way * e.pose) if n in names else e for n, e in belief.poses.items()}
+    )
 
 
 def _surface(belief: Belief, thing: str) -> Pose | None:

@@ -15,6 +15,7 @@ class AssumingArmPoseConstrained(TaskType):
     parameters = (
         Parameter("speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),
         Parameter("force_n", 3.0, "above sensor noise and the inertia of slow motion"),
+        Parameter("duration_s", 0.2, "in contact at the end: a bump is over sooner, detection calls 0.06 s a state"),
     )
     leads_on = True
 
@@ -37,11 +38,13 @@ class AssumingArmPoseConstrained(TaskType):
         surface = action.roles["Relatum"]
         place = Location(f"touch({surface.name})", "touch", surface.name)
         guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n")}
+        stay = {"duration_s": self.parameter(action, "duration_s")}
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {surface.entity}"),
             Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
             Motion(action.inside("touch"), "until_contact", place, guard, (surface.name,), f"down to {surface.entity}"),
+            Motion(action.inside("stay"), "hold", None, stay, reason="in contact, not a bump"),
         )
         return Decomposition(steps, f"guarded motion down to {surface.entity}")
 
