@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from cramlite import Action, Engine, NoSolution, Object, Pose, UserError, World, read_scenario
@@ -226,3 +227,52 @@ def test_a_product_is_taken_off_the_hanger_that_it_hangs_on(world: World, peg: s
     with pytest.raises(Unresolvable, match=said) as refused:
         list(ExtractHoleFromPeg().decompose(action, belief))
     assert refused.value.because == ("object_1", "object_3", "object_2")
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        ("mount: flange", (385.0, 385.0, 319.5, 239.5, 640, 480)),
+        ("width: 320\n  height: 240", (192.5, 192.5, 159.5, 119.5, 320, 240)),
+        ("width: 200\n  height: 100\n  fov: 90 deg", (100.0, 100.0, 99.5, 49.5, 200, 100)),
+        ("intrinsics: {fx: 600, fy: 590, cx: 330, cy: 250}", (600, 590, 330, 250, 640, 480)),
+    ],
+)
+def test_a_camera_is_as_the_scenario_says(written: str, expected: tuple[float, ...], tmp_path: Path) -> None:
+    from cramlite.scenario_world import camera_of
+
+    camera = camera_of(read_scenario(variant(tmp_path, ("mount: flange", written))))
+    assert camera is not None and camera.noise
+    own = camera.intrinsics
+    assert (own.fx, own.fy, own.cx, own.cy, own.width, own.height) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("written", "said"),
+    [
+        ("fov: 90 deg\n  intrinsics: {fx: 600, fy: 590, cx: 330, cy: 250}", "'fov' or 'intrinsics', not both"),
+        ("fov: 190 deg", "no pinhole camera sees 190 degrees"),
+        ("intrinsics: {fx: 600, fy: 590, cx: 900, cy: 250}", "outside the image of 640 x 480"),
+        ("intrinsics: {fx: 600, fy: 0, cx: 300, cy: 250}", "greater than 0"),
+        ("width: 3", "greater than or equal to 16"),
+        ("widht: 640", "did you mean 'width'"),
+    ],
+)
+def test_what_is_no_camera_is_refused(written: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=said):
+        read_scenario(variant(tmp_path, ("mount: flange", written)))
+
+
+def test_a_camera_without_noise_measures_exactly(world: World) -> None:
+    from cramlite.view import Intrinsics
+    from cramlite.world import Camera
+
+    knowledge = Engine().knowledge
+    camera = Camera(Pose((0.2, 0, 1.0), (0, 1, 0, 0)), intrinsics=Intrinsics.of_size(64, 48), noise=False)
+    views = [
+        knowledge.simulator.look(world, knowledge.robots, replace(camera, noise=noise), seed=s)
+        for noise, s in ((False, 1), (False, 2), (True, 1), (True, 2))
+    ]
+    assert views[0].depth.shape == (48, 64)
+    same = [np.array_equal(a.depth, b.depth, equal_nan=True) for a, b in (views[:2], views[2:])]
+    assert same == [True, False]
