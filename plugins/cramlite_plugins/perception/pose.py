@@ -116,8 +116,8 @@ def _search(view: View, model: PoseModel, prior: Prior, scene: Scene, *, again: 
         turned = allowed(view, prior, _turned(model, starts.pick([0])))
         starts = starts.joined(register(model, points, turned, MIDDLE, outline))
         starts = register(model, points, best(model, points, outline, starts, KEPT, 400), FINE, outline)
-        again = best(model, points, outline, slid(model, outline, starts.pick(slice(0, 2))), 2, 400)
-        starts = starts.joined(register(model, points, again, FINE, outline))
+        slides = best(model, points, outline, slid(model, outline, starts.pick(slice(0, 2))), 2, 400)
+        starts = starts.joined(register(model, points, slides, FINE, outline))
     return allowed(view, prior, starts)
 
 
