@@ -9,7 +9,7 @@ from pathlib import Path
 from ..report import template
 from .report import HEADINGS, plain, share
 from .results import DemonstrationResult
-from .tables import STAGES, Tables
+from .tables import STAGES, Share, Tables
 
 
 def page(
@@ -31,8 +31,14 @@ def page(
     style = (files("cramlite.report") / "page.css").read_text("utf-8")
     return template(source).render(
         title=title, about=about, tables=tables, results=results, changes=changes, style=style, stages=STAGES,
-        headings=HEADINGS, share=share, plain=plain, picture=lambda one, name: _picture(folder / "results" / one / name),
+        headings=HEADINGS, share=_share, plain=plain, picture=lambda one, name: _picture(folder / "results" / one / name),
     )  # fmt: skip
+
+
+def _share(value: Share) -> str:
+    """On two lines at most: a number and its unit, and an interval, stay together."""
+    counts, _, rest = share(value).partition(" (")
+    return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
 
 
 def _picture(path: Path) -> str:
