@@ -11,6 +11,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -68,22 +69,22 @@ def sample_action(task: TaskType) -> Action:
 def check_task_type(task: TaskType, *, kinds: Iterable[str] = KINDS) -> None:
     """A task type keeps its contract.
 
-    Its names are right, parameters have sources, and in an empty-handed and in a holding belief its decompositions
-    are made of designators, or it says ``Unresolvable`` with a reason; any other exception is a bug.
+    Its names are right, parameters have sources, and in an empty-handed and in a holding belief, and on a robot that
+    drives, its decompositions are made of designators, or it says ``Unresolvable`` with a reason; any other exception is a bug.
 
     Raises:
         AssertionError: with what is wrong.
     """
     _check_declaration(task)
     ways: list[Decomposition] = []
-    for belief in (sample_belief(), sample_belief("cube")):
+    for belief in (sample_belief(), sample_belief("cube"), replace(sample_belief(), at=Pose())):
         try:
             ways += list(task.decompose(sample_action(task), belief))
         except Unresolvable as impossible:
             assert impossible.reason.strip(), f"{task.task}: Unresolvable needs a reason"  # noqa: PT017 - this is no test
         except Exception as error:
             raise AssertionError(f"{task.task}.decompose raised {error!r}; only Unresolvable is an answer") from error
-    assert ways, f"{task.task}: neither an empty nor a holding gripper can do it"
+    assert ways, f"{task.task}: neither an empty nor a holding gripper can do it, nor a robot that drives"
     for way in ways:
         _check_decomposition(task, way, set(kinds))
 

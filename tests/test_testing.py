@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from cramlite import Action, Backend, Belief, Code, Decomposition, Expert, Motion, Parameter, Role, TaskType
+from cramlite.errors import UserError
 from cramlite.phases import Predicate
+from cramlite.program import Program
 from cramlite.registry import GROUP
 from cramlite.testing import (
     check_backend,
@@ -92,6 +94,18 @@ def _lines(**changes: object) -> Backend:
     return backend
 
 
+def _without(task: str) -> Callable[[object, Program, object], Code]:
+    """It refuses the steps of one task, by their names."""
+
+    def emit(self: object, program: Program, robot: object) -> Code:
+        refused = [s.origin for s in program.steps if s.origin.startswith(task)]
+        if refused:
+            raise UserError(f"{refused[0]}: there is no such step in this language")
+        return Code("lines", "one\n", {}, ".txt")
+
+    return emit
+
+
 SEEN = Expert("seen", "whether it is seen", ("view",), ("seen",), lambda inputs: {"seen": "yes"}, domains={"seen": ("yes",)})
 LIGHT = Predicate("light", 1, lambda phase, thing: (), doc="It is light.")
 ARM = sample_robot()
@@ -111,6 +125,7 @@ COUNT = iter(range(99))
         (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", "one\n", {2: "1.Reaching"}, ".txt")), "line 2 of 1"),
         (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", "one\n", {1: "9.Flying"}, ".txt")), "9.Flying"),
         (check_backend, _lines(), _lines(emit=lambda *_: Code("lines", f"{next(COUNT)}\n", {}, ".txt")), "two texts"),
+        (check_backend, _lines(emit=_without("3.Placing")), _lines(emit=_without("1.Reaching")), "no program for"),
         (check_robot, ARM, replace(ARM, home=(9.0, *ARM.home[1:])), "outside"),
         (check_robot, ARM, replace(ARM, velocity=ARM.velocity[1:]), "values of 'velocity'"),
         (check_robot, ARM, replace(ARM, mjcf=lambda: ARM.mjcf().replace('"tcp"', '"tool"')), "site 'tcp'"),
