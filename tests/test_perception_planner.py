@@ -232,7 +232,7 @@ def test_a_wrong_query_names_what_is_right(text: str, reason: str) -> None:
 def test_a_designator_becomes_a_query() -> None:
     query = query_from(Object("object_1", ("cram:TeaBox", "dul:Object"), ("vrps:Hole",)), on="hook")
     assert str(query) == "type=cram:TeaBox features=vrps:Hole on=hook"
-    assert query.outputs == ("segments", "type", "features", "relations", "pose")
+    assert query.outputs == ("type", "features", "relations", "pose")
 
 
 def test_lengths_have_units() -> None:

@@ -17,7 +17,6 @@ from pydantic import TypeAdapter
 
 from cramlite.errors import UserError
 from cramlite.knowledge import Knowledge
-from cramlite.plugin_choice import PluginChoice
 from cramlite.program import MoveJoints, Program
 from cramlite.program_text import write_program
 from cramlite.registry import Registry
@@ -93,7 +92,7 @@ def test_a_process_of_its_own_knows_the_robots_of_plugins(tmp_path: Path) -> Non
     world = World((), (RobotMount("arm", "mine"),))
     (tmp_path / "world.json").write_bytes(TypeAdapter(World).dump_json(world))
     files = tmp_path / "program.json", tmp_path / "world.json"
-    assert execute_file(*files, plugins=PluginChoice((tmp_path / "mine.py",))).joints[-1][0] == pytest.approx(0.3, abs=2e-3)
+    assert execute_file(*files, plugins=[tmp_path / "mine.py"]).joints[-1][0] == pytest.approx(0.3, abs=2e-3)
     with pytest.raises(UserError, match="there is no robot type 'mine'"):
         execute_file(*files)
 

@@ -22,7 +22,7 @@ RULES = sorted((ROOT / "task_rules").glob("*.yaml"))
 WORLD = re.compile(
     r"^(record\.)?things\.\d+\.(at\.(position\.\d|roll|pitch|yaw)|hangs_on\.(depth|yaw)|with\..*)$"
     r"|^tasks\.\d+\.(retry|monitor|repeat)\."
-    r"|^(record\.)?vary\.\d+\.(position|yaw|with\..*)$|^unknown_error\.position$|^(robot|camera)\.at\.|^physics\.|^budget\."
+    r"|^(record\.)?vary\.\d+\.(position|yaw|with\..*)$|^unknown_error\.position$|^late\.\d+\.(position|yaw)$|^(robot|camera)\.at\.|^physics\.|^budget\."
 )
 """The only places where a scenario may hold a number: the world, what varies in it, physics, budgets, and, where it starts
 from tasks, what the user asks of them."""
