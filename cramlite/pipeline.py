@@ -56,26 +56,7 @@ def resolve_scenario(
         print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
         return 0
     trace, say = _earlier_trace(run), Progress(quiet=json_output)
-    budget = Budget(**_budget(scenario))
-
-    def refused(number: int) -> None:
-        _write_trace(run, trace, engine)
-        run.refuse(number)
-
-    tried: list[Solution] = []  # the last program of the first candidate that had one
-
-    def failed(judged: Solution) -> None:
-        if not tried or tried[-1].number == judged.number:
-            tried[:] = [judged]
-
-    solutions = engine.resolve(
-        scenario, world=setting, seed=seed, budget=budget, trace=trace, progress=say, skip=run.refused, refused=refused,
-        failed=failed,
-    )  # fmt: skip
-    try:
-        solution = next(solutions, None)
-    finally:
-        _write_trace(run, trace, engine)
+    solution, tried = _first_solution(run, scenario, setting, engine, trace, say)
     if solution is None:
         if report:
             _report_refusal(run, scenario, setting, trace, engine, tried)
@@ -85,6 +66,30 @@ def resolve_scenario(
     _finish(run, solution, engine, say, report=report)
     print(as_json(_summary(solution, run)) if json_output else solution_text(solution, str(run.path)))
     return 0
+
+
+def _first_solution(
+    run: RunDirectory, scenario: Scenario, setting: Setting, engine: Engine, trace: Trace, say: Progress
+) -> tuple[Solution | None, Sequence[Solution]]:
+    """The first proven program, and the last one that was refused of the first candidate that had one."""
+    tried: list[Solution] = []
+
+    def refused(number: int) -> None:
+        _write_trace(run, trace, engine)
+        run.refuse(number)
+
+    def failed(judged: Solution) -> None:
+        if not tried or tried[-1].number == judged.number:
+            tried[:] = [judged]
+
+    solutions = engine.resolve(
+        scenario, world=setting, seed=setting.seed, budget=Budget(**_budget(scenario)), trace=trace, progress=say,
+        skip=run.refused, refused=refused, failed=failed,
+    )  # fmt: skip
+    try:
+        return next(solutions, None), tried
+    finally:
+        _write_trace(run, trace, engine)
 
 
 def _say_notes(setting: Setting) -> None:
