@@ -25,6 +25,8 @@ from rtde_receive import RTDEReceiveInterface
 Vector = Sequence[float]
 CYCLE = 0.002  # between two looks at the robot's state [s]
 SILENT = 5.0  # a controller whose clock stands still for this long is gone [s]
+ARRIVED = 0.05  # what the robot has sent is read by then [s]
+TAKEN = 0.02  # the control script on the robot takes a command within some cycles [s]
 SLOWER = 3.0  # how much longer than planned a free motion may take
 LINE_REGISTER = 18  # input_int_register of RTDE: the program's line, for who watches from outside
 BEGINS = 0  # the line after which the program's own text begins
@@ -190,6 +192,20 @@ class Arm:
         """Into a safe state: no motion, no force mode."""
         self.control.stopL(3.0)
         self.control.forceModeStop()
+        self.taken()
+
+    def taken(self) -> None:
+        """ur_rtde does not wait until a command of force mode was taken, and the next command would replace it.
+
+        The clock that this program sees is late when the program was kept waiting by its machine: only after it has
+        slept do some cycles on that clock mean as many since the command.
+        """
+        time.sleep(ARRIVED)
+        begin = self.time()
+        for _ in range(round(SILENT / CYCLE)):
+            if self.time() - begin >= TAKEN:
+                return
+            time.sleep(CYCLE)
 
     def close(self) -> None:
         """End the control script on the robot; it stops what moves."""

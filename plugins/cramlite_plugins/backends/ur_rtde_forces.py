@@ -13,7 +13,6 @@ from .ur_rtde_arm import GENTLE, Arm, Failed, Vector, log
 # ---- motions in force mode: they end at their goal, at the force limit [N] or at the time-out [s] ----
 ALONG_Z = (0, 0, 1, 0, 0, 0)
 ALL_WAYS = (1, 1, 1, 0, 0, 0)
-TAKEN = 0.02  # ur_rtde does not wait until forceMode was taken, and the next command would replace it [s]
 RIM = 2.0  # a force across of more than this times the pressing force is more than the friction of a face
 LEAST = 0.25  # share of the pressing force below which a slide has lost its contact
 
@@ -48,7 +47,7 @@ class ForceMode:
 
     def __enter__(self) -> None:
         self.arm.done(self.arm.control.forceMode(*self.order), "forceMode")
-        self.arm.wait(lambda: False, TAKEN)
+        self.arm.taken()
 
     def __exit__(self, *_: object) -> None:
         self.arm.rest()
