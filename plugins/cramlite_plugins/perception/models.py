@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -56,10 +56,14 @@ class NearestGrid:
 
     def look_up(self, points: Floats32) -> Indices:
         """Indices (...) of the points nearest to (..., 3); outside the box those of its nearest cell."""
-        cell = ((points - self.low) * np.float32(1.0 / self.step)).astype(np.int32)
-        sx, sy, sz = self.index.shape
-        np.clip(cell, 0, np.array([sx - 1, sy - 1, sz - 1], np.int32), out=cell)
-        return np.asarray(self.index.reshape(-1)[(cell[..., 0] * sy + cell[..., 1]) * sz + cell[..., 2]])
+        x, y, z = (self._cell(points[..., k], k) for k in range(3))
+        _, sy, sz = self.index.shape
+        return np.asarray(np.take(self.index.reshape(-1), (x * sy + y) * sz + z))
+
+    def _cell(self, coordinates: Floats32, axis: int) -> Indices:
+        """The grid's cells along one axis."""
+        cell = ((coordinates - self.low[axis]) * np.float32(1.0 / self.step)).astype(np.int32)
+        return np.asarray(np.minimum(np.maximum(cell, 0), self.index.shape[axis] - 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +85,11 @@ class PoseModel:
     symmetries: tuple[Pose, ...] = (Pose(),)
     axis: tuple[float, float, float] | None = None
     features: tuple[Feature, ...] = ()
+
+    @cached_property
+    def surface(self) -> Floats32:
+        """(N, 6): points and normals side by side, so that both are looked up at once."""
+        return np.concatenate([self.points, self.normals], axis=1)
 
     @cached_property
     def centre(self) -> Floats:
@@ -189,7 +198,8 @@ def with_symmetries(model: PoseModel) -> PoseModel:
     return replace(model, symmetries=tuple(found))
 
 
-def cube_rotations() -> list[Pose]:
+@lru_cache(maxsize=1)
+def cube_rotations() -> tuple[Pose, ...]:
     """The 24 proper rotations that map the axes onto the axes, the identity first."""
     found = []
     for order in itertools.permutations(range(3)):
@@ -198,7 +208,7 @@ def cube_rotations() -> list[Pose]:
             matrix[range(3), order] = signs
             if np.linalg.det(matrix) > 0:
                 found.append(Pose.from_matrix(matrix))
-    return sorted(found, key=lambda p: -abs(p.quaternion[0]))
+    return tuple(sorted(found, key=lambda p: -abs(p.quaternion[0])))
 
 
 def _about(model: PoseModel, turn: Pose) -> Pose:

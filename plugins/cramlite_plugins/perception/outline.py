@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,24 +65,25 @@ class Outline:
         u = points[..., 0] / z * np.float32(i.fx) + np.float32(i.cx - self.column)
         v = points[..., 1] / z * np.float32(i.fy) + np.float32(i.cy - self.row)
         height, width = self.mask.shape
-        x, y = np.rint(u).astype(np.int64), np.rint(v).astype(np.int64)
+        x, y = np.rint(u), np.rint(v)
         inside = (x >= 0) & (x < width) & (y >= 0) & (y < height)
-        return u, v, np.clip(y, 0, height - 1) * width + np.clip(x, 0, width - 1), inside
+        x, y = (np.fmin(np.fmax(k, 0), size - 1).astype(np.int64) for k, size in ((x, width), (y, height)))  # NaN: 0
+        return u, v, y * width + x, inside
 
-    def pull(self, points: Floats32) -> Any:
-        """(..., 3): how far each point must move sideways to be seen within the object, where it is seen outside and
-        nothing nearer hides it [m]; zero elsewhere. The object reaches half a pixel beyond its pixels' centres."""
+    def pull(self, points: Floats32, facing: Mask) -> tuple[tuple[NDArray[np.int64], ...], Floats32]:
+        """Which of (..., 3) points that face the camera are seen outside of the object where nothing nearer hides them
+        (their indices, K of each axis), and how far each must move sideways to be seen within it, (K, 3) [m]. The object
+        reaches half a pixel beyond its pixels' centres."""
         u, v, flat, _ = self.pixels(points)
-        z = points[..., 2]
-        hidden = self.hidden(flat, z)
+        which = np.nonzero(facing & ~self.mask.reshape(-1)[flat])
+        z, at = points[..., 2][which], flat[which]
         rows, columns = self._nearest
-        du, dv = columns.reshape(-1)[flat] - u, rows.reshape(-1)[flat] - v
+        du, dv = columns.reshape(-1)[at] - u[which], rows.reshape(-1)[at] - v[which]
         length = np.sqrt(du * du + dv * dv)
-        share = np.maximum(0, 1 - 0.5 / np.maximum(length, 1e-6)) * ~(hidden | self.mask.reshape(-1)[flat])
-        pulled = np.zeros_like(points)
-        pulled[..., 0] = du * share * z / np.float32(self.intrinsics.fx)
-        pulled[..., 1] = dv * share * z / np.float32(self.intrinsics.fy)
-        return pulled
+        share = np.maximum(0, 1 - 0.5 / np.maximum(length, 1e-6)) * ~self.hidden(at, z)
+        sideways = [du * share * z / self.intrinsics.fx, dv * share * z / self.intrinsics.fy, np.zeros_like(z)]
+        drawn = share > 0
+        return tuple(k[drawn] for k in which), np.stack(sideways, axis=-1)[drawn].astype(np.float32)
 
 
 def tolerance(depth: Floats32) -> Floats32:

@@ -8,7 +8,7 @@ import numpy as np
 
 from cramlite.view import Mask
 
-from .icp import Starts, match, spread
+from .icp import Starts, dot, match, spread
 from .models import Floats32, PoseModel
 from .outline import Outline, tolerance
 
@@ -55,15 +55,15 @@ def judge(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, s
 
 def _explained(model: PoseModel, points: Floats32, starts: Starts) -> tuple[Floats32, Floats32]:
     """Share of the scene's points that lie on the side of the model that faces the camera, and their mean distance."""
-    moved = points @ starts.turn.transpose(0, 2, 1) + starts.shift[:, None]
+    moved = starts.turn @ points.T + starts.shift[:, :, None]
     ray = points.mean(0) / np.linalg.norm(points.mean(0))
     nearest, normals, facing = match(model, moved, np.asarray(starts.turn @ ray))
     gap = moved - nearest
-    plane = np.abs(np.einsum("hnj,hnj->hn", gap, normals))
-    beside = np.sqrt(np.maximum(np.einsum("hnj,hnj->hn", gap, gap) - plane * plane, 0))
+    plane = np.abs(dot(gap, normals))
+    beside = np.sqrt(np.maximum(dot(gap, gap) - plane * plane, 0))
     near = tolerance(points[:, 2])
     away = np.maximum(plane, np.maximum(0, beside - 0.001)) / near
-    away = np.where(facing > 0, away, 1.0)
+    away = np.where(facing, away, 1.0)
     return (away < 1).mean(1).astype(np.float32), np.minimum(away, 1).mean(1).astype(np.float32)
 
 
@@ -74,9 +74,9 @@ def _shown(
     which = np.linspace(0, len(model.points) - 1, surface).astype(np.int64)
     points, normals = model.points[which], model.normals[which]
     facing = (starts.turn @ (middle / np.linalg.norm(middle))) @ normals.T < -0.1
-    seen = (points - starts.shift[:, None]) @ starts.turn
-    _, _, flat, inside = outline.pixels(seen)
-    z = seen[..., 2]
+    seen = starts.turn.transpose(0, 2, 1) @ (points.T - starts.shift[:, :, None])
+    _, _, flat, inside = outline.pixels(seen.transpose(0, 2, 1))
+    z = seen[:, 2]
     on = outline.mask.reshape(-1)[flat] & inside
     measured = outline.depth.reshape(-1)[flat]
     behind = z - measured > 2 * tolerance(z)  # of the object's own surface: the model hides it itself, or it is wrong

@@ -88,13 +88,11 @@ def _about_alignment(camera: Pose, alignment: Alignment) -> Floats32:
     pairs = list(itertools.product(alignment.axes, alignment.directions))
     steps = max(6, STARTS // len(pairs))
     found = []
+    about = np.array([Pose.from_rotvec((0, 0, 0), (0, 0, 2 * np.pi * k / steps)).rotation for k in range(steps)])
     for axis, direction in pairs:
-        world = _frame(np.asarray(direction, dtype=float))
-        for k in range(steps):
-            about = Pose.from_rotvec((0, 0, 0), (0, 0, 2 * np.pi * k / steps)).rotation
-            object_in_world = world @ about @ _frame(np.asarray(axis, dtype=float)).T
-            found.append(object_in_world.T @ camera.rotation)
-    return np.array(found, np.float32)
+        object_in_world = _frame(np.asarray(direction)) @ about @ _frame(np.asarray(axis)).T
+        found.append(object_in_world.transpose(0, 2, 1) @ camera.rotation)
+    return np.concatenate(found).astype(np.float32)
 
 
 def _frame(z: Floats) -> Floats:
@@ -115,9 +113,9 @@ def slid(model: PoseModel, outline: Outline, starts: Starts) -> Starts:
     an object leaves open where along it the rest belongs, and only the image around the mask tells."""
     rows, columns = np.flatnonzero(outline.mask.any(1)), np.flatnonzero(outline.mask.any(0))
     which = np.linspace(0, len(model.points) - 1, 300).astype(np.int64)
-    seen = (model.points[which] - starts.shift[:, None]) @ starts.turn
-    u, v, _, _ = outline.pixels(seen)
-    z = seen[..., 2].mean(1)
+    seen = starts.turn.transpose(0, 2, 1) @ (model.points[which].T - starts.shift[:, :, None])
+    u, v, _, _ = outline.pixels(seen.transpose(0, 2, 1))
+    z = seen[:, 2].mean(1)
     shifts_u = [np.zeros(len(starts)), columns[0] - u.min(1), columns[-1] - u.max(1)]
     shifts_v = [np.zeros(len(starts)), rows[0] - v.min(1), rows[-1] - v.max(1)]
     shift = []
