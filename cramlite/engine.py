@@ -8,35 +8,34 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .answers import Context
-from .belief import Belief, Relation, initial_belief
-from .episode import Episode
+from .belief import initial_belief
 from .errors import UserError, nearest
 from .geometry import Pose
-from .goals import Goal, plan_from_tasks
-from .interpretation import Interpretation
 from .knowledge import Knowledge, pick
-from .late_poses import Tolerance, parametric
-from .plan import Plan, TaskCall, plan_from_episode
-from .plugin_types import Backend, Candidate
-from .proof import assemble, conflict_of, prove
 from .registry import Registry
-from .robots import Robot
-from .scenario import Scenario
-from .scenario_tasks import RuleSpec, TaskSpec
-from .scenario_world import build_world, real_world
-from .search import STOPPED, Budget, Search
-from .state import Item, State
+from .state import State
 from .trace import Trace
-from .verdict import Verdict
-from .world import World
 
 if TYPE_CHECKING:
+    from .belief import Belief, Relation
+    from .episode import Episode
+    from .goals import Goal
+    from .interpretation import Interpretation
+    from .late_poses import Tolerance
     from .look_queries import Queries
     from .looking import Look
+    from .plan import Plan
+    from .plugin_types import Backend, Candidate
+    from .robots import Robot
+    from .scenario import Scenario
+    from .scenario_tasks import RuleSpec, TaskSpec
+    from .search import Budget
+    from .state import Item
+    from .verdict import Verdict
+    from .world import World
 
 Progress = Callable[[str], None]
-Source = tuple[Interpretation | None, Episode | None]
+Source = tuple["Interpretation | None", "Episode | None"]
 LISTED = 1000
 """Task sequences of a demonstration that are looked at, most of them only to see that a task type is missing."""
 
@@ -206,6 +205,8 @@ class Engine:
         Raises:
             UserError: an unknown robot, model, backend or thing.
         """
+        from .scenario_world import build_world, real_world
+
         robot = pick("robot", self.knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
         name = backend or scenario.spec.backend or robot.backend
         place = scenario.where("backend") if scenario.spec.backend == name else ""
@@ -276,6 +277,9 @@ class Engine:
         Raises:
             UserError: the goal cannot be used.
         """
+        from .scenario import Scenario
+        from .search import STOPPED, Budget
+
         if isinstance(goal, Scenario):
             world = world or self.setting(goal, seed=seed)
         if world is None:
@@ -306,6 +310,10 @@ class Engine:
                 refused(number)
 
     def _plans(self, goal: Any, world: Setting, trace: Trace, progress: Progress) -> Iterator[tuple[Plan, Source]]:
+        from .episode import Episode
+        from .goals import Goal, plan_from_tasks
+        from .scenario import Scenario
+
         if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
             goal = self.read_episode(goal.beside(goal.spec.demonstration))
         if isinstance(goal, Goal) or (isinstance(goal, Scenario) and goal.spec.goal is not None):
@@ -319,6 +327,8 @@ class Engine:
     def _plans_from_episode(
         self, episode: Episode, world: Setting, trace: Trace, progress: Progress
     ) -> Iterator[tuple[Plan, Source]]:
+        from .plan import TaskCall, plan_from_episode
+
         found = self.interpret(episode)
         progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
         for sequence in islice(found.sequences(), LISTED):
@@ -337,7 +347,9 @@ class Engine:
             UserError: the goal is none, names what there is not, or holds already.
         """
         from .goal_plans import as_tasks, impossible, meant, task_plans, wanted
+        from .goals import Goal, plan_from_tasks
         from .operators import Grounder, facts_of
+        from .scenario import Scenario
 
         where, objects = "", {}
         if isinstance(goal, Scenario):
@@ -367,6 +379,11 @@ class Engine:
         stop: Callable[[], bool] = lambda: False,
     ) -> Iterator[tuple[Candidate, Verdict]]:
         """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
+        from .answers import Context
+        from .late_poses import parametric
+        from .proof import assemble, conflict_of, prove
+        from .search import STOPPED, Search
+
         mount = setting.world.robots[0]
         context = Context(setting.robot, mount, {}, self.knowledge.taxonomy, seed=setting.seed, samples=budget.samples)
         took = setting.look.camera if setting.look else None

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from .errors import PluginError, UserError, nearest
 from .geometry import Pose
-from .registry import Registry
 from .resources import data_folder
 
 if TYPE_CHECKING:
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from .ontology import Taxonomy
     from .phases import Predicate
     from .plugin_types import Backend, ModelMaker, Simulator, Validator
+    from .registry import Registry
     from .robots import Robot
     from .rules import Rule
     from .tasks import TaskType

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
-
-from pydantic import ValidationError
+from typing import TYPE_CHECKING, Any
 
 from .errors import UserError, nearest
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 LARGEST = 5_000_000
 """Bytes: hand-written files are far smaller; a larger one is a mistake, and parsing it would take minutes."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from cramlite import Trace
-from cramlite.trace import Entry
+if TYPE_CHECKING:
+    from cramlite import Trace
+    from cramlite.trace import Entry
 
 PROOF = ("proof", "budget", "sequences")
 """Designators of entries that are about a whole candidate."""

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cramlite import Episode, Event, ReportSection, hookimpl
-from cramlite.interpretation import Interpreted
-from cramlite.report import Finished
 
 from .readings import chosen_sequence, pair_up
 from .shared import fill, short
+
+if TYPE_CHECKING:
+    from cramlite.interpretation import Interpreted
+    from cramlite.report import Finished
 
 
 @dataclass(frozen=True)

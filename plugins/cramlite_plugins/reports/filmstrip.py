@@ -6,13 +6,15 @@ import base64
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.geometry import Floats
-from cramlite.report import Finished
+if TYPE_CHECKING:
+    from cramlite.geometry import Floats
+    from cramlite.report import Finished
 
-from .shared import Span
+    from .shared import Span
 
 MOST = 12
 """Pictures at most."""

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cramlite import Interpretation, ReportSection, hookimpl
 from cramlite.explain import nearest_miss
-from cramlite.interpretation import Interpreted, Match, TaskSequence
-from cramlite.report import Finished
 
 from .readings import chosen_sequence, first_sequences, pair_up
 from .shared import fill, short
+
+if TYPE_CHECKING:
+    from cramlite.interpretation import Interpreted, Match, TaskSequence
+    from cramlite.report import Finished
 
 UNTRIED = 4
 """Readings shown beyond those that were tried."""

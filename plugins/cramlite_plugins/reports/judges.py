@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cramlite import Finding, ReportSection, hookimpl
-from cramlite.report import Finished
 
 from .links import targets
 from .shared import fill
+
+if TYPE_CHECKING:
+    from cramlite.report import Finished
 
 
 @dataclass(frozen=True)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-
-from cramlite import Code
-from cramlite.report import Finished
+from typing import TYPE_CHECKING
 
 from .decisions import attempts
 from .readings import number_of
+
+if TYPE_CHECKING:
+    from cramlite import Code
+    from cramlite.report import Finished
 
 COMMENTS = ("#", "//", ";")
 """How a line of comment begins in the languages of robots."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cramlite import ReportSection, Thing, hookimpl
-from cramlite.report import Finished
 
 from .filmstrip import as_uri
 from .links import lines_of, look_name, steps_of
@@ -16,6 +15,7 @@ from .shared import fill
 if TYPE_CHECKING:
     from cramlite.looking import Picture
     from cramlite.perception import Percept
+    from cramlite.report import Finished
 
 QUALITY = 78
 """WebP quality: 25 kB for an overlay of 848 x 480 pixels."""

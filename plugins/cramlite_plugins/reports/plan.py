@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cramlite import Action, Object, ReportSection, hookimpl
 from cramlite.flow import Compound
-from cramlite.report import Finished
-from cramlite.trace import Entry
 
 from .decisions import Decision, attempts
 from .links import lines_of, steps_of
 from .readings import number_of
 from .shared import fill
+
+if TYPE_CHECKING:
+    from cramlite.report import Finished
+    from cramlite.trace import Entry
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.geometry import Floats
+if TYPE_CHECKING:
+    from cramlite.geometry import Floats
 
 POINTS = 360
 """Points of a curve at most."""

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cramlite import Code, ReportSection, hookimpl
-from cramlite.report import Finished
 
 from .links import COMMENTS, steps_of, target, targets
 from .shared import fill
+
+if TYPE_CHECKING:
+    from cramlite.report import Finished
 
 
 @dataclass(frozen=True)

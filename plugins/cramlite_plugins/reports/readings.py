@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from typing import TYPE_CHECKING
 
-from cramlite import Interpretation
-from cramlite.interpretation import Interpreted, Match, TaskSequence
-from cramlite.report import Finished
+if TYPE_CHECKING:
+    from cramlite import Interpretation
+    from cramlite.interpretation import Interpreted, Match, TaskSequence
+    from cramlite.report import Finished
 
 
 def number_of(done: Finished) -> int:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cramlite import Rollout
-from cramlite.geometry import Floats
-from cramlite.scene import Scene, Solid
-
 from .shared import Span, colour
+
+if TYPE_CHECKING:
+    from cramlite import Rollout
+    from cramlite.geometry import Floats
+    from cramlite.scene import Scene, Solid
 
 FINE = 1e-4
 """Vertices are whole multiples of this [m]."""

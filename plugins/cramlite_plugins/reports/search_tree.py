@@ -6,16 +6,19 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
-from cramlite.report import Finished
-from cramlite.trace import Entry
 
 from .decisions import Attempt, Decision, attempts
 from .links import lines_of, steps_of
 from .readings import first_sequences, number_of
 from .shared import fill, short
+
+if TYPE_CHECKING:
+    from cramlite.report import Finished
+    from cramlite.trace import Entry
 
 
 @dataclass(frozen=True)

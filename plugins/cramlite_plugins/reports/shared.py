@@ -6,13 +6,15 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cramlite import Solution
-from cramlite.geometry import Floats
 from cramlite.report import template
 
 from .links import target
+
+if TYPE_CHECKING:
+    from cramlite import Solution
+    from cramlite.geometry import Floats
 
 COLOURS = 8
 """Task colours of the page: the classes t1 to t8, t0 for what belongs to no task."""

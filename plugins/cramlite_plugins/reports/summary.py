@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
-from cramlite.report import Finished
 
 from .decisions import attempts, path
 from .readings import number_of
 from .shared import fill
+
+if TYPE_CHECKING:
+    from cramlite.report import Finished
 
 
 @hookimpl

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from cramlite import ReportSection, Rollout, hookimpl
-from cramlite.report import Finished
 
 from .filmstrip import filmstrip
 from .plots import Plot, plot
 from .scene_data import scene_data
 from .shared import Span, fill, script, spans
+
+if TYPE_CHECKING:
+    from cramlite.report import Finished
 
 TICK = 0.05
 """A position of the slider [s], in runs that are not too long for the page."""
