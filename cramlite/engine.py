@@ -217,9 +217,10 @@ class Engine:
         if scenario.spec.poses == "camera":
             from .looking import look
 
+            world, real = replace(world, poses="camera"), replace(real or world, poses="camera")
             furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
             wanted = self._wanted(scenario, Setting(scenario.name, furniture, (), robot, writer, seed))
-            seen = look(scenario, wanted, world, real or world, robot, self.knowledge, seed)
+            seen = look(scenario, wanted, world, real, robot, self.knowledge, seed)
             return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen, _late(scenario, seen.world))
         return Setting(scenario.name, world, relations, robot, writer, seed, real, late=_late(scenario, world))
 

@@ -67,6 +67,8 @@ class Rollout:
         grains: thing name -> (N, count, 3) centres of the balls that it was filled with, world frame [m].
         sizes: of what is in ``poses`` and no thing: "mount/base" is a robot's platform; length, width, height over its
             frame [m].
+        seen: thing name -> when a camera first saw it [s], infinite for never; of what nobody knew at the start where it
+            is (``World.poses``), so it is empty where everything is known.
     """
 
     world: World
@@ -85,3 +87,4 @@ class Rollout:
     values: dict[str, Floats] = field(default_factory=dict)
     grains: dict[str, Floats] = field(default_factory=dict)
     sizes: dict[str, Vector3] = field(default_factory=dict)
+    seen: dict[str, float] = field(default_factory=dict)

@@ -27,7 +27,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
         "messages": [asdict(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
         "values": {name: values.tolist() for name, values in rollout.values.items()},
-        "grains": list(rollout.grains), "sizes": rollout.sizes,
+        "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen,
     }  # fmt: skip
     arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
     poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
@@ -77,5 +77,6 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         values={name: np.array(values) for name, values in header.get("values", {}).items()},
         grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
         sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
+        seen=header.get("seen", {}),
         **{name: data[name] for name in _ARRAYS},
     )

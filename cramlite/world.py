@@ -257,6 +257,7 @@ class World:
         physics: settings of the simulation.
         disturbance: what a real robot has and a planned one has not.
         cameras: depth cameras, fixed ones and those on flanges.
+        poses: "camera" where nobody knows of anything that can be moved where it is, until a camera has seen it.
     """
 
     things: tuple[Thing, ...]
@@ -264,6 +265,7 @@ class World:
     physics: Physics = Physics()
     disturbance: Disturbance = Disturbance()
     cameras: tuple[Camera, ...] = ()
+    poses: Literal["known", "camera"] = "known"
 
     def thing(self, name: str) -> Thing:
         """The thing of that name.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import islice
 
-from cramlite import Budget, Engine, Trace, read_scenario
+from cramlite import Budget, Engine, NoSolution, Trace, read_scenario
 from cramlite.goals import plan_from_tasks
 from cramlite.plugin_types import Candidate
 from cramlite.resources import find_scenario
@@ -22,6 +22,7 @@ REFUSED = {
     "holding": "during 3.Holding 'grasps(Gripper, Patient)' does not hold",
     "insert_hole_onto_peg": "3.InsertHoleOntoPeg/lower: no contact within 0.0135 m",
     "looking_at": "after 1.LookingAt 'in_view(Patient)' does not hold",
+    "looking_for": "dul:PhysicalObject is no cram:CoffeePack",
     "navigating": "after 1.Navigating 'stands_at(Base, Destination)' does not hold",
     "no_op": "'arm/forearm_link' hit 'weight'",
     "opening": "1.Opening/pull: force",
@@ -46,6 +47,7 @@ MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looki
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
     "looking_at_hidden": "0 % of 'coffee' would be seen, 50 % is needed; 'board' hides most",
+    "looking_for_far": "view_2: wrist centre at 1.945 m > 0.917 m of arm 'ur5e'",
     "looking_at_mobile_stays": "m > 0.917 m of arm 'ur5e_mobile'",
     "navigating_blocked": "from the start, 1272 places were looked at",
     "opening_blocked": "mm inside 'post'",
@@ -68,7 +70,7 @@ def attempt(
 ) -> tuple[Candidate | None, Verdict | None, str]:
     """The first complete program of a scenario, run and judged: candidate, verdict, and all reasons against it.
 
-    Without a candidate the reasons are those of the search.
+    Without a candidate the reasons are those of the search, or of the search for a place to look from.
 
     Args:
         robot: what its line ``robot:`` says instead.
@@ -77,7 +79,10 @@ def attempt(
     scenario = read_scenario(find_scenario(f"{folder}/{name}"))
     if robot is not None:
         scenario = replace(scenario, spec=scenario.spec.model_copy(update={"robot": robot}))
-    setting, trace = engine.setting(scenario, seed=seed), Trace()
+    try:
+        setting, trace = engine.setting(scenario, seed=seed), Trace()
+    except NoSolution as nowhere:  # the camera cannot be brought to where it is to look
+        return None, None, str(nowhere)
     plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
     for candidate, verdict in islice(engine.attempts(plan, setting, Budget(proofs=1), trace), 1):
         return candidate, verdict, "" if verdict.passed else verdict.reason

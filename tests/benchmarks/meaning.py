@@ -54,6 +54,14 @@ def spans(candidate: Candidate) -> Spans:
     return found
 
 
+def looks_included(when: Spans, candidate: Candidate, task: Action) -> Spans:
+    """The looks that a program begins with, before the plan could be made, belong to the task that looks: one span."""
+    own = [a.name for a in candidate.actions if a.task == task.task and (a.name == task.name or a.name.startswith("0."))]
+    found = [when[n] for n in own if n in when]
+    rest = {n: span for n, span in when.items() if n not in own}
+    return {**rest, task.name: (min(a for a, _ in found), max(b for _, b in found))}
+
+
 def earlier(when: Spans, rollout: Rollout) -> Spans:
     """The spans from the last sample before the code: it began between the two."""
     step = float(rollout.times[1] - rollout.times[0])
@@ -114,8 +122,8 @@ def one(engine: Engine, name: str, seed: int, tally: Counter[str], matrix: dict[
         return
     tally["proven"] += 1
     wanted = "".join(w.capitalize() for w in name.split("_"))
-    task = next(a for a in candidate.actions if a.task.split(":")[1] == wanted)
-    when = spans(candidate)
+    task = next(a for a in candidate.actions if a.task.split(":")[1] == wanted and not a.name.startswith("0."))
+    when = looks_included(spans(candidate), candidate, task)
     assert candidate.episode is not None
     either = False
     for kind, episode in (("states", candidate.episode), ("cuts", with_cuts(candidate.episode, when))):

@@ -122,7 +122,7 @@ def detect(rollout: Rollout, name: str) -> Episode:
         name=name,
         entities=entities,
         events=_numbered(_snapped(states, rollout.times)),
-        tracks={_entity(k, rollout): _track(rollout.times, v) for k, v in rollout.poses.items()},
+        tracks={_entity(k, rollout): t for k, v in rollout.poses.items() if (t := _since(rollout, k, v)) is not None},
         effector=rollout.effector,
         extras={k: np.asarray(v, dtype=float) for k, v in extras.items() if np.size(v)},
     )
@@ -131,6 +131,13 @@ def detect(rollout: Rollout, name: str) -> Episode:
 def _entity(touched: str, rollout: Rollout) -> str:
     """Rollouts call the effector "effector", episodes by its name."""
     return rollout.effector + touched[8:] if touched.split("/")[0] == "effector" else touched
+
+
+def _since(rollout: Rollout, name: str, poses: Floats) -> Track | None:
+    """The track of a frame from when a camera first saw it on, where its pose was not known at the start; None where no
+    camera did."""
+    known = rollout.times >= rollout.seen.get(name, -np.inf)
+    return _track(rollout.times[known], poses[known]) if known.any() else None
 
 
 def _track(times: Floats, poses: Floats) -> Track:

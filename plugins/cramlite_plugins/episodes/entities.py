@@ -99,7 +99,9 @@ def bounds(geom: Geom) -> tuple[Floats, Floats]:
     return position - half, position + half
 
 
-def _initial(thing: Thing, rollout: Rollout) -> Pose:
+def _initial(thing: Thing, rollout: Rollout) -> Pose | None:
+    if thing.name in rollout.seen:
+        return None  # nobody knew; its track begins when a camera sees it
     row = rollout.poses[thing.name][0] if thing.name in rollout.poses else None
     return thing.pose if row is None else Pose(tuple(row[:3]), tuple(row[3:]))
 

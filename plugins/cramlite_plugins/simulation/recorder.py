@@ -13,6 +13,7 @@ from cramlite.rollout import Message, Rollout, Touch
 from .compile import Compiled
 from .index import Data, EffectorIndex, Model, Owner, RobotIndex, site_pose
 from .nominal_arm import cross
+from .sight import Sight
 
 GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
 WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
@@ -35,10 +36,12 @@ class Recorder:
         self.period = 1.0 / rate
         self.messages: list[Message] = []
         self._samples: list[dict[str, Any]] = []
+        self._sight = Sight(compiled)
 
     def observe(self, data: Data, line: int = 0) -> None:
         """Keep a sample if one is due. The state must be consistent, as it is after mj_step or mj_forward."""
         if data.time >= len(self._samples) * self.period - 1e-9:
+            self._sight.look(data, camera_poses(self.compiled, data), len(self._samples) * self.period)
             self._samples.append(self._sample(data, line))
 
     def message(self, time: float, text: str, line: int = 0) -> None:
@@ -66,6 +69,7 @@ class Recorder:
             values={n: np.array([s["values"][n] for s in samples]) for n in joints},
             grains={n: np.array([s["grains"][n] for s in samples]) for n in (samples[0]["grains"] if samples else ())},
             sizes=self._sizes(),
+            seen=self._sight.seen,
         )
 
     def _sizes(self) -> dict[str, Vector3]:
