@@ -196,9 +196,11 @@ def _reason(made: list[tuple[Attempt, bool]], best: Attempt | None, trace: Trace
 
 
 def _telling(said: list[Any]) -> list[Any]:
-    """The two that came furthest down the plan: what stood in the way last."""
-    impossible = [e for e in said if e.outcome in ("impossible", "fault", "capped")] or said
-    return impossible[-2:]
+    """The two that came furthest down the plan: what stood in the way last. That all of something failed says less."""
+    for outcomes in (("impossible", "fault", "capped"), ("refused",)):
+        if found := [e for e in said if e.outcome in outcomes]:
+            return found[-2:]
+    return said[-2:]
 
 
 def _of(execution: Execution | None) -> str:

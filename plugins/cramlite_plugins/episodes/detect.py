@@ -67,6 +67,8 @@ SUPPORT = (0.3, 0.1)
 #: What has moved by less than this stands where it stood [m]: trackers see no less, and pads that close lift by 0.1 mm
 #: (measured on blocks of 0.2 kg).
 STILL = 0.0005
+#: What was carried for this long stood there [s]; a held product that bumps on a peg leans on it for 0.1 s.
+STOOD = 0.5
 #: Each pad's normal force to start and to keep a grip [N]; below 0.3 N friction 0.9 holds no 50 g.
 GRIP = (0.6, 0.2)
 #: What is between pads keeps them apart by more than this [m]; closed fingers that push a thing touch it with both pads.
@@ -207,14 +209,16 @@ def _carried(rollout: Rollout, pairs: dict[tuple[str, str], _Pair]) -> dict[tupl
             lift = smooth(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
             touching = closed(hold(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
             on = touching & hold(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
-            found[a, b] = _until_moved(on, rollout.poses[b][:, :3] - rollout.poses[_whole(a)][:, :3])
+            found[a, b] = _until_moved(on, rollout.poses[b][:, :3] - rollout.poses[_whole(a)][:, :3], rollout.times)
     return found
 
 
-def _until_moved(on: Flags, offset: Floats) -> Flags:
-    """Flags that last until the offset (N, 3) has changed by STILL since they ended."""
+def _until_moved(on: Flags, offset: Floats, times: Floats) -> Flags:
+    """Flags that, after STOOD, last until the offset (N, 3) has changed by STILL since they ended."""
     kept = on.copy()
-    for _, end in runs(on):
+    for start, end in runs(on):
+        if times[end - 1] - times[start] < STOOD:
+            continue
         away = np.linalg.norm(offset[end:] - offset[end - 1], axis=1) > STILL
         kept[end : end + (int(np.argmax(away)) if away.any() else len(away))] = True
     return kept

@@ -117,3 +117,14 @@ def test_tracks_hold_what_was_recorded() -> None:
         row = found.tracks["product"].at(recorded.times[k])
         assert (*row.position, *row.quaternion) == pytest.approx(recorded.poses["product"][k])
     assert len(found.tracks["hanger"].times) == 2
+
+
+@pytest.mark.parametrize(("seconds", "stands"), [(0.3, False), (0.8, True)])
+def test_what_stood_stands_until_it_moves_but_a_bump_is_over_when_it_is_over(seconds: float, stands: bool) -> None:
+    """The weight is taken off after some time, and the product does not move before 1.5 s."""
+    whole = rollout()
+    gone = slice(int(np.searchsorted(whole.times, seconds)), int(np.searchsorted(whole.times, 1.0)))
+    found = detect(replace(whole, touches=flicker(whole.touches, gone)), "demo")
+    begin, end, roles = states(found, "soma:SupportState")[0]
+    assert roles == ("hanger/peg", "product") and begin == 0.0
+    assert end > 1.4 if stands else end < seconds + GAP
