@@ -8,21 +8,25 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from . import __version__
-from .engine import Engine, Setting, Solution
-from .episode import Episode
 from .errors import NoSolution, PluginError, UserError, nearest
 from .explain import as_json, failure_text, solution_text
-from .plugin_choice import INSTALLED, PluginChoice
+from .plugin_choice import INSTALLED
 from .registry import plugin_names
 from .resources import find_scenario
 from .run import RunDirectory, content_key, read_json
-from .scenario import Scenario, read_scenario
+from .scenario import read_scenario
 from .scenario_world import build_world
 from .search import Budget
 from .trace import Trace
+
+if TYPE_CHECKING:
+    from .engine import Engine, Setting, Solution
+    from .episode import Episode
+    from .plugin_choice import PluginChoice
+    from .scenario import Scenario
 
 
 def resolve_scenario(

@@ -7,22 +7,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from .belief import Belief
-from .designators import Action
-from .geometry import Pose
-from .plan import Plan
-from .program import Code, Program
-from .robots import Robot
-from .rollout import Rollout
-from .scene import Scene
-from .verdict import Cost, Finding
-from .world import Camera, Thing, World
-
 if TYPE_CHECKING:
+    from .belief import Belief
+    from .designators import Action
     from .episode import Episode
+    from .geometry import Pose
     from .ontology import Taxonomy
+    from .plan import Plan
+    from .program import Code, Program
+    from .robots import Robot
+    from .rollout import Rollout
     from .rules import Rule
+    from .scene import Scene
+    from .verdict import Cost, Finding
     from .view import View
+    from .world import Camera, Thing, World
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .belief import Relation
 from .errors import UserError, nearest
 from .geometry import Pose
-from .plugin_types import ModelMaker
-from .scenario import Scenario, ThingSpec, VarySpec
-from .world import Camera, Physics, RobotMount, Thing, World
+from .world import Camera, Physics, RobotMount, World
+
+if TYPE_CHECKING:
+    from .belief import Relation
+    from .plugin_types import ModelMaker
+    from .scenario import Scenario, ThingSpec, VarySpec
+    from .world import Thing
 
 
 def build_world(

@@ -12,13 +12,18 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .belief import Belief
-from .designators import Action, Designator, Location, Motion, Place, Stand
+from .designators import Designator, Location, Motion, Place, Stand
 from .errors import Unresolvable
-from .flow import Compound, Mark, touched
-from .program import AnyStep, Control, Monitor, Parallel, Repeat, Section, SetGripper, TryInOrder, clash, walk
+from .flow import Mark, touched
+from .program import Monitor, Parallel, Repeat, SetGripper, TryInOrder, clash, walk
+
+if TYPE_CHECKING:
+    from .belief import Belief
+    from .designators import Action
+    from .flow import Compound
+    from .program import AnyStep, Control, Section
 
 SAME = 0.02  # joint positions that are the same for what comes after [rad]: a motion begins from either
 MOVED = 0.005  # things that are at the same place [m]: the accuracy with which let go things are known

@@ -11,6 +11,10 @@ import pytest
 from conftest import ROOT, TASKS, Run
 
 DEMONSTRATION = ROOT / "scenarios" / "fetch_from_hanger" / "demonstration"
+STAGES = [f"cramlite.{m}" for m in ("scenario", "goals", "search", "proof", "late_poses", "scenario_world", "pipeline")]
+"""What comes after interpretation."""
+JUDGED = [f"cramlite.{m}" for m in ("interpretation", "decision", "proof", "late_poses", "goals")]
+"""What a scenario that starts from a demonstration needs only when it is resolved."""
 IMPORTED = """
 import sys
 from cramlite.cli import main
@@ -24,7 +28,9 @@ print("IMPORTED", *[m for m in {heavy!r} if m in sys.modules])
     ("arguments", "heavy"),
     [
         (["--help"], ["mujoco", "ompl", "rdflib", "scipy", "pydantic", "numpy", "pluggy.__none__", "ruamel.yaml"]),
-        (["tasks"], ["mujoco", "ompl", "rdflib", "scipy", "matplotlib", "jinja2"]),
+        (["tasks"], ["mujoco", "ompl", "rdflib", "scipy", "matplotlib", "jinja2", "pydantic", "cramlite.engine"]),
+        (["interpret", str(DEMONSTRATION)], ["mujoco", "ompl", "scipy", "matplotlib", "pydantic", *STAGES]),
+        (["check", str(ROOT / "scenarios" / "fetch_from_hanger.yaml")], ["ompl", "rdflib", "scipy", "matplotlib", "jinja2", *JUDGED]),
     ],
 )
 def test_light_commands_import_no_heavy_library(arguments: list[str], heavy: list[str]) -> None:

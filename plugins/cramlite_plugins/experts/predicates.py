@@ -9,11 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import partial
+from typing import TYPE_CHECKING
 
 from cramlite.hookspecs import hookimpl
-from cramlite.phases import Phase, Predicate, Row
+from cramlite.phases import Predicate
 
 from . import motion_predicates, place_predicates
+
+if TYPE_CHECKING:
+    from cramlite.phases import Phase, Row
 
 DEFAULT_DOF = 1.0
 """What a contact constrains if nothing is said: a plane stops motion in one direction."""

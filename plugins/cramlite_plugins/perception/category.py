@@ -7,11 +7,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from cramlite import Expert, Inputs, Judged, Parameter, Thing, hookimpl
+from cramlite import Expert, Judged, Parameter, hookimpl
 from cramlite.object_query import UNKNOWN
 
 if TYPE_CHECKING:
     import numpy as np
+
+    from cramlite import Inputs, Thing
 
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 

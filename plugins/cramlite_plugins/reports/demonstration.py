@@ -6,12 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cramlite import Episode, Event, ReportSection, hookimpl
+from cramlite import ReportSection, hookimpl
 
 from .readings import chosen_sequence, pair_up
 from .shared import fill, short
 
 if TYPE_CHECKING:
+    from cramlite import Episode, Event
     from cramlite.interpretation import Interpreted
     from cramlite.report import Finished
 

@@ -6,13 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cramlite import Interpretation, ReportSection, hookimpl
+from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
 
 from .readings import chosen_sequence, first_sequences, pair_up
 from .shared import fill, short
 
 if TYPE_CHECKING:
+    from cramlite import Interpretation
     from cramlite.interpretation import Interpreted, Match, TaskSequence
     from cramlite.report import Finished
 

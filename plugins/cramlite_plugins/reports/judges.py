@@ -6,12 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cramlite import Finding, ReportSection, hookimpl
+from cramlite import ReportSection, hookimpl
 
 from .links import targets
 from .shared import fill
 
 if TYPE_CHECKING:
+    from cramlite import Finding
     from cramlite.report import Finished
 
 

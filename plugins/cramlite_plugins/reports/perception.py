@@ -6,13 +6,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, Thing, hookimpl
+from cramlite import ReportSection, hookimpl
 
 from .filmstrip import as_uri
 from .links import lines_of, look_name, steps_of
 from .shared import fill
 
 if TYPE_CHECKING:
+    from cramlite import Thing
     from cramlite.looking import Picture
     from cramlite.perception import Percept
     from cramlite.report import Finished

@@ -6,17 +6,20 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cramlite import Action, Object, ReportSection, hookimpl
+from cramlite import Action, ReportSection, hookimpl
 from cramlite.flow import Compound
 
-from .decisions import Decision, attempts
+from .decisions import attempts
 from .links import lines_of, steps_of
 from .readings import number_of
 from .shared import fill
 
 if TYPE_CHECKING:
+    from cramlite import Object
     from cramlite.report import Finished
     from cramlite.trace import Entry
+
+    from .decisions import Decision
 
 
 @dataclass(frozen=True)

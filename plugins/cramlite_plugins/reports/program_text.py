@@ -6,12 +6,13 @@ from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from cramlite import Code, ReportSection, hookimpl
+from cramlite import ReportSection, hookimpl
 
 from .links import COMMENTS, steps_of, target, targets
 from .shared import fill
 
 if TYPE_CHECKING:
+    from cramlite import Code
     from cramlite.report import Finished
 
 

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .shared import Span, colour
+from .shared import colour
 
 if TYPE_CHECKING:
     from cramlite import Rollout
     from cramlite.geometry import Floats
     from cramlite.scene import Scene, Solid
+
+    from .shared import Span
 
 FINE = 1e-4
 """Vertices are whole multiples of this [m]."""

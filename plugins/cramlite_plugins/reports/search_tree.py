@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
 
-from .decisions import Attempt, Decision, attempts
+from .decisions import attempts
 from .links import lines_of, steps_of
 from .readings import first_sequences, number_of
 from .shared import fill, short
@@ -19,6 +19,8 @@ from .shared import fill, short
 if TYPE_CHECKING:
     from cramlite.report import Finished
     from cramlite.trace import Entry
+
+    from .decisions import Attempt, Decision
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cramlite import ReportSection, Rollout, hookimpl
+from cramlite import ReportSection, hookimpl
 
 from .filmstrip import filmstrip
-from .plots import Plot, plot
+from .plots import plot
 from .scene_data import scene_data
-from .shared import Span, fill, script, spans
+from .shared import fill, script, spans
 
 if TYPE_CHECKING:
+    from cramlite import Rollout
     from cramlite.report import Finished
+
+    from .plots import Plot
+    from .shared import Span
 
 TICK = 0.05
 """A position of the slider [s], in runs that are not too long for the page."""

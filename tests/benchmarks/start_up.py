@@ -1,0 +1,60 @@
+"""What a command costs before it does anything: CPU time of whole processes, against ``python -c pass`` in the same run.
+
+    python tests/benchmarks/start_up.py [--runs 5]
+
+Each command runs once to fill the caches (byte code, taxonomy), and then ``--runs`` times in turn with the others, so that
+a machine that becomes slower meanwhile is slower for all of them. The ratio says more than the seconds where a machine
+is busy: its processors are shared then, and the same work takes up to twice the time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from statistics import median
+
+ROOT = Path(__file__).resolve().parents[2]
+EMPTY = "python -c pass"
+COMMANDS = {
+    EMPTY: ["-c", "pass"],
+    "import numpy": ["-c", "import numpy"],
+    "import cramlite": ["-c", "import cramlite"],
+    "cramlite --help": ["-m", "cramlite.cli", "--help"],
+    "cramlite tasks": ["-m", "cramlite.cli", "tasks"],
+    "cramlite check fetch_from_hanger": ["-m", "cramlite.cli", "check", "scenarios/fetch_from_hanger.yaml"],
+    "cramlite interpret, shipped episode": ["-m", "cramlite.cli", "interpret", "scenarios/fetch_from_hanger/demonstration"],
+}
+
+
+def cpu_time(arguments: Sequence[str]) -> float:
+    """User and system time of a Python process and what it starts [s]."""
+    kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, *arguments], cwd=ROOT, env=kept, stdout=subprocess.DEVNULL, check=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    options.add_argument("--runs", type=int, default=5)
+    runs = options.parse_args().runs
+    for arguments in COMMANDS.values():
+        cpu_time(arguments)
+    took: dict[str, list[float]] = {name: [] for name in COMMANDS}
+    for _ in range(runs):
+        for name, arguments in COMMANDS.items():
+            took[name].append(cpu_time(arguments))
+    print(f"| what | least | median of {runs} | median, times '{EMPTY}' |\n|---|---|---|---|")
+    for name, times in took.items():
+        print(f"| `{name}` | {min(times):.3f} s | {median(times):.3f} s | {median(times) / median(took[EMPTY]):.1f} |")
+    print(f"load {os.getloadavg()[0]:.1f}")
+
+
+if __name__ == "__main__":
+    main()
