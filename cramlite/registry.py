@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import importlib.util
+import inspect
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -50,11 +51,12 @@ class Fault:
 
 
 class _Manager(pluggy.PluginManager):
-    """A plugin is a module or a namespace: what ``hookimpl`` marked is found among what it holds, without pluggy's
-    search of types and metaclasses for every name, which took a tenth of the time of a light command."""
+    """Finds what ``hookimpl`` marked without asking pluggy's base class, whose search of types and metaclasses for every
+    name of a module was 6 to 9 % of the profile of ``cramlite check``."""
 
     def parse_hookimpl_opts(self, plugin: object, name: str) -> pluggy.HookimplOpts | None:
-        return getattr(vars(plugin).get(name), f"{GROUP}_impl", None)
+        found = getattr(plugin, name, None)
+        return getattr(found, f"{GROUP}_impl", None) if inspect.isroutine(found) else None
 
 
 @dataclass

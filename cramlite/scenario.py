@@ -20,7 +20,7 @@ __all__ = ["RuleSpec", "Scenario", "ScenarioSpec", "TaskSpec", "read_scenario"]
 
 
 class _Spec(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class PoseSpec(_Spec):

@@ -25,7 +25,7 @@ class WhereSpec(BaseModel):
         visible_from: "camera", the scenario's where it is fixed, or a point in the world [m].
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     near: str | None = None
     within: Annotated[Length, Field(gt=0)] = 0.2
@@ -44,7 +44,7 @@ class WhereSpec(BaseModel):
 class TaskSpec(BaseModel):
     """A task with its roles."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     task: str
     roles: dict[str, str] = Field(default_factory=dict)
@@ -65,7 +65,7 @@ class RuleSpec(BaseModel):
         force, slip, time: of monitor: what is watched, and how much is too much [N, m, s].
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config = ConfigDict(extra="forbid", frozen=True)
 
     rule: str
     do: tuple[tuple[TaskEntry, ...], ...]
