@@ -185,7 +185,8 @@ def _search(
     for number, margin in enumerate(MARGINS, 1):
         share = (samples - spent) // 2 if number < len(MARGINS) else samples - spent
         box = _box(scene, [origin, *goals], margin)
-        points, used, truncated = _rrt(scene, origin, goals, box, 1 + (seed * 3 + number) % (2**31 - 2), share, ends)
+        with _ONE_QUERY:
+            points, used, truncated = _rrt(scene, origin, goals, box, 1 + (seed * 3 + number) % (2**31 - 2), share, ends)
         spent += used
         if points is not None or truncated:
             return points, spent, truncated
@@ -195,6 +196,10 @@ def _search(
 def _box(scene: Space, positions: list[Joints], margin: float) -> list[tuple[float, float]]:
     low, high = np.min(positions, axis=0) - margin, np.max(positions, axis=0) + margin
     return [(max(a, c), min(b, d)) for (a, b), c, d in zip(scene.limits, low, high, strict=True)]
+
+
+_ONE_QUERY = threading.Lock()
+"""OMPL's random generator belongs to the process: from its seed to the path a query has it alone."""
 
 
 def _rrt(
@@ -207,23 +212,6 @@ def _rrt(
     ends: float,
 ) -> tuple[tuple[Joints, ...] | None, int, bool]:
     """One query. Everything of OMPL lives in this frame: nothing it holds refers back to it."""
-    with _ONE_QUERY:
-        return _query(scene, origin, goals, box, seed, budget, ends)
-
-
-_ONE_QUERY = threading.Lock()
-"""OMPL's random generator belongs to the process: from its seed to the path a query has it alone."""
-
-
-def _query(
-    scene: Space,
-    origin: Joints,
-    goals: list[Joints],
-    box: list[tuple[float, float]],
-    seed: int,
-    budget: int,
-    ends: float,
-) -> tuple[tuple[Joints, ...] | None, int, bool]:
     from ompl import base, geometric, util
 
     util.setLogLevel(util.LogLevel.LOG_NONE)
