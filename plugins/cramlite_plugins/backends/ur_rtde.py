@@ -40,9 +40,10 @@ from cramlite.program import (
 )  # fmt: skip
 from cramlite.robots import Robot
 
+from .names import Names, identifier
 from .urscript_parts import header
 from .urscript_steps import HEIGHT, count
-from .urscript_text import label, plain
+from .urscript_text import label, number, plain, vector
 
 START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
 FORCES = (ForceMove, SpiralSearch, ForceInsert, ForceExtract, CompliantSlide)
@@ -67,7 +68,7 @@ class _Writer:
     """
 
     robot: Robot
-    poses: dict[str, str] = field(default_factory=dict)
+    poses: Names = field(default_factory=Names)
     body: list[tuple[str, str]] = field(default_factory=list)
     depth: int = 0
     number: int = 0
@@ -78,14 +79,8 @@ class _Writer:
             origin = ""
 
     def name(self, origin: str, value: str) -> str:
-        """A name for a value; the same value under the same origin has one name."""
-        base = _identifier(_task_last(origin or "pose")).upper()
-        name, k = base, 1
-        while name in self.poses and self.poses[name] != value:
-            k += 1
-            name = f"{base}_{k}"
-        self.poses[name] = value
-        return name
+        """A name for a value, in capitals."""
+        return self.poses.name(identifier(origin or "pose").upper(), value)
 
     def steps(self, steps: Iterable[AnyStep]) -> None:
         for step in steps:
@@ -187,7 +182,7 @@ def _values(program: Program, out: _Writer) -> list[str]:
     low = ["# ---- values: poses [x, y, z, rx, ry, rz] of the TCP in the base frame [m, rad], joints [rad] ----"]
     low += [f"TCP = {_pose(program.tcp)}  # in the flange frame", f"START = {vector(program.start)}"]
     low += [f"FORCE_LIMIT = {number(program.force_limit)}  # protective limit on the TCP force [N]"]
-    return low + [f"{name} = {value}" for name, value in out.poses.items()]
+    return low + [f"{name} = {value}" for name, value in out.poses.values.items()]
 
 
 def _tasks(program: Program) -> list[tuple[str, str, Sequence[AnyStep]]]:
@@ -199,7 +194,7 @@ def _tasks(program: Program) -> list[tuple[str, str, Sequence[AnyStep]]]:
     found += [("begin", "What comes before the first task.", before)] if before else []
     for section, end in zip(program.sections, ends, strict=True):
         title = f"{section.task}: {section.title} (steps {section.first + 1} to {end})."
-        found.append((_identifier(_task_last(section.task)), title.replace('"""', "'''"), program.steps[section.first : end]))
+        found.append((identifier(section.task), title.replace('"""', "'''"), program.steps[section.first : end]))
     return found
 
 
@@ -296,26 +291,3 @@ def _watched(step: Monitor, robot: Robot) -> str:
 
 def _pose(pose: Pose) -> str:
     return vector((*pose.position, *pose.rotvec))
-
-
-def _task_last(name: str) -> str:
-    """"3.Grasping/close" as "Grasping_3_close": a number cannot begin a name."""
-    return re.sub(r"^(\d+)\.([^/]*)", r"\2_\1", name)
-
-
-def number(value: float) -> str:
-    """A float with at most six digits after the point, never "-0.0"."""
-    short = f"{value if abs(value) >= 5e-7 else 0.0:.6f}".rstrip("0")
-    return f"{short}0" if short.endswith(".") else short
-
-
-def vector(values: Sequence[float]) -> str:
-    """A list of numbers."""
-    return "[" + ", ".join(map(number, values)) + "]"
-
-
-def _identifier(text: str) -> str:
-    """A Python name in snake case."""
-    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", text)
-    name = re.sub(r"[^A-Za-z0-9]+", "_", split).strip("_").lower()
-    return name if name[:1].isalpha() else f"task_{name}"

@@ -18,13 +18,16 @@ from cramlite.program import AnyStep, Code, Control, Drive, Program, Section, wa
 from cramlite.robots import Robot
 
 from . import urscript_flow, urscript_late, urscript_search
+from .names import Names
 from .ur_capabilities import controller_of, lacking
 from .urscript_cb3 import PRELUDE, adapted
 from .urscript_flow import FlowWriter, comment, write
 from .urscript_parts import FUNCTIONS, header
 from .urscript_steps import leaf
 from .urscript_text import number, plain, pose, vector
+from .urscript_used import used
 
+POSES = "# ---- poses: p[x, y, z, rx, ry, rz] of the TCP in the base frame [m, rad]; joint positions [rad] ----"
 START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
 
 
@@ -33,14 +36,15 @@ class _Writer:
     """The text under construction."""
 
     robot: Robot
-    lines: list[str] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)  # without the indentation of the program's function
     origins: dict[int, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.flow = FlowWriter(self.robot.gripper)
+        self.poses = Names()
+        self.flow = FlowWriter(self.robot.gripper, self.poses)
 
     def add(self, *lines: str) -> None:
-        self.lines += [f"  {line}" if line else "" for line in lines]
+        self.lines += lines
 
 
 def emit(program: Program, robot: Robot) -> Code:
@@ -60,25 +64,37 @@ def emit(program: Program, robot: Robot) -> Code:
     """
     _check(program, robot)
     out = _Writer(robot)
-    out.lines.append(f"def {program.name}():")
-    out.add(*header(program, robot), "")
-    cb3 = robot.sensor != "flange"
-    out.add(*(PRELUDE.strip("\n").split("\n") if cb3 else ()))
-    rest = len(out.lines)
-    out.add(*FUNCTIONS.strip("\n").split("\n"), *urscript_search.functions(program), *urscript_flow.functions(program))
-    out.add(*urscript_late.functions(program), "", *_start(program, robot), *urscript_late.asking(program), "")
+    _body(out, program)
+    head, carried = _head(program, robot, out)
+    lines = [*carried, *out.lines]
+    lines = [*head, *(adapted(lines) if robot.sensor != "flange" else lines)]
+    text = "\n".join([f"def {program.name}():", *(f"  {line}" if line else "" for line in lines), "end", ""])
+    if wrong := list(lacking(text, *controller_of(robot))):
+        raise UserError(f"the program cannot be written for '{robot.type}': {'; '.join(wrong)}")
+    before = 1 + len(head) + len(carried)
+    return Code("urscript", text, {before + k: origin for k, origin in out.origins.items()}, ".script")
+
+
+def _body(out: _Writer, program: Program) -> None:
+    """From the start to the end of the program's own function."""
+    out.add(*_start(program, out.robot), *urscript_late.asking(program), "")
     sections = {s.first: s for s in program.sections}
     for i, step in enumerate(program.steps):
         if i in sections:
             out.add("", *_title(sections[i], len(program.steps)))
         _step(out, step)
     out.add("", "kill watchdog_thread", 'textmsg("cramlite: finished")')
-    out.lines.append("end")
-    lines = out.lines[:rest] + (adapted(out.lines[rest:]) if cb3 else out.lines[rest:])
-    text = "\n".join(lines) + "\n"
-    if wrong := list(lacking(text, *controller_of(robot))):
-        raise UserError(f"the program cannot be written for '{robot.type}': {'; '.join(wrong)}")
-    return Code("urscript", text, out.origins, ".script")
+
+
+def _head(program: Program, robot: Robot, out: _Writer) -> tuple[list[str], list[str]]:
+    """Preconditions; and the functions that the body needs, with the poses that it leads to."""
+    prelude = [] if robot.sensor == "flange" else PRELUDE.strip("\n").split("\n")
+    library = "\n\n".join(
+        t.strip("\n") for t in (FUNCTIONS, urscript_search.FUNCTIONS, urscript_flow.FUNCTIONS, urscript_late.FUNCTIONS)
+    )
+    carried = used(library.split("\n"), "\n".join(out.lines))
+    poses = [f"global {name} = {value}" for name, value in out.poses.values.items()]
+    return [*header(program, robot), "", *prelude], [*carried, "", *([POSES, *poses, ""] if poses else [])]
 
 
 def _check(program: Program, robot: Robot) -> None:
@@ -108,8 +124,10 @@ def _start(program: Program, robot: Robot) -> list[str]:
 
 
 def _title(section: Section, count: int) -> list[str]:
-    steps = f"steps {section.first + 1} to {min(section.last, count)}"
-    return [f"# ---- {plain(section.task)}: {plain(section.title)} ({steps}) ----"]
+    first, last = section.first + 1, min(section.last, count)
+    steps = f"step {first}" if last == first else f"steps {first} to {last}"
+    about = plain(section.title).removeprefix(section.task.partition(".")[2]).removeprefix(":").strip()
+    return [f"# ---- {plain(section.task)}{f': {about}' if about else ''} ({steps}) ----"]
 
 
 def _step(out: _Writer, step: AnyStep) -> None:
@@ -125,5 +143,5 @@ def _step(out: _Writer, step: AnyStep) -> None:
         out.add(said)
     if step.origin:
         out.origins[len(out.lines) + 1] = step.origin
-    text = leaf(step, out.robot.gripper, out.flow.thread)
+    text = leaf(step, out.robot.gripper, out.flow.thread, out.poses)
     out.add(*text.thread, *text.lines, *([text.call] if text.call else []))

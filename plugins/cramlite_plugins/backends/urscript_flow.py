@@ -11,9 +11,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from cramlite.errors import UserError
-from cramlite.program import AnyStep, Control, Monitor, Parallel, Program, Repeat, TryInOrder, clash, uses_arm, walk
+from cramlite.program import AnyStep, Control, Monitor, Parallel, Repeat, TryInOrder, clash, uses_arm
 from cramlite.robots import Gripper
 
+from .names import Names
 from .urscript_steps import leaf
 from .urscript_text import label, number, plain
 
@@ -79,6 +80,7 @@ class FlowWriter:
 
     Args:
         gripper: of the robot.
+        poses: names of what motions lead to.
         number: of control steps and threads written so far; names are made of it.
         define: threads, to stand before the steps.
         body: the steps.
@@ -86,6 +88,7 @@ class FlowWriter:
     """
 
     gripper: Gripper
+    poses: Names = field(default_factory=Names)
     number: int = 0
     define: list[str] = field(default_factory=list)
     body: list[Line] = field(default_factory=list)
@@ -133,7 +136,7 @@ class FlowWriter:
                 self.leaf(step)
 
     def leaf(self, step: AnyStep) -> None:
-        text = leaf(step, self.gripper, self.thread, watched=True)
+        text = leaf(step, self.gripper, self.thread, self.poses, watched=True)
         self.define += text.thread
         self.begin(GUARD)
         self.add(*text.lines, *([f"ok = {text.call}"] if text.call else []), origin=step.origin)
@@ -212,7 +215,7 @@ class FlowWriter:
         """The thread of a branch that does not move the arm."""
         lines = [f"global {name}_ok = True", f"global {name}_done = False", f"thread {name}():", f"  {name}_ok = True"]
         for step in branch:
-            text = leaf(step, self.gripper, self.thread, watched=True)
+            text = leaf(step, self.gripper, self.thread, self.poses, watched=True)
             lines += [f"  if {name}_ok and tripped == 0:", *(f"    {line}" for line in text.lines)]
             lines += [f"    {name}_ok = {text.call}", "  end"]
         stops = f"not {name}_ok" if until == "all" else f"{name}_ok"
@@ -256,12 +259,6 @@ def comment(step: AnyStep) -> str:
     """The comment before a step; empty when there is nothing to say."""
     said = ": ".join(plain(c) for c in (step.origin, step.comment) if c)
     return f"# {said}" if said else ""
-
-
-def functions(program: Program) -> list[str]:
-    """The lines of the functions that control steps call; none where there is no such step."""
-    needed = any(isinstance(s, Control) for s in walk(program.steps))
-    return ["", *FUNCTIONS.strip("\n").split("\n")] if needed else []
 
 
 def write(step: Control, writer: FlowWriter) -> tuple[list[str], list[Line]]:

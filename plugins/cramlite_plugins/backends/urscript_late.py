@@ -42,11 +42,6 @@ end
 """
 
 
-def functions(program: Program) -> list[str]:
-    """The lines of the functions; none where no pose is late."""
-    return ["", *FUNCTIONS.strip("\n").split("\n")] if program.late else []
-
-
 def asking(program: Program) -> list[str]:
     """How far each late thing has been moved since planning, as global variables."""
     if not program.late:

@@ -7,8 +7,9 @@ combination of movel and force_mode is used; an insertion needs no motion at all
 from __future__ import annotations
 
 from cramlite.geometry import Pose
-from cramlite.program import CompliantSlide, ForceExtract, ForceInsert, Program, SpiralSearch, walk
+from cramlite.program import ForceExtract, ForceInsert, SpiralSearch
 
+from .names import Names
 from .urscript_text import label, number, pose, vector
 
 FUNCTIONS = """
@@ -150,30 +151,26 @@ def watch_slide(direction, least, patience, limit, timeout, step):
 end
 """
 
-CALLING = SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
-
-def functions(program: Program) -> list[str]:
-    """The lines of the functions that the program's steps call; none where it has no such step."""
-    needed = any(isinstance(s, CALLING) for s in walk(program.steps))
-    return ["", *FUNCTIONS.strip("\n").split("\n")] if needed else []
-
-
-def call(step: SpiralSearch | ForceInsert | ForceExtract) -> str:
+def call(step: SpiralSearch | ForceInsert | ForceExtract, poses: Names) -> str:
     """The call that carries out a step; true when it succeeded."""
     frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
     match step:
         case SpiralSearch():
             name = "spiral_search"
             own = [*map(number, (step.force, step.pitch, step.radius, step.speed, step.advance))]
+            said = f"press {step.force:g} N, radius up to {1000 * step.radius:.1f} mm, until it gives way by {1000 * step.advance:g} mm"
         case ForceInsert():
             name = "force_insert"
             own = [*map(number, (step.force, step.depth, step.speed))]
+            said = f"push {step.force:g} N, {1000 * step.depth:.1f} mm deep"
         case ForceExtract():
             name = "force_extract"
             own = [vector((*step.across, step.force)), *map(number, (step.way, step.speed))]
-    values = [pose(frame), vector(along(frame)), *own, *map(number, (step.force_limit, step.timeout))]
-    return f'{name}({", ".join(values)}, "{label(step.origin)}")'
+            said = f"pull {step.force:g} N, {1000 * step.way:.1f} mm out"
+    own_frame = poses.of(step.origin, "frame", pose(frame))
+    values = [own_frame, vector(along(frame)), *own, *map(number, (step.force_limit, step.timeout))]
+    return f'{name}({", ".join(values)}, "{label(step.origin)}")  # {said}, at most {step.force_limit:g} N'
 
 
 def along(frame: Pose) -> tuple[float, float, float]:

@@ -25,6 +25,7 @@ from cramlite.program import (
 from cramlite.robots import Gripper
 
 from . import urscript_search
+from .names import Names
 from .urscript_late import shift
 from .urscript_text import label, number, pose, vector
 
@@ -51,24 +52,26 @@ class Leaf:
     thread: tuple[str, ...] = ()
 
 
-def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], *, watched: bool = False) -> Leaf:
+def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names, *, watched: bool = False) -> Leaf:
     """The text of a step.
 
     Args:
         name: gives a new name for a thread that moves.
+        poses: takes what the step leads to, and names it.
         watched: plain motions too run in a thread, so that they can be stopped, and standing still can be interrupted.
     """
     match step:
         case MoveJoints() | MoveLinear():
-            return _moving((), _moves(step), name(), "watch_move()") if watched else Leaf(tuple(_moves(step)))
+            moves = _moves(step, poses)
+            return _moving((), moves, name(), "watch_move()") if watched else Leaf(tuple(moves))
         case MoveUntilContact():
             return Leaf(call=_guarded(step))
         case ForceMove():
-            return _forced(step, name())
+            return _forced(step, name(), poses)
         case CompliantSlide():
-            return _sliding(step, name())
+            return _sliding(step, name(), poses)
         case SpiralSearch() | ForceInsert() | ForceExtract():
-            return Leaf(call=urscript_search.call(step))
+            return Leaf(call=urscript_search.call(step, poses))
         case SetGripper():
             return Leaf(call=_grip(step, gripper))
         case SetPayload():
@@ -81,17 +84,19 @@ def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], *, watched: b
     raise TypeError(f"{type(step).__name__} is no step without steps")
 
 
-def _moves(step: MoveJoints | MoveLinear) -> list[str]:
+def _moves(step: MoveJoints | MoveLinear, poses: Names) -> list[str]:
     rates = f"a={number(step.acceleration)}, v={number(step.speed)}"
     if isinstance(step, MoveLinear):
-        return [f"movel({_place(step)}, {rates})"]
+        return [f"movel({_place(step, poses)}, {rates})"]
     radii = [*(step.radii or (0.0,) * (len(step.path) - 1)), 0.0]
     blends = [f", r={number(r)}" if r > 0 else "" for r in radii]
-    return [f"movej({vector(q)}, {rates}{blend})" for q, blend in zip(step.path, blends, strict=True)]
+    names = [poses.of(step.origin, "joints", vector(q)) for q in step.path]
+    return [f"movej({q}, {rates}{blend})" for q, blend in zip(names, blends, strict=True)]
 
 
-def _place(step: MoveLinear) -> str:
-    return f"pose_trans({shift(step.relative)}, {pose(step.target)})" if step.relative else pose(step.target)
+def _place(step: MoveLinear, poses: Names) -> str:
+    target = poses.of(step.origin, "pose", pose(step.target))
+    return f"pose_trans({shift(step.relative)}, {target})" if step.relative else target
 
 
 def _direction(step: MoveUntilContact) -> str:
@@ -110,28 +115,37 @@ def _moving(before: tuple[str, ...], moves: list[str], name: str, watch: str) ->
 
 def _guarded(step: MoveUntilContact) -> str:
     values = [_direction(step), *map(number, (step.distance, step.speed, step.force, step.timeout))]
-    return f'move_until_contact({", ".join(values)}, "{step.expect}", "{label(step.origin)}")'
+    said = f"until {step.force:g} N, within {1000 * step.distance:.1f} mm at {1000 * step.speed:g} mm/s"
+    return f'move_until_contact({", ".join(values)}, "{step.expect}", "{label(step.origin)}")  # {said}'
 
 
-def _forced(step: ForceMove, name: str) -> Leaf:
-    frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
+def _forced(step: ForceMove, name: str, poses: Names) -> Leaf:
+    frame = poses.of(step.origin, "frame", pose(Pose((0.0, 0.0, 0.0), step.frame.quaternion)))
     selection = "[" + ", ".join("1" if c else "0" for c in step.compliant) + "]"
-    mode = f"force_mode({pose(frame)}, {selection}, {vector(step.wrench)}, 2, {vector(step.limits)})"
-    watch = f'watch_force_move({number(step.force_limit)}, {number(step.timeout)}, "{label(step.origin)}")'
-    return _moving((mode,), _path(step), name, watch)
+    mode = f"force_mode({frame}, {selection}, {vector(step.wrench)}, 2, {vector(step.limits)})"
+    watch = f'watch_force_move({number(step.force_limit)}, {number(step.timeout)}, "{label(step.origin)}"){_ends(step)}'
+    return _moving((mode,), _path(step, poses), name, watch)
 
 
-def _sliding(step: CompliantSlide, name: str) -> Leaf:
+def _sliding(step: CompliantSlide, name: str, poses: Names) -> Leaf:
     frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
     wrench, limits = vector((0, 0, step.force, 0, 0, 0)), vector((0.15, 0.15, HEIGHT, 0.35, 0.35, 0.35))
-    mode = f"force_mode({pose(frame)}, [0, 0, 1, 0, 0, 0], {wrench}, 2, {limits})"
+    own = poses.of(step.origin, "frame", pose(frame))
+    mode = f"force_mode({own}, [0, 0, 1, 0, 0, 0], {wrench}, 2, {limits})"
     values = map(number, (LEAST * step.force, step.lost, step.force_limit, step.timeout))
-    watch = f'watch_slide({vector(urscript_search.along(frame))}, {", ".join(values)}, "{label(step.origin)}")'
-    return _moving((mode,), _path(step), name, watch)
+    watch = (
+        f'watch_slide({vector(urscript_search.along(frame))}, {", ".join(values)}, "{label(step.origin)}"){_ends(step)}'
+    )
+    return _moving((mode,), _path(step, poses), name, watch)
 
 
-def _path(step: ForceMove | CompliantSlide) -> list[str]:
-    return [f"movel({pose(w)}, a={number(GENTLE)}, v={number(step.speed)})" for w in step.waypoints]
+def _path(step: ForceMove | CompliantSlide, poses: Names) -> list[str]:
+    names = [poses.of(step.origin, "pose", pose(w)) for w in step.waypoints]
+    return [f"movel({name}, a={number(GENTLE)}, v={number(step.speed)})" for name in names]
+
+
+def _ends(step: ForceMove | CompliantSlide) -> str:
+    return f"  # at most {step.force_limit:g} N, within {step.timeout:g} s"
 
 
 def _grip(step: SetGripper, gripper: Gripper) -> str:

@@ -1,17 +1,20 @@
-"""How values are written in URScript: fixed digits, so that the same program is the same text."""
+"""How values are written in URScript: at most six digits, so that the same program is the same text."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 from cramlite.geometry import Pose
 
 
 def number(value: float) -> str:
-    """A float with six digits, never "-0.000000"."""
-    return f"{value + 0.0 if abs(value) >= 5e-7 else 0.0:.6f}"
+    """A float with at most six digits after the point and at least one, never "-0.0"."""
+    short = f"{value if abs(value) >= 5e-7 else 0.0:.6f}".rstrip("0")
+    return f"{short}0" if short.endswith(".") else short
 
 
-def vector(values: tuple[float, ...]) -> str:
-    """A URScript list."""
+def vector(values: Sequence[float]) -> str:
+    """A list."""
     return "[" + ", ".join(map(number, values)) + "]"
 
 

@@ -79,11 +79,36 @@ def test_origins_lead_from_lines_to_steps() -> None:
     code = emit(program(*STEPS), UR5E)
     lines = code.text.split("\n")
     found = {origin: lines[line - 1].strip() for line, origin in code.origins.items()}
-    assert found["1.Reaching/transfer"].startswith("movej(")
+    assert found["1.Reaching/transfer"].startswith("movej(reaching_1_transfer_joints, ")
     assert found["1.Reaching/touch"].startswith("move_until_contact(")
     assert found["2.Grasping/close"].startswith("move_gripper(255, ")
     assert code.task_of(next(i for i, line in enumerate(lines, 1) if "sleep(0.5" in line)) == "2.Grasping"
     assert code.task_of(1) == ""
+
+
+def test_motions_lead_to_named_poses() -> None:
+    text = emit(program(*STEPS), UR5E).text
+    assert "  movel(reaching_1_approach_pose, a=0.5, v=0.1)\n" in text
+    assert re.search(r"\n  global reaching_1_approach_pose = p\[0\.5, 0\.1, 0\.3, ", text)
+    assert not re.search(r"move[jl]\(p?\[", text), "numbers belong to the names"
+    twice = emit(program(STEPS[1], replace(STEPS[1], target=Pose((0.4, 0, 0.3))), STEPS[1]), UR5E).text
+    assert [m[1] for m in re.finditer(r"movel\((\w+), ", twice)] == [f"reaching_1_approach_pose{k}" for k in ("", "_2", "")]
+
+
+def test_sections_name_task_and_objects_once() -> None:
+    text = emit(replace(program(*STEPS), sections=(Section("1.Reaching", "Reaching: Patient box", 0, 7), Section("2.Waiting", "Waiting", 7, 8))), UR5E).text
+    assert "\n  # ---- 1.Reaching: Patient box (steps 1 to 7) ----\n" in text
+    assert "\n  # ---- 2.Waiting (step 8) ----\n" in text
+
+
+def test_a_program_carries_the_functions_that_it_calls_and_no_others() -> None:
+    def defined(*steps: AnyStep) -> set[str]:
+        return set(re.findall(r"^  (?:def|thread) (\w+)", emit(program(*steps), UR5E).text, re.MULTILINE))
+
+    bare = {"abort", "watchdog", "check_start", "set_gripper", "connect_gripper"}
+    assert defined(STEPS[1]) == bare
+    assert defined(STEPS[4]) == bare | {"fail", "move_gripper"}
+    assert defined(STEPS[2]) == bare | {"fail", "contact_move", "move_until_contact"}
 
 
 def test_every_wait_has_a_time_out() -> None:
@@ -118,10 +143,10 @@ def test_text_of_designators_cannot_break_out_of_a_string_or_comment() -> None:
 
 
 @given(st.floats(-100, 100))
-def test_numbers_have_six_digits_and_no_negative_zero(value: float) -> None:
+def test_numbers_have_at_most_six_digits_and_no_negative_zero(value: float) -> None:
     text = number(value)
-    assert re.fullmatch(r"-?\d+\.\d{6}", text)
-    assert text != "-0.000000"
+    assert re.fullmatch(r"-?\d+\.(\d|\d{2,6}(?<!0))", text)
+    assert text != "-0.0"
     assert abs(float(text) - value) <= 1e-6
 
 

@@ -185,7 +185,7 @@ def test_a_force_that_is_exceeded_ends_the_program_with_its_reason() -> None:
     rollout = flow(*BEFORE, Monitor((INTO,), force=10.0, origin="careful"))
     assert rollout.outcome == "halted"
     assert rollout.reason.startswith("careful: force 1")
-    assert rollout.reason.endswith("N > 10.000000 N")
+    assert rollout.reason.endswith("N > 10.0 N")
 
 
 def test_without_the_monitor_the_arm_presses_on_until_the_limit_of_the_program() -> None:

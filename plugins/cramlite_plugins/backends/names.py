@@ -1,0 +1,34 @@
+"""Names for the values of a program's text: who reads a motion finds where it leads to by the task that it belongs to."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Names:
+    """Values by name, in the order in which they were first used."""
+
+    values: dict[str, str] = field(default_factory=dict)
+
+    def name(self, base: str, value: str) -> str:
+        """A name for a value; the same value under the same base has one name."""
+        name, k = base, 1
+        while name in self.values and self.values[name] != value:
+            k += 1
+            name = f"{base}_{k}"
+        self.values[name] = value
+        return name
+
+    def of(self, origin: str, kind: str, value: str) -> str:
+        """A name for what a step needs, such as "grasping_1_approach_pose"; the kind keeps it apart from the language's words."""
+        return self.name(f"{identifier(origin)}_{kind}" if origin else f"unnamed_{kind}", value)
+
+
+def identifier(origin: str) -> str:
+    """A name in snake case, the task's number behind its name: "3.InsertHole/close" is "insert_hole_3_close"."""
+    text = re.sub(r"^(\d+)\.([^/]*)", r"\2_\1", origin)
+    split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", text)
+    name = re.sub(r"[^A-Za-z0-9]+", "_", split).strip("_").lower()
+    return name if name[:1].isalpha() else f"task_{name}"
