@@ -68,8 +68,8 @@ class Setting:
 
     def belief(self) -> Belief:
         mount = self.world.robots[0]
-        robot, at = self.robot, self.robot.arm_at(mount.base) if self.robot.platform else None
-        belief = initial_belief(self.world, mount.name, robot.home, robot.gripper.opening[1], self.relations, at)
+        at = self.robot.arm_at(mount.base) if self.robot.platform else None
+        belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
         return replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
 
     def start(self, plan: Plan) -> State:

@@ -241,7 +241,8 @@ def go_and_look(
 
     mount, trace, done = seen.known.robots[0], Trace(), seen.state
     at = robot.arm_at(mount.base) if robot.platform else None
-    joints, opening = done.belief.joints if done else robot.home, robot.gripper.opening[1]
+    home, opening = robot.start(mount)
+    joints = done.belief.joints if done else home
     belief = initial_belief(seen.world, mount.name, joints, opening, seen.relations, at)
     belief = replace(belief, poses={**belief.poses, **seen.estimates})
     context = Context(robot, mount, {}, knowledge.taxonomy, seed=seed, camera=camera)

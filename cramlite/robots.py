@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from .geometry import Pose
+
+if TYPE_CHECKING:
+    from .world import RobotMount
 
 
 @dataclass(frozen=True)
@@ -94,6 +98,10 @@ class Robot:
     backend: str
     mjcf: Callable[[], str]
     platform: Platform | None = None
+
+    def start(self, mount: RobotMount) -> tuple[tuple[float, ...], float]:
+        """Joints and opening of the gripper at the start, where the robot is mounted: at home and open, else as the mount says."""
+        return mount.joints or self.home, self.gripper.opening[1] if mount.opening is None else mount.opening
 
     def arm_at(self, stand: Pose) -> Pose:
         """Where the arm's base is in the world when the robot stands somewhere: a platform's frame, or the arm itself."""

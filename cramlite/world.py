@@ -180,11 +180,15 @@ class RobotMount:
         name: of the mount, unique in the world.
         type: of the robot, as a plugin declares it.
         base: its base frame in the world.
+        joints: where the arm stands at the start [rad]; empty for its home posture.
+        opening: of its gripper at the start [m]; None for open.
     """
 
     name: str
     type: str
     base: Pose = Pose()
+    joints: tuple[float, ...] = ()
+    opening: float | None = None
 
 
 @dataclass(frozen=True)

@@ -61,17 +61,19 @@ class Compiled:
         return tuple(h for h in (self.hand, self.other_hand) if h is not None)
 
     def data(self) -> Data:
-        """A new state: robots at home with open grippers, things at their poses."""
+        """A new state: robots and things where the world has them at the start."""
         data = mujoco.MjData(self.model)
         self.initial(data)
         return data
 
     def initial(self, data: Data) -> None:
-        """Reset a state: robots at home with open grippers, things at their poses, servos holding."""
+        """Reset a state: robots as the world has them at the start (at home, open), things at their poses, servos holding."""
         mujoco.mj_resetData(self.model, data)
-        for index in self.robots.values():
-            data.qpos[list(index.joints)] = index.robot.home
-            data.ctrl[list(index.actuators)] = index.robot.home
+        for mount in self.world.robots:
+            index = self.robots[mount.name]
+            data.qpos[list(index.joints)] = data.ctrl[list(index.actuators)] = mount.joints or index.robot.home
+            if mount.opening is not None:
+                index.set_opening(self.model, data, mount.opening)
         for k, hand in enumerate(self.hands):
             home = Pose((0.0, k * APART, 0.0)) * hand.home
             hand.teleport(self.model, data, home)

@@ -85,6 +85,7 @@ class Controller:
         self.up = base.inverse().turn((0.0, 0.0, 1.0))
         self.sensor = WristSensor(self.up, noise, seed)
         self.gripper: GripperDrive = drive(index.robot.gripper, index, model)
+        self.gripper.begin_as(data)
         self.gripper_center = _gripper_center(model, data, index)
         self.period = steps * float(model.opt.timestep)
         self.servos, self.joints = list(index.actuators), list(index.joints)

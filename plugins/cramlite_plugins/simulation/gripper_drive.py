@@ -36,6 +36,14 @@ class GripperDrive:
         fingers = [(a, np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.fingers]
         self.fingers = [(a, self.stroke / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
 
+    def begin_as(self, data: Any) -> None:
+        """Take the fingers as they are before the first cycle."""
+        self.opening = self.goal = self.command = self.measured(data)
+
+    def measured(self, data: Any) -> float:
+        """The opening [m]."""
+        return self.widest - sum(scale * float(data.qpos[a]) for a, scale in self.fingers)
+
     def move(self, opening: float, speed: float, force: float) -> None:
         """Order an opening [m] at a speed [m/s] with a grip force [N], each kept within what the gripper can do."""
         low, high = self.gripper.opening
@@ -62,7 +70,7 @@ class GripperDrive:
 
     def advance(self, data: Any, period: float) -> None:
         """One control cycle: read the fingers, move the order on, and command the actuator."""
-        opening = self.widest - sum(scale * float(data.qpos[a]) for a, scale in self.fingers)
+        opening = self.measured(data)
         fast = abs(opening - self.opening) / period > STILL
         self.opening = opening
         step = self.speed * period

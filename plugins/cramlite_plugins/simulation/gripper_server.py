@@ -30,6 +30,10 @@ class GripperServer(GripperDrive):
         self.set = {"ACT": 1, "GTO": 1, "POS": 0, "SPE": 255, "FOR": 128}
         self.echo = 0
 
+    def begin_as(self, data: Any) -> None:
+        super().begin_as(data)
+        self.set["POS"] = self.echo = round(COUNTS * (self.widest - self.opening) / self.stroke)
+
     def order(self, name: str, value: int) -> bool:
         """``SET name value``; False for a register or value that there is not."""
         if name not in SETTABLE or not 0 <= value <= COUNTS:

@@ -241,3 +241,29 @@ def test_models_refuse_what_they_do_not_know() -> None:
 def test_hung_refuses_a_peg_that_does_not_fit() -> None:
     with pytest.raises(UserError, match="hole has"):
         hung(product("p", Pose(), hole_diameter=0.005), hanger("h", BACK), 0.07)
+
+
+@pytest.mark.parametrize("opening", [None, 0.03])
+def test_a_robot_starts_as_its_mount_says(opening: float | None) -> None:
+    """Joints and fingers, before the first cycle and after half a second of it; at home and open where it says nothing."""
+    from cramlite_plugins.simulation.execute import execute
+
+    there = (2.0, -1.6, 1.6, -1.4, -1.57, 1.2) if opening else ()
+    world = World((), (RobotMount("arm", "ur5e", joints=there, opening=opening),))
+    rollout = execute('def p():\n  textmsg("here")\nend\n', world, {"ur5e": UR5E}, mount="arm")
+    assert rollout.joints[0] == pytest.approx(there or UR5E.home, abs=5e-3)
+    assert rollout.opening[[0, -1]] == pytest.approx([opening or UR5E.gripper.opening[1]] * 2, abs=1e-3)
+
+
+def test_a_closed_gripper_opens_when_it_is_told() -> None:
+    """Its registers say that it is closed: else an order to open would be nothing new."""
+    from cramlite_plugins.simulation.execute import execute
+
+    text = (
+        'def p():\n  socket_open("127.0.0.1", 63352, "g")\n  textmsg(socket_get_var("PRE", "g"))\n'
+        '  socket_set_var("POS", 0, "g")\n  sleep(2.0)\nend\n'
+    )
+    world = World((), (RobotMount("arm", "ur5e", opening=0.0),))
+    rollout = execute(text, world, {"ur5e": UR5E}, mount="arm")
+    assert rollout.messages[0].text == "255"
+    assert rollout.opening[0] < 0.002 and rollout.opening[-1] > 0.08
