@@ -96,7 +96,8 @@ def test_motions_lead_to_named_poses() -> None:
 
 
 def test_sections_name_task_and_objects_once() -> None:
-    text = emit(replace(program(*STEPS), sections=(Section("1.Reaching", "Reaching: Patient box", 0, 7), Section("2.Waiting", "Waiting", 7, 8))), UR5E).text
+    sections = (Section("1.Reaching", "Reaching: Patient box", 0, 7), Section("2.Waiting", "Waiting", 7, 8))
+    text = emit(replace(program(*STEPS), sections=sections), UR5E).text
     assert "\n  # ---- 1.Reaching: Patient box (steps 1 to 7) ----\n" in text
     assert "\n  # ---- 2.Waiting (step 8) ----\n" in text
 
