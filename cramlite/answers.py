@@ -44,11 +44,14 @@ class Refused:
         value: the alternative in words.
         reason: a clause with numbers and units.
         passed: how many checks it passed before: the nearest miss passed most.
+        because: designators whose choices are to blame, beyond those that the asked one refers to: without them the
+            search would not go back and change them.
     """
 
     value: str
     reason: str
     passed: int = 0
+    because: tuple[str, ...] = ()
 
 
 Answer = Grounding | Refused

@@ -108,7 +108,7 @@ def build_plan(name: str, calls: Sequence[Call], objects: Mapping[str, Object]) 
     always = {f for c in task_calls(calls, alternatives=False) for f in c.roles.values()}
     needed = {constrained[f].part_of for f in always if f in constrained} | always
     ordered = _in_order(o for filler, o in constrained.items() if filler in needed or o.name in needed)
-    return Plan(name, ordered, _with_goals(actions, types, HOME)[0])
+    return Plan(name, ordered, _with_goals(actions, types, (HOME, None))[0])
 
 
 def _in_order(objects: Iterable[Object]) -> tuple[Object, ...]:
@@ -137,21 +137,25 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], i
     return compound(call.kind, name, branches, **call.parameters)
 
 
-def _with_goals(
-    actions: Sequence[Any], types: Mapping[str, TaskType], goal: Location
-) -> tuple[tuple[Any, ...], Location]:
-    """A free motion leads to where the next task begins, the last one to ``goal``; and where the first one begins."""
+Ahead = tuple[Location, Action | None]
+"""Where the next task begins that says so, and that task."""
+
+
+def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
+    """A free motion leads to where the next task begins, the last one to what is ``ahead``; and what is ahead of all."""
     result: list[Action] = []
     for action in reversed(actions):
         if isinstance(action, Compound):
-            done = [_with_goals(branch, types, goal) for branch in action.branches]
-            action, goal = replace(action, branches=tuple(branch for branch, _ in done)), done[0][1]
+            done = [_with_goals(branch, types, ahead) for branch in action.branches]
+            action, ahead = replace(action, branches=tuple(branch for branch, _ in done)), done[0][1]
         elif isinstance(action, Action):
-            if types[action.task].leads_on:
-                action = replace(action, goal=goal)
-            goal = types[action.task].begins_at(action) or goal
+            task = types[action.task]
+            if task.leads_on:
+                action = replace(action, goal=task.leads_to(action, ahead[1], ahead[0]))
+            begins = task.begins_at(action)
+            ahead = (begins, action) if begins else ahead
         result.append(action)
-    return tuple(reversed(result)), goal
+    return tuple(reversed(result)), ahead
 
 
 def _effectors(episode: Episode) -> set[str]:

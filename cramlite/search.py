@@ -216,6 +216,7 @@ class Search:
             for answer in answers:
                 conflict |= _domain(item, state)
                 if isinstance(answer, Refused):
+                    conflict |= {name for name, _ in state.choices} & set(answer.because)
                     self.trace.add(node, item.name, answer.value, "refused", plugin, answer.reason, None, answer.passed)
                 elif isinstance(answer, Grounding):
                     yield plugin, answer

@@ -109,6 +109,14 @@ class TaskType(ABC):
         """Where the arm stands when the task begins: the goal of a free motion that leads to it."""
         return None
 
+    def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
+        """Where a free motion goes: to ``goal``, where the task that follows begins, unless its own roles say else.
+
+        Args:
+            following: the next task that says where it begins; None if no other follows, and ``goal`` is home.
+        """
+        return goal
+
     def role(self, name: str) -> Role | None:
         """The role of that name, or None."""
         return next((r for r in self.roles if r.name == name), None)

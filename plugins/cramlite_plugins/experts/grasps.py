@@ -86,14 +86,14 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from .reach import bound, make_scene, stance
+    from .reach import bound, make_scene, stance, whereabouts
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     grips = ranked(thing, context.robot.gripper, belief.world.physics.pad_friction)
     if not grips:
         raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
-    pose = belief.pose(thing.name)
+    pose = whereabouts(belief, location, context)
     scenes: dict[float, tuple[object, object]] = {}
     for grip in grips:
         opening = min(grip.width + SLACK, context.robot.gripper.opening[1])

@@ -46,8 +46,9 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     """Whether an entity has the class, or else the features and affordances, that are wanted."""
     classes, feature, thing = context.taxonomy, belief.feature(entity), belief.thing(entity)
     own = feature.type if feature else thing.type
-    if entity in {v for k, v in context.bindings.items() if k != wanted.name and isinstance(v, str)}:
-        return Refused(entity, "already plays another role")
+    taken = next((k for k, v in context.bindings.items() if k != wanted.name and v == entity), None)
+    if taken is not None:
+        return Refused(entity, f"already plays another role: it is {taken}", because=(taken,))
     has = [own] if feature else [f.type for f in thing.features]
     for need in wanted.features:
         if not any(classes.is_a(f, need) for f in has):

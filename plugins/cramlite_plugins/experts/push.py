@@ -23,15 +23,13 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """One place for each of the four upright faces, the one that is pushed straight away from the robot first."""
-    from .reach import bound, causes, make_scene, shift, stance
+    from .reach import bound, make_scene, shift, stance, whereabouts
 
     entity = bound(context, location.of)
     thing, gripper = belief.thing(entity), context.robot.gripper
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
-    if thing.name not in belief.poses:
-        raise Unresolvable(f"where '{entity}' came to lie is not known", causes(location, context))
-    pose, shut = belief.pose(thing.name), gripper.opening[0]
+    pose, shut = whereabouts(belief, location, context), gripper.opening[0]
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
     up = np.array([0.0, 0.0, 1.0])
     low, top = -support(thing, pose, -up), support(thing, pose, up)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cramlite import Belief, Context, Grounding, Location, Place, Pose, Unresolvable, World
+from cramlite import EARLIER_TASKS, Belief, Context, Grounding, Location, Place, Pose, Unresolvable, World
 from cramlite_plugins.motions.kinematics import forward, inverse, reach_shortfall
 from cramlite_plugins.motions.scene import Scene, scene
 
@@ -118,6 +118,20 @@ def stance(place: Scene, context: Context, pose: Pose, seed: Joints) -> Joints |
 def bound(context: Context, name: str | None) -> str:
     """The entity that a variable was bound to; "" for no variable."""
     return str(context.bindings[name]) if name else ""
+
+
+def whereabouts(belief: Belief, location: Location, context: Context) -> Pose:
+    """Pose in the base frame of the thing that a location refers to.
+
+    Raises:
+        Unresolvable: it is in the hand, or was let go of where nobody can say how it fell.
+    """
+    thing = bound(context, location.of).split("/")[0]
+    if thing in belief.poses:
+        return belief.pose(thing)
+    held = belief.held is not None and belief.held.thing == thing
+    reason = f"'{thing}' is in the hand" if held else f"where '{thing}' came to lie is not known"
+    raise Unresolvable(reason, because=(EARLIER_TASKS, *causes(location, context)))
 
 
 def shift(pose: Pose, by: ArrayLike) -> Pose:

@@ -16,6 +16,7 @@ from cramlite import (
     Unresolvable,
     hookimpl,
 )
+from cramlite_plugins.experts.near import near
 
 HOME = Location("home", "home")  # where a free motion leads when nothing follows it
 
@@ -32,14 +33,20 @@ class Reaching(TaskType):
             raise Unresolvable(
                 f"the gripper holds '{belief.held.thing}'; only an empty hand reaches", because=(EARLIER_TASKS,)
             )
-        goal = action.goal or HOME
-        if goal == HOME and "Goal" in action.roles:  # nothing that follows says where: to where it could be grasped
+        goal = action.goal or self.leads_to(action, None, HOME)
+        if goal.relation == "near":  # where it could be grasped is better than just near it
             name = action.roles["Goal"].name
-            near = Location(f"grasp({name})", "grasp", name)
-            move = Motion(action.inside("move"), "transfer", near, reason=f"to the stand-off of {near}")
-            yield Decomposition((near, move), f"collision-free motion to {near}")
+            grasp = Location(f"grasp({name})", "grasp", name)
+            move = Motion(action.inside("move"), "transfer", grasp, reason=f"to the stand-off of {grasp}")
+            yield Decomposition((grasp, move), f"collision-free motion to {grasp}")
         move = Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}")
         yield Decomposition((move,), f"collision-free motion to {goal}", 1.0)
+
+    def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
+        """To where the next task begins, if that is at what is reached for; else near that."""
+        there = action.roles.get("Goal")
+        about = {n for o in (following.roles.values() if following else ()) for n in (o.name, o.part_of)}
+        return goal if there is None or there.name in about else near(there)
 
 
 @hookimpl

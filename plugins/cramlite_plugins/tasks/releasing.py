@@ -4,7 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import (
+    EARLIER_TASKS,
+    Action,
+    Belief,
+    Decomposition,
+    Location,
+    Motion,
+    Role,
+    TaskType,
+    Unresolvable,
+    hookimpl,
+)
+from cramlite_plugins.experts.near import near
 
 
 class Releasing(TaskType):
@@ -26,17 +38,26 @@ class Releasing(TaskType):
             down = Action(action.inside("PuttingDown"), "soma:PuttingDown", action.roles)
             yield Decomposition((down, *steps), "it is in the air: put it down first, then open the fingers")
 
+    def begins_at(self, action: Action) -> Location | None:
+        """What is held is brought there, not to where the next task begins, when nothing is held any more."""
+        return near(action.roles["Relatum"]) if "Relatum" in action.roles else None
+
 
 def _rests(action: Action, belief: Belief) -> bool:
     """Whether what is held is where it would stay: not moved since it was grasped, known to rest there, or nothing that
     it could be put down on is named."""
     held, relatum = belief.held, action.roles.get("Relatum")
     assert held is not None
-    if relatum is None or relatum.entity is None or held.joints == belief.joints:
+    if relatum is None or relatum.entity is None:
         return True
     there = relatum.entity.split("/")[0]
-    known = any(belief.relates(p, held.thing) == there for p in ("on", "hangs_on", "in"))
-    return known or belief.feature(relatum.entity, "vrps:SurfaceFeature") is None
+    if any(belief.relates(p, held.thing) == there for p in ("on", "hangs_on", "in")):
+        return True
+    if belief.feature(there, "vrps:Peg"):
+        raise Unresolvable(
+            f"'{held.thing}' does not hang on '{there}'", (EARLIER_TASKS, *(o.name for o in action.roles.values()))
+        )
+    return held.joints == belief.joints or belief.feature(relatum.entity, "vrps:SurfaceFeature") is None
 
 
 @hookimpl

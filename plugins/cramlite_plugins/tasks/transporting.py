@@ -16,6 +16,7 @@ from cramlite import (
     Unresolvable,
     hookimpl,
 )
+from cramlite_plugins.experts.near import near
 
 
 class Transporting(TaskType):
@@ -33,15 +34,22 @@ class Transporting(TaskType):
             if there is None or hanger.split("/")[0] != (there.entity or "").split("/")[0]:
                 held = tuple(o.name for o in action.roles.values())
                 raise Unresolvable(
-                    f"'{belief.held.thing}' hangs on '{hanger}' and must be pulled off first", because=(EARLIER_TASKS, *held)
+                    f"'{belief.held.thing}' hangs on '{hanger}' and must be pulled off first",
+                    because=(EARLIER_TASKS, *held),
                 )
             yield Decomposition((), f"it hangs on '{hanger}' already")
             return
-        goal = action.goal or Location("home", "home")
+        goal = action.goal or self.leads_to(action, None, Location("home", "home"))
         yield Decomposition(
             (Motion(action.inside("carry"), "transfer", goal, reason=f"to the stand-off of {goal}"),),
             f"collision-free motion to {goal}",
         )
+
+    def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
+        """To where the next task begins, if that is at the destination; else near it."""
+        there = action.roles.get("Destination")
+        about = {n for o in (following.roles.values() if following else ()) for n in (o.name, o.part_of)}
+        return goal if there is None or there.name in about else near(there)
 
 
 @hookimpl
