@@ -256,3 +256,19 @@ def test_what_tasks_are_made_of(
     assert any(says in s for s in said) if says else not said
     assert not trial.registry.faults
     assert len(trial.trace.entries) < 40  # it is seen at once, not when the budget is spent
+
+
+TAKEN = """
+@hookimpl
+def resolve_object(designator, belief, context):
+    for entity in (("basket", "table") if designator.name == "under" else ("basket",)):
+        by = next((k for k, v in context.bindings.items() if v == entity), None)
+        yield Refused(entity, "taken", because=BECAUSE and (by,) or ()) if by else Grounding(entity, "fits")
+"""
+
+
+@pytest.mark.parametrize("because", [True, False])
+def test_a_refusal_names_the_choice_that_is_to_blame(plugin: Plugin, because: bool) -> None:
+    trial = Trial(plugin("taken", f"BECAUSE = {because}\n{TAKEN}"))
+    found = trial.bindings(Object("under"), Object("into"))
+    assert found == ([{"under": "table", "into": "basket"}] if because else [])  # not named, not gone back to

@@ -24,13 +24,16 @@ class _Spec(BaseModel):
 class SetSpec(_Spec):
     """Demonstrations: of each object ``count``, with the seeds ``first`` + 100 j + 0, 1, ... for the j-th object.
 
-    ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes.
+    ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes. With
+    ``until_solved`` the candidates after the first that succeeds in execution are not tried: the set then says how many
+    demonstrations are solved, and its rates over candidates are of those that were tried.
     """
 
     first: int = Field(ge=1)
     count: int = Field(default=10, ge=1, le=100)
     short: int = Field(default=2, ge=1)
     scenario: str | None = None
+    until_solved: bool = False
     about: str = ""
 
 

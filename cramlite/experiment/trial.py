@@ -119,16 +119,16 @@ def _demonstrated(trial: Trial, store: Store, place: Bench) -> DemonstrationResu
             return DemonstrationResult(one.name, one.object, one.seed, 0, 0, 0, (), f"interpret: {error}", watch.read())
     ablation = place.experiment.ablation(trial.without)
     seconds, most = watch.read(), ablation.candidates or place.experiment.spec.most_candidates
-    tried = listed[:most]
-    results = tuple(
-        store.candidate(one.name, k) or _candidate(trial, store, place, k, sequence, episode)
-        for k, sequence in enumerate(tried, 1)
-    )
+    results: tuple[CandidateResult, ...] = ()
+    for k, sequence in enumerate(listed[:most], 1):
+        results = (*results, store.candidate(one.name, k) or _candidate(trial, store, place, k, sequence, episode))
+        if results[-1].executed and place.experiment.choose(trial.set_name).until_solved:
+            break
     holes = len(found.holes)
     reason = (
         "" if results else f"interpret: {found.count()} readings, none agrees with itself; {holes} actions unexplained"
     )
-    counts = (found.count(), len(listed), len(tried))
+    counts = (found.count(), len(listed), len(results))
     return DemonstrationResult(one.name, one.object, one.seed, *counts, results, reason, seconds)
 
 

@@ -10,9 +10,10 @@ import numpy as np
 from cramlite import Answers, Belief, Context, Grounding, Location, Object, Place, Pose, Refused, hookimpl
 from cramlite.geometry import Floats
 
-GAPS = (0.05, 0.1)
-"""Between the two bodies [m]: more than the clearance of paths, and with half of what fits a hand less than the 0.15 m that the
-predicate 'near' allows from a thing's middle to another's box."""
+from .place_predicates import NEAR
+
+GAPS = (0.03, 0.06)
+"""Between the two bodies [m]: more than paths keep, and with half of most things that fit a hand less than ``NEAR``."""
 TURNS = (0.0, 45.0, -45.0, 90.0, -90.0)  # of the hand about the vertical, from facing it [deg]
 PER_TURN = 0.1  # cost of a radian of turn, as of putting down
 PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough
@@ -35,7 +36,10 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     there, entity, hand = whereabouts(belief, location, context), bound(context, location.of), tcp(belief, context)
     scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
     options = []
-    for name, point in _around(entity, there, hand * to_body, belief):
+    for name, point, gap in _around(entity, there, hand * to_body, belief):
+        if gap >= NEAR:
+            yield Refused(name, f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm")
+            continue
         facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])
         for yaw in TURNS:
             turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
@@ -51,8 +55,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             yield Grounding(Place(pose, pose), name, cost, key=name)
 
 
-def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, Floats]]:
-    """Where the origin of the hand, or of what it holds, would be: base frame."""
+def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, Floats, float]]:
+    """Where the origin of the hand, or of what it holds, would be, in the base frame, and how far from the thing [m]."""
     from .push import support
 
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
@@ -63,4 +67,4 @@ def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tu
         own = support(held, Pose((0, 0, 0), body.quaternion), -way) if held else 0.0
         reach = support(thing, there, way) - float(middle @ way)
         for gap in GAPS:
-            yield f"{1000 * gap:.0f} mm {name}", middle + way * (reach + gap + own)
+            yield f"{1000 * gap:.0f} mm {name}", middle + way * (reach + gap + own), gap + own

@@ -51,7 +51,7 @@ def _rests(action: Action, belief: Belief) -> bool:
     if relatum is None or relatum.entity is None:
         return True
     there = relatum.entity.split("/")[0]
-    if any(belief.relates(p, held.thing) == there for p in ("on", "hangs_on", "in")):
+    if any((belief.relates(p, held.thing) or "").split("/")[0] == there for p in ("on", "hangs_on", "in")):
         return True
     if belief.feature(there, "vrps:Peg"):
         raise Unresolvable(
