@@ -10,7 +10,6 @@ import pytest
 
 from cramlite import Belief, Context, Engine, Grounding, Location, Object, Pose, Refused, Unresolvable
 from cramlite.belief import Held, initial_belief
-
 from cramlite.world import RobotMount, World
 from cramlite_plugins.episodes.entities import bounds
 from cramlite_plugins.experts import grasps, near
@@ -60,7 +59,9 @@ def test_what_is_held_comes_near_without_a_collision(name: str) -> None:
 
 
 def test_the_empty_hand_comes_near_too() -> None:
-    first = next(a for a in near.resolve_location(_at("shelf"), _belief(), _context()) or () if isinstance(a, Grounding))
+    first = next(
+        a for a in near.resolve_location(_at("shelf"), _belief(), _context()) or () if isinstance(a, Grounding)
+    )
     assert first.value.pose.position != forward(UR5E, UR5E.home).position
 
 

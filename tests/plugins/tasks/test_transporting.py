@@ -15,7 +15,8 @@ from cramlite_plugins.tasks.releasing import Releasing
 from cramlite_plugins.tasks.transporting import Transporting
 
 HANGS = replace(
-    initial_belief(World(()), "arm", (0.0,), 0.08, [("hangs_on", "coffee", "hook/peg")]), held=Held("coffee", Pose(), 0.05)
+    initial_belief(World(()), "arm", (0.0,), 0.08, [("hangs_on", "coffee", "hook/peg")]),
+    held=Held("coffee", Pose(), 0.05),
 )
 
 
