@@ -25,6 +25,7 @@ from .index import RobotIndex
 from .nominal_arm import NominalArm, cross
 from .platform_drive import PlatformDrive
 from .ur_motion import Motion, Slowed, blended_motion, joint_motion, linear_motion, slowed
+from .ur_process import process_motion
 from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
@@ -146,6 +147,14 @@ class Controller:
     def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
         """Start a movel. In force mode it starts where the motion before it ended, without what gave way."""
         return self._begin(linear_motion(self._start(), goal, speed, acceleration))
+
+    def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
+        """Start several movep that blend into one another; ``radii`` are those of all goals but the last.
+
+        Raises:
+            ValueError: a line has no length, a radius takes more than half of one, or the way turns straight back.
+        """
+        return self._begin(process_motion([self._start(), *goals], radii, speed, acceleration))
 
     def way(self, goal: Pose) -> float:
         """How long the way of a movel is [m]; a turn counts by its lever."""

@@ -28,7 +28,7 @@ from .urscript.values import PoseValue, as_pose, from_pose, numbers, real, show
 
 Wait = Generator[None, None, None]
 NAMES = (
-    "movej", "movel", "stopj", "stopl", "force_mode", "end_force_mode", "zero_ftsensor", "get_tcp_force", "force",
+    "movej", "movel", "movep", "stopj", "stopl", "force_mode", "end_force_mode", "zero_ftsensor", "get_tcp_force", "force",
     "get_actual_tcp_pose", "get_actual_joint_positions", "get_target_tcp_pose", "get_target_joint_positions",
     "get_forward_kin", "get_inverse_kin", "set_tcp", "set_payload", "set_target_payload", "is_steady", "sleep", "sync",
     "get_steptime", "textmsg", "popup", "halt",
@@ -60,6 +60,7 @@ class Functions:
         self.streaming = Streaming(controller)
         self.settings = Settings(controller)
         self.blending: list[tuple[Floats, tuple[float, float], float]] = []
+        self.process: list[tuple[Pose, tuple[float, float], float]] = []
 
     def library(self) -> Library:
         """Every function by name, the pure ones included."""
@@ -90,6 +91,25 @@ class Functions:
         goal = as_pose(pose, "movel") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movel")
         self._only_here()
         yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.way(goal))))
+
+    def movep(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> Wait:
+        goal = as_pose(pose, "movep") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movep")
+        radius, rates = real(r, "movep"), _rates(v, a, "movep", 0, 0.0)
+        if radius < 0:
+            raise ScriptError(f"movep needs a blend radius of 0 or more, not {show(r)}")
+        if any(rates != earlier for _, earlier, _ in self.process):
+            raise ScriptError("movep: the tool goes through its blends at one speed: give all of them the same v and a")
+        self._only_here()
+        self.process.append((goal, rates, radius))
+        if radius > 0:
+            return  # the next movep, in the same cycle, starts the motion
+        goals, _, radii = map(list, zip(*self.process, strict=True))
+        self.process.clear()
+        try:
+            motion = self.arm.move_process(goals, radii[:-1], *rates)
+        except ValueError as error:
+            raise ScriptError(f"movep: {error}") from None
+        yield from self._follow(motion)
 
     def stopj(self, a: Any) -> Wait:
         yield from self._stop(a, "stopj")
@@ -213,13 +233,16 @@ class Functions:
         """Once a cycle, after every thread has run until it waits.
 
         Raises:
-            ScriptError: a movej that is to be blended is not followed by another one: where in its zone the arm
+            ScriptError: a movej or movep that is to be blended is not followed by another one: where in its zone the arm
                 would have to be by then is not modelled.
         """
-        if self.blending:
-            raise ScriptError("a movej with a blend radius must be followed by another movej, and nothing between them may wait")
+        for name, waiting in (("movej", self.blending), ("movep", self.process)):
+            if waiting:
+                raise ScriptError(f"a {name} with a blend radius must be followed by another {name}, and nothing between them may wait")
 
     def _only_here(self) -> None:
+        if self.blending and self.process:
+            self.check()
         if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
