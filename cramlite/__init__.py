@@ -180,7 +180,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
         raise AttributeError(f"module 'cramlite' has no attribute '{name}'")
-    return getattr(importlib.import_module(f".{_HOME_OF[name]}", __name__), name)
+    found = globals()[name] = getattr(importlib.import_module(f".{_HOME_OF[name]}", __name__), name)
+    return found
 
 
 def __dir__() -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .errors import UserError
 from .plugin_choice import INSTALLED, PluginChoice
@@ -29,16 +29,16 @@ def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
         return _check_program(path, plugins)
     if path.suffix == ".json":
         return _check_typed(path, plugins)
-    if path.suffix in (".yaml", ".yml") and path.is_file() and _is_rule(path):
-        return _check_rule(path, plugins)
-    return _check_scenario(find_scenario(name), plugins)
+    return _check_yaml(find_scenario(name), plugins)
 
 
-def _is_rule(path: Path) -> bool:
+def _check_yaml(path: Path, plugins: PluginChoice) -> int:
     from .yaml_file import load_yaml
 
     data = load_yaml(path)
-    return isinstance(data, dict) and "task" in data and "scenario" not in data
+    if isinstance(data, dict) and "task" in data and "scenario" not in data:
+        return _check_rule(path, plugins)
+    return _check_scenario(path, data, plugins)
 
 
 def _check_rule(path: Path, plugins: PluginChoice) -> int:
@@ -51,12 +51,12 @@ def _check_rule(path: Path, plugins: PluginChoice) -> int:
     return 0
 
 
-def _check_scenario(path: Path, plugins: PluginChoice) -> int:
-    from .pipeline import make_engine
-    from .scenario import read_scenario
+def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
+    from .plugin_choice import make_engine
+    from .scenario import scenario_from
     from .trace import Trace
 
-    scenario = read_scenario(path)
+    scenario = scenario_from(path, data)
     engine = make_engine(scenario, plugins)
     setting = engine.setting(scenario)
     things = len(setting.world.things)

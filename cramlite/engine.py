@@ -347,7 +347,7 @@ class Engine:
         Raises:
             UserError: the goal is none, names what there is not, or holds already.
         """
-        from .goal_plans import as_tasks, impossible, meant, task_plans, wanted
+        from .goal_plans import as_tasks, impossible, meant, task_plans, wanted, with_sides
         from .goals import Goal, plan_from_tasks
         from .operators import Grounder, facts_of
         from .scenario import Scenario
@@ -362,13 +362,14 @@ class Engine:
             target, found = wanted(choice.says, grounder, where), False
             if target.met(facts):
                 raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
-            for plan in task_plans(target, facts, operators):
+            fit = with_sides(target, operators, knowledge.tasks)
+            for plan in task_plans(target, facts, fit):
                 found = True
                 for step, reason in zip(plan.steps, plan.reasons, strict=True):
                     trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}")
-                yield plan_from_tasks(world.name, as_tasks(plan, knowledge.tasks), knowledge.tasks, world.world)
+                yield plan_from_tasks(world.name, as_tasks(plan, knowledge.tasks, target), knowledge.tasks, world.world)
             if not found:
-                trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, operators))
+                trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit))
 
     def attempts(
         self,

@@ -10,14 +10,14 @@ from __future__ import annotations
 import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 from .errors import UserError, nearest
 from .goals import Goal
-from .operators import GRIPPER, Fact, Grounder, Operator, Pattern, matches
+from .operators import GRIPPER, Fact, Grounder, Operator, Pattern, contents, matches
 from .scenario import ObjectSpec
-from .scenario_tasks import TaskSpec
+from .scenario_tasks import TaskSpec, WhereSpec
 from .tasks import TaskType
 
 LONGEST = 10
@@ -26,20 +26,35 @@ LONGEST = 10
 TRIED = 20000
 """States that are looked at: with ten things and pegs a four-task sequence takes some hundred."""
 
-WORDS = ("on", "in", "held", "open", "closed")
-"""What a goal may say of a thing; "on" a thing with a peg means that it hangs there."""
+FORMS = "'THING on PLACE', 'THING in PLACE', 'THING off PLACE', 'VESSEL poured into VESSEL', 'THING held', 'THING open' or 'THING closed'"
+"""What a goal may say; "on" a thing with a peg means that it hangs there."""
+
+SIDES = {"near": "near", "left of": "left_of", "right of": "right_of", "in front of": "in_front_of", "behind": "behind"}
+"""Where on or in the place, beside another thing: the words of a goal, and a task's ``where``."""
+
+PLACED = "placed"
+"""Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot."""
 
 NEEDLESS = "no step asks for what it changes"
 
-_GOAL = re.compile(r"(\w+) (?:hangs |stands |lies |is )?(on|in|held|open|closed)(?: (\w+))?")
+_GOAL = re.compile(
+    r"(\w+) (?:hangs |stands |lies |is )?(on|in|off|poured into|held|open|closed)(?: (\w+)(?: ({}) (\w+))?)?".format(
+        "|".join(SIDES)
+    )
+)
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What must hold in the end, and what may not."""
+    """What must hold in the end, and what may not.
+
+    Args:
+        sides: fact that a thing was placed -> the ``where`` of the task that places it.
+    """
 
     needs: frozenset[Fact]
     without: frozenset[Pattern]
+    sides: Mapping[Fact, Mapping[str, str]] = field(default_factory=dict)
 
     def met(self, facts: frozenset[Fact]) -> bool:
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
@@ -54,38 +69,70 @@ class TaskPlan:
 
 
 def wanted(goals: Iterable[str], grounder: Grounder, where: str = "") -> Wanted:
-    """The facts of goals such as "coffee on hook", "tin in basket", "cup held", "drawer open".
+    """The facts of goals such as "coffee on hook", "tin in basket near cup", "tea off hanger", "drawer open".
 
     Raises:
         UserError: a goal that is none of these, or names what there is not.
     """
     needs: set[Fact] = set()
     without: set[Pattern] = set()
+    sides: dict[Fact, dict[str, str]] = {}
     for text in goals:
         said = _GOAL.fullmatch(text.strip())
-        if said is None or (said[2] in ("on", "in")) != (said[3] is not None):
+        if said is None or (said[2] in ("held", "open", "closed")) != (said[3] is None):
             raise UserError(
-                f"{where}'{text}' is no goal; say 'THING on PLACE', 'THING in PLACE', 'THING held', 'THING open' or 'THING closed'."
+                f"{where}'{text}' is no goal; say {FORMS}; a place may end in 'near', {_quoted(SIDES)} THING."
             )
-        for name in filter(None, (said[1], said[3])):
+        thing, word, place, side, other = said.groups()
+        for name in filter(None, (thing, place, other)):
             if name not in grounder.things:
                 raise UserError(f"{where}the goal '{text}' names '{name}'; {nearest(name, grounder.things)}.")
-        more, no = _facts(said[1], said[2], said[3] or "", grounder)
+        more, no = _facts(thing, word, place or "", grounder, f"{where}the goal '{text}'")
+        if side:
+            if word not in ("on", "in") or grounder.things[place].feature("vrps:Peg"):
+                why = f"'{side}' chooses a spot on a surface or in a container, and there is none here"
+                raise UserError(f"{where}the goal '{text}': {why}.")
+            if other in (thing, place):
+                why = f"what it is '{side}' must be another thing than '{thing}' and '{place}'"
+                raise UserError(f"{where}the goal '{text}': {why}.")
+            fact = (PLACED, place, thing)
+            more, sides[fact] = more | {fact}, {SIDES[side]: other}
         needs |= more
         without |= no
-    return Wanted(frozenset(needs), frozenset(without))
+    return Wanted(frozenset(needs), frozenset(without), sides)
 
 
-def _facts(thing: str, word: str, place: str, grounder: Grounder) -> tuple[set[Fact], set[Pattern]]:
+def _quoted(words: Iterable[str]) -> str:
+    return ", ".join(f"'{w}'" for w in words if w != "near")
+
+
+def _facts(thing: str, word: str, place: str, grounder: Grounder, what: str) -> tuple[set[Fact], set[Pattern]]:
     free: set[Pattern] = {("grasps", None, thing), ("touches", GRIPPER, thing)}
     if word == "held":
         return {("grasps", GRIPPER, thing)}, set()
     if word in ("open", "closed"):
         return {(f"joint_{word}", thing)}, {("touches", GRIPPER, thing)}
+    if word == "poured into":
+        if contents(thing) not in grounder.contents:
+            raise UserError(f"{what}: '{thing}' holds nothing that could be poured.")
+        lifted: set[Pattern] = {("supports", None, thing)}  # its rule does not ask for it, but nobody tilts what stands
+        return {("contains", place, contents(thing))}, lifted
     if word == "in":
         return {("in_or_above", thing, place)}, free
     peg = grounder.things[place].feature("vrps:Peg")
-    return {("touches", thing, f"{place}/{peg.name}") if peg else ("supports", place, thing)}, free
+    there: Fact = ("touches", thing, f"{place}/{peg.name}") if peg else ("supports", place, thing)
+    return (set(), {there}) if word == "off" else ({there}, free)
+
+
+def with_sides(goal: Wanted, operators: Iterable[Operator], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
+    """Operators that also say where they put what the goal wants beside something: those whose tasks choose the spot."""
+    return tuple(replace(o, adds=o.adds | _placed(o, goal)) if tasks[o.task].places else o for o in operators)
+
+
+def _placed(operator: Operator, goal: Wanted) -> set[Fact]:
+    made = {("supports", p, t) for _, p, t in goal.sides} | {("in_or_above", t, p) for _, p, t in goal.sides}
+    pairs = {f[1:] if f[0] == "supports" else f[:0:-1] for f in operator.adds & made}
+    return {f for f in goal.sides if f[1:] in pairs}
 
 
 def task_plans(
@@ -164,9 +211,16 @@ def impossible(goal: Wanted, operators: Iterable[Operator]) -> str:
     return f"no sequence of at most {LONGEST} tasks achieves it"
 
 
-def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType]) -> list[TaskSpec]:
-    """The tasks of a plan as a scenario would list them."""
-    return [TaskSpec(task=s.task, roles=_fillers(s, tasks[s.task])) for s in plan.steps]
+def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: Wanted | None = None) -> list[TaskSpec]:
+    """The tasks of a plan as a scenario would list them; those that the goal wants beside something with their ``where``."""
+    sides = goal.sides if goal else {}
+    chosen = [
+        next((WhereSpec.model_validate(sides[f]) for f in sorted(s.adds) if f in sides), None) for s in plan.steps
+    ]
+    return [
+        TaskSpec(task=s.task, roles=_fillers(s, tasks[s.task]), where=where)
+        for s, where in zip(plan.steps, chosen, strict=True)
+    ]
 
 
 def _fillers(step: Operator, task: TaskType) -> dict[str, str]:

@@ -82,6 +82,11 @@ def whole(entity: str) -> str:
     return entity.split("/")[0]
 
 
+def contents(vessel: str) -> str:
+    """What a vessel was filled with, as an entity."""
+    return f"{vessel}/contents"
+
+
 class Grounder:
     """Rules over the things of one world become operators.
 
@@ -93,6 +98,7 @@ class Grounder:
     def __init__(self, world: World, taxonomy: Taxonomy) -> None:
         self.world, self.taxonomy = world, taxonomy
         self.things = {t.name: t for t in world.things}
+        self.contents = [contents(t.name) for t in world.things if t.filling is not None]
         self.types = {GRIPPER: "soma:Gripper", **{t.name: t.type for t in world.things}}
         self.types |= {f"{t.name}/{f.name}": f.type for t in world.things for f in t.features}
 
@@ -104,7 +110,9 @@ class Grounder:
         clauses = [(c.phase, part) for c in rule.clauses if c.phase != "run" for part in _parts(c.condition)]
         names = list(dict.fromkeys((*rule.roles, *(v for _, c in clauses for v in _variables(c)))))
         asked = [c for _, c in clauses if isinstance(c, Atom) and c.predicate.name in STATIC]
-        for fillers in product(*(self._candidates(n, asked, task) for n in names)):
+        atoms = [c for _, c in clauses if isinstance(c, Atom) and c.predicate.name == "contains"]
+        inside = {v[1] for v in map(_variables, atoms) if len(v) == 2}
+        for fillers in product(*(self.contents if n in inside else self._candidates(n, asked, task) for n in names)):
             binding = dict(zip(names, fillers, strict=True))
             if len(set(fillers)) == len(fillers) and (found := self._bound(rule, task, clauses, binding)):
                 yield found
@@ -251,10 +259,12 @@ def _untouched(pattern: Pattern) -> set[Pattern]:
 
 
 def facts_of(world: World, relations: Iterable[tuple[str, str, str]]) -> frozenset[Fact]:
-    """What holds at the start: what hangs, what stands on what, what is open; the gripper is empty."""
+    """What holds at the start: what hangs, what stands on what, what is open, what is filled; the gripper is empty."""
     facts: set[Fact] = set()
     hanging = {s: o for p, s, o in relations if p == "hangs_on"}
     for thing in world.things:
+        if thing.filling is not None:
+            facts.add(("contains", thing.name, contents(thing.name)))
         hanger = hanging.get(thing.name)
         if hanger is not None:
             peg = world.thing(whole(hanger)).feature("vrps:Peg")

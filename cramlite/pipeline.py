@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 from . import __version__
 from .errors import NoSolution, PluginError, UserError, nearest
 from .explain import as_json, failure_text, solution_text
-from .plugin_choice import INSTALLED
-from .registry import plugin_names
+from .plugin_choice import INSTALLED, make_engine
 from .resources import find_scenario
 from .run import RunDirectory, content_key, read_json
 from .scenario import read_scenario
@@ -167,24 +166,6 @@ def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) 
     episode = simulator.episode(rollout, scenario.name)
     simulator.save_episode(episode, out)
     return episode
-
-
-def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
-    """An engine with what the command line and the scenario ask for.
-
-    Raises:
-        UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
-    """
-    named = bool(scenario.spec.block or scenario.spec.prefer)
-    known = plugin_names(plugins.files) if named else set()
-    for key, names in (("block", scenario.spec.block), ("prefer", scenario.spec.prefer)):
-        for k, name in enumerate(names):
-            if name not in known:
-                raise UserError(
-                    f"{scenario.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}."
-                )
-    ontologies = tuple(scenario.beside(o) for o in scenario.spec.ontologies)
-    return plugins.but(scenario.spec.block, scenario.spec.prefer).engine(ontologies)
 
 
 def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:

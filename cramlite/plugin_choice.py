@@ -6,9 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .errors import UserError, nearest
+
 if TYPE_CHECKING:
     from .engine import Engine
     from .registry import Registry
+    from .scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -54,3 +57,23 @@ class PluginChoice:
 
 INSTALLED = PluginChoice()
 """Every plugin that is installed, and no other."""
+
+
+def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
+    """An engine with what the command line and the scenario ask for.
+
+    Raises:
+        UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
+    """
+    from .registry import plugin_names
+
+    named = bool(scenario.spec.block or scenario.spec.prefer)
+    known = plugin_names(plugins.files) if named else set()
+    for key, names in (("block", scenario.spec.block), ("prefer", scenario.spec.prefer)):
+        for k, name in enumerate(names):
+            if name not in known:
+                raise UserError(
+                    f"{scenario.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}."
+                )
+    ontologies = tuple(scenario.beside(o) for o in scenario.spec.ontologies)
+    return plugins.but(scenario.spec.block, scenario.spec.prefer).engine(ontologies)

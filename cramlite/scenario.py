@@ -55,7 +55,7 @@ class ThingSpec(_Spec):
     type: str | None = None
     at: PoseSpec | None = None
     hangs_on: HangSpec | None = None
-    parameters: dict[str, Any] = Field(default_factory=dict, alias="with")
+    parameters: dict[str, Any] = Field({}, alias="with")
 
     @model_validator(mode="after")
     def _placed_once(self) -> ThingSpec:
@@ -80,7 +80,7 @@ class VarySpec(_Spec):
     position: Length = 0.0
     yaw: Angle = 0.0
     model: list[str] = Field(default_factory=list)
-    parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(default_factory=dict, alias="with")
+    parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field({}, alias="with")
 
 
 class IntrinsicsSpec(_Spec):
@@ -182,7 +182,7 @@ class ScenarioSpec(_Spec):
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
     goal: tuple[str, ...] | None = Field(default=None, min_length=1)
-    objects: dict[str, ObjectSpec] = Field(default_factory=dict)
+    objects: dict[str, ObjectSpec] = {}
     robot: RobotSpec
     things: tuple[ThingSpec, ...]
     vary: tuple[VarySpec, ...] = ()
@@ -196,7 +196,7 @@ class ScenarioSpec(_Spec):
     backend: str | None = None
     block: tuple[str, ...] = ()
     prefer: tuple[str, ...] = ()
-    budget: dict[str, int] = Field(default_factory=dict)
+    budget: dict[str, int] = {}
 
     @model_validator(mode="after")
     def _one_start(self) -> ScenarioSpec:
@@ -249,7 +249,11 @@ def read_scenario(path: Path) -> Scenario:
     Raises:
         UserError: not YAML, an unknown key, a wrong type or unit: with file, line and the nearest right name.
     """
-    data = load_yaml(path)
+    return scenario_from(path, load_yaml(path))
+
+
+def scenario_from(path: Path, data: Any) -> Scenario:
+    """The scenario that ``load_yaml`` read from a file; errors as ``read_scenario``."""
     if not isinstance(data, Mapping):
         what = "nothing" if data is None else "a list" if isinstance(data, list) else f"'{str(data)[:40]}'"
         raise UserError(

@@ -47,8 +47,8 @@ class TaskSpec(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     task: str
-    roles: dict[str, str] = Field(default_factory=dict)
-    parameters: dict[str, float] = Field(default_factory=dict)
+    roles: dict[str, str] = {}
+    parameters: dict[str, float] = {}
     where: WhereSpec | None = None
 
 

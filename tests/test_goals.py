@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from conftest import Run
 
-from cramlite import Engine, Goal, Trace, UserError, read_scenario
+from cramlite import Budget, Engine, Goal, Pose, Trace, UserError, read_scenario
 from cramlite.engine import Setting
 from cramlite.operators import Grounder, facts_of
 from cramlite.resources import find_scenario
@@ -37,6 +38,9 @@ def _plans(scenario: str, *says: str) -> list[str]:
         ),
         ("tasks/opening", "drawer open", "Opening"),
         ("tasks/closing", "door closed", "Closing"),
+        ("tasks/pouring", "jug poured into bowl", "Grasping -> PickingUp -> Pouring"),
+        ("take_off_hanger_tasks", "tea off hook", "Grasping -> ExtractHoleFromPeg"),
+        ("hang_onto_hanger", "tin on counter near hook", "Grasping -> PickingUp -> Placing -> Retracting"),
     ],
 )
 def test_the_shortest_sequence_comes_first(scenario: str, goal: str, first: str) -> None:
@@ -76,6 +80,13 @@ def test_why_each_task_is_there() -> None:
         ("block open shelf", "is no goal"),
         ("block on shelv", "names 'shelv'; did you mean 'shelf'?"),
         ("block on floor", "holds already in this world"),
+        ("block off shelf", "holds already in this world"),
+        ("block off", "is no goal; say .*'THING off PLACE'"),
+        ("block poured into shelf", "'block' holds nothing that could be poured"),
+        ("block on shelf near shelv", "names 'shelv'; did you mean 'shelf'?"),
+        ("block on shelf near block", "must be another thing than 'block' and 'shelf'"),
+        ("block off shelf near floor", "'near' chooses a spot on a surface or in a container"),
+        ("block on shelf above floor", "may end in 'near', 'left of', 'right of', 'in front of', 'behind' THING"),
     ],
 )
 def test_goals_that_cannot_be_used(goal: str, says: str) -> None:
@@ -88,14 +99,38 @@ def test_goals_that_cannot_be_used(goal: str, says: str) -> None:
     [
         ("shelf on floor", r"no task's rule makes supports\(floor, shelf\) so"),
         ("block open", r"joint_open\(block\)|no sequence"),
+        ("jug poured into counter", r"no task's rule makes contains\(counter, jug/contents\) so"),
     ],
 )
 def test_goals_that_no_tasks_achieve(goal: str, says: str) -> None:
     trace = Trace()
-    setting = _setting("place_on_shelf")
+    setting = _setting("tasks/pouring" if "jug" in goal else "place_on_shelf")
     assert list(ENGINE.resolve(Goal((goal,)), world=setting, trace=trace)) == []
     (refused,) = [e for e in trace.entries if e.outcome == "refused"]
     assert re.search(says, refused.reason), refused.reason
+
+
+def test_a_goal_beside_something_becomes_the_place_of_the_task_that_chooses_it() -> None:
+    setting, trace = _setting("hang_onto_hanger"), Trace()
+    plan = next(ENGINE.plans_for_goal(Goal(("tin on counter right of coffee",)), setting, trace))
+    wheres = {a.task: a.parameters["where"] for a in plan.actions if "where" in a.parameters}
+    assert [(t, w["right_of"]) for t, w in wheres.items()] == [("soma:Placing", "coffee")]
+    with pytest.raises(UserError, match="holds already"):  # it stands there: without a side there is nothing to do
+        next(ENGINE.plans_for_goal(Goal(("tin on counter",)), setting, Trace()))
+
+
+def test_a_goal_beside_something_far_away_is_refused_with_the_distance() -> None:
+    setting, trace = _setting("place_on_shelf"), Trace()
+    far = setting.world.thing("block")
+    goal, away = Goal(("block on shelf near post",)), replace(far, name="post", pose=Pose((0.45, 0.6, 0.051)))
+    world = replace(setting.world, things=(*setting.world.things, away))
+    assert (
+        next(ENGINE.resolve(goal, world=replace(setting, world=world), trace=trace, budget=Budget(proofs=1)), None)
+        is None
+    )
+    assert any("'post'" in e.reason and "up to 200 mm are near" in e.reason for e in trace.entries), {
+        e.reason for e in trace.entries
+    }
 
 
 def test_a_goal_is_proven(tmp_path: Path, run: Run) -> None:

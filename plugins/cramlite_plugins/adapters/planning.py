@@ -13,7 +13,7 @@ from typing import Any
 from cramlite import Engine, Goal, Solution, Trace, UserError
 from cramlite.engine import Setting
 from cramlite.explain import nearest_miss
-from cramlite.goal_plans import TaskPlan, Wanted, as_tasks, meant, wanted
+from cramlite.goal_plans import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
 from cramlite.operators import Fact, Grounder, Operator, Pattern, facts_of, matches
 
 Planner = Callable[[Any], "list[str] | None"]
@@ -53,7 +53,8 @@ def problem_of(engine: Engine, setting: Setting, goal: Goal) -> Problem:
     grounder = Grounder(setting.world, engine.knowledge.taxonomy)
     operators = grounder.ground(engine.knowledge.rules, engine.knowledge.tasks)
     (meaning,) = meant(goal, {}, grounder)
-    return Problem(facts_of(setting.world, setting.relations), wanted(meaning.says, grounder), operators)
+    target = wanted(meaning.says, grounder)
+    return Problem(facts_of(setting.world, setting.relations), target, with_sides(target, operators, engine.knowledge.tasks))
 
 
 def to_unified_planning(problem: Problem, impossible: Iterable[str] = ()) -> Any:
@@ -132,7 +133,7 @@ def resolve_planned(
         if names is None:
             return Planned(None, steps, refused)
         steps = _checked(problem, names)
-        solution, failed, why = _step_by_step(engine, setting, steps)
+        solution, failed, why = _step_by_step(engine, setting, steps, problem.wanted)
         if solution is not None:
             return Planned(solution, steps, refused)
         refused[str(failed)] = why
@@ -153,13 +154,13 @@ def _checked(problem: Problem, names: Iterable[str]) -> tuple[Operator, ...]:
 
 
 def _step_by_step(
-    engine: Engine, setting: Setting, steps: tuple[Operator, ...]
+    engine: Engine, setting: Setting, steps: tuple[Operator, ...], goal: Wanted
 ) -> tuple[Solution | None, Operator | None, str]:
     """The whole plan's solution, or the first task with which no program can be proven, and why."""
     solution = None
     for count in range(1, len(steps) + 1):
         trace = Trace()
-        tasks = as_tasks(TaskPlan(steps[:count], ()), engine.knowledge.tasks)
+        tasks = as_tasks(TaskPlan(steps[:count], ()), engine.knowledge.tasks, goal)
         solution = next(engine.resolve(tasks, world=setting, seed=setting.seed, trace=trace), None)
         if solution is None:
             miss = nearest_miss(trace.entries)

@@ -21,6 +21,9 @@ class MujocoSimulator:
     name = "mujoco"
 
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
+        from .no_window import import_mujoco
+
+        import_mujoco()
         from .compile import compile_world
 
         compile_world(world, robots)
