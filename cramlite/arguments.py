@@ -70,6 +70,10 @@ def _running(add: Add) -> None:
     execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
     execute.add_argument("--world", required=True, help="world.json of a run directory, or a scenario")
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
+    execute.add_argument(
+        "--replan", metavar="SCENARIO", help="where the program stops, look again and resolve the rest of this scenario"
+    )
+    execute.add_argument("--rounds", type=int, default=3, help="programs that may run with --replan (default 3)")
     execute.add_argument("--out", type=Path, help="folder for the recorded run")
     execute.add_argument("--no-episode", action="store_true", help="write no episode into it")
     execute.add_argument("--json", action="store_true")

@@ -132,8 +132,20 @@ def _record(arguments: argparse.Namespace) -> int:
 
 
 def _execute(arguments: argparse.Namespace) -> int:
-    from .execution import execute_program
+    from .execution import execute_and_replan, execute_program
 
+    if arguments.replan:
+        return execute_and_replan(
+            arguments.program,
+            scenario=arguments.replan,
+            world=arguments.world,
+            seed=arguments.seed,
+            rounds=arguments.rounds,
+            out=arguments.out,
+            episode=not arguments.no_episode,
+            plugins=_plugin_choice(arguments),
+            json_output=arguments.json,
+        )
     return execute_program(
         arguments.program,
         world=arguments.world,

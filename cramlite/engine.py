@@ -199,8 +199,14 @@ class Engine:
             )
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
-    def setting(self, scenario: Scenario, *, seed: int = 0, backend: str | None = None) -> Setting:
+    def setting(
+        self, scenario: Scenario, *, seed: int = 0, backend: str | None = None, now: World | None = None, rest: Plan | None = None
+    ) -> Setting:
         """The robot's world of a scenario.
+
+        Args:
+            now: the world as it really is by now, where it is no longer as the scenario has it; only a camera is shown it.
+            rest: the plan that is left by then: what the camera looks for; by default the scenario's.
 
         Raises:
             UserError: an unknown robot, model, backend or thing.
@@ -213,18 +219,21 @@ class Engine:
         writer = pick("backend", self.knowledge.backends, name, place)
         world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, self.knowledge.models, seed)
         self._check_world(scenario, world)
+        if now is not None:
+            world = replace(world, robots=now.robots)
         real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
         if scenario.spec.poses == "camera":
             from .looking import look
 
-            world, real = replace(world, poses="camera"), replace(real or world, poses="camera")
+            world, real = replace(world, poses="camera"), replace(now or real or world, poses="camera")
             furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
-            wanted = self._wanted(scenario, Setting(scenario.name, furniture, (), robot, writer, seed))
+            wanted = self._wanted(scenario, Setting(scenario.name, furniture, (), robot, writer, seed), rest)
             seen = look(scenario, wanted, world, real, robot, self.knowledge, seed)
-            return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen, _late(scenario, seen.world))
+            late = _late(scenario, seen.world) if now is None else {}
+            return Setting(scenario.name, seen.world, seen.relations, robot, writer, seed, seen.real, seen, late)
         return Setting(scenario.name, world, relations, robot, writer, seed, real, late=_late(scenario, world))
 
-    def _wanted(self, scenario: Scenario, before: Setting) -> Queries:
+    def _wanted(self, scenario: Scenario, before: Setting, rest: Plan | None) -> Queries:
         """What is to be looked for: what the scenario's camera is told, else what the likeliest plan is about."""
         from .look_queries import queries_of
         from .object_query import parse_query
@@ -232,7 +241,7 @@ class Engine:
         camera, taxonomy = scenario.spec.camera, self.knowledge.taxonomy
         if camera is not None and camera.look:
             return tuple((parse_query(text, taxonomy),) for text in camera.look)
-        plan = next((p for p, _ in self._plans(scenario, before, Trace(), lambda _: None)), None)
+        plan = rest or next((p for p, _ in self.plans(scenario, before, Trace())), None)
         return queries_of(plan, before.world, taxonomy) if plan else ()
 
     def _check_world(self, scenario: Scenario, world: World) -> None:
@@ -286,7 +295,7 @@ class Engine:
         if world is None:
             raise UserError("A goal that is not a scenario needs a world: pass world=engine.setting(scenario).")
         trace, budget = trace if trace is not None else Trace(), budget or Budget()
-        for number, (plan, source) in enumerate(self._plans(goal, world, trace, progress), 1):
+        for number, (plan, source) in enumerate(self.plans(goal, world, trace, progress), 1):
             if number > budget.sequences:
                 left = f"{budget.sequences} task sequences tried, the rest left out"
                 trace.add(0, "sequences", "", "capped", "engine", left)
@@ -310,7 +319,10 @@ class Engine:
             if not proven:
                 refused(number)
 
-    def _plans(self, goal: Any, world: Setting, trace: Trace, progress: Progress) -> Iterator[tuple[Plan, Source]]:
+    def plans(
+        self, goal: Any, world: Setting, trace: Trace, progress: Progress = lambda _: None
+    ) -> Iterator[tuple[Plan, Source]]:
+        """The task sequences of a goal, best first, each with what it came from."""
         from .episode import Episode
         from .goals import Goal, plan_from_tasks
         from .scenario import Scenario

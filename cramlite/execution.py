@@ -46,8 +46,7 @@ def execute_program(
     from .knowledge import Knowledge
 
     knowledge = Knowledge(plugins.registry())
-    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
+    _vacant(out)
     text, place = _text(program), read_world(world, knowledge, seed)
     if not place.robots:
         raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
@@ -58,6 +57,76 @@ def execute_program(
     if rollout.outcome != "finished":
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
     return 0
+
+
+def execute_and_replan(
+    program: Path,
+    *,
+    scenario: str,
+    world: str,
+    seed: int = 0,
+    rounds: int,
+    out: Path | None = None,
+    episode: bool = True,
+    plugins: PluginChoice = INSTALLED,
+    json_output: bool = False,
+) -> int:
+    """Run a program of a run directory; where it stops with a reason, look again, resolve the rest and go on.
+
+    Args:
+        scenario: that the program was made from, with ``poses: camera``.
+        rounds: how many programs may run, the first one included.
+        out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
+
+    Returns:
+        0 when a program came to its end.
+
+    Raises:
+        NoSolution: none did; why each one ended was printed.
+        UserError: a file that cannot be used.
+    """
+    from . import replanning
+    from .pipeline import make_engine
+    from .program_text import read_program
+
+    _vacant(out)
+    scene = read_scenario(find_scenario(scenario))
+    if scene.spec.poses != "camera":
+        raise UserError(f"{scene.path}: nothing can be planned anew without looking: the scenario needs 'poses: camera'.")
+    if rounds < 1:
+        raise UserError(f"--rounds {rounds}: at least one program runs.")
+    engine = make_engine(scene, plugins)
+    beside = {name: _text(program.parent / name) for name in ("program.json", "plan.json")}
+    typed = read_program(beside["program.json"]).program
+    plan, code = replanning.planned(_text(program), typed, beside["plan.json"], scene, engine, seed)
+    place = read_world(world, engine.knowledge, seed)
+    said: list[str] = []
+
+    def say(text: str) -> None:
+        said.append(text)
+        if not json_output:
+            print(text, flush=True)
+
+    first = replanning.Attempt(plan, typed, code, place)
+    done = []
+    try:
+        for number, one in enumerate(replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say), 1):
+            done.append(one)
+            if not json_output:
+                print(rollout_text(one.rollout))
+            if out is not None:
+                folder = out / f"round_{number}"
+                _write(folder, one.rollout, program.stem, engine.knowledge, episode=episode)
+                (folder / f"program{one.attempt.code.suffix}").write_text(one.attempt.code.text)
+    finally:
+        if json_output:
+            print(as_json({"said": said, "rounds": [rollout_json(one.rollout) for one in done]}))
+    return 0
+
+
+def _vacant(out: Path | None) -> None:
+    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
 
 
 def serve_controller(

@@ -96,7 +96,7 @@ def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed
     """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
     findings = []
     assert candidate.code is not None
-    for said, moved in edges(world, candidate.program):
+    for said, moved in edges(world, candidate.program, candidate.world):
         name = candidate.program.robot
         rollout = knowledge.simulator.execute(candidate.code.text, moved, knowledge.robots, mount=name, seed=seed)
         episode = knowledge.simulator.episode(rollout, candidate.program.name)
