@@ -86,7 +86,7 @@ def execute_and_replan(
         UserError: a file that cannot be used.
     """
     from . import replanning
-    from .pipeline import make_engine
+    from .plugin_choice import make_engine
     from .program_text import read_program
 
     _vacant(out)

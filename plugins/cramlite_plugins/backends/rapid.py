@@ -14,8 +14,10 @@ from cramlite.errors import UserError
 from cramlite.program import (
     AnyStep,
     Code,
+    CompliantSlide,
     ForceExtract,
     ForceInsert,
+    ForceMove,
     Monitor,
     MoveJoints,
     MoveLinear,
@@ -34,6 +36,7 @@ from cramlite.robots import Robot
 
 from .rapid_parts import FORCE, NO_FORCE, ROUTINES, header
 from .rapid_text import identifier, jointtarget, mm, number, plain, quat, robtarget, way_of, zone
+from .unsaid import refuse_drives, unsaid
 from .urscript_steps import count
 
 START_TOLERANCE = 0.6  # degrees, 0.01 rad
@@ -103,7 +106,7 @@ class _Writer:
             case TryInOrder() | SetPayload():
                 self.add(*(self.attempts(step) if isinstance(step, TryInOrder) else self.payload(step)), origin=step.origin)
             case Monitor() | Parallel():
-                raise UserError(f"{step.origin or type(step).__name__}: RAPID has no {type(step).__name__} here: one task moves the arm")
+                raise unsaid(step, "RAPID", f"RAPID has no {type(step).__name__} here: one task moves the arm")
             case _:
                 self.add(*leaf(step, self), origin=step.origin)
 
@@ -160,6 +163,7 @@ def emit(program: Program, robot: Robot, *, forces: bool, zero: Mapping[str, tup
     if program.late:
         things = ", ".join(t.thing for t in program.late)
         raise UserError(f"late poses ({things}): RAPID programs have none yet; take urscript")
+    refuse_drives(program, "RAPID")
     out = _Writer(robot, zero[robot.type], forces, at=program.start)
     start = jointtarget(program.start, out.zero)
     tasks = []
@@ -230,6 +234,8 @@ def leaf(step: AnyStep, out: _Writer) -> list[str]:
 
 
 def _forced(step: AnyStep, out: _Writer, name: str) -> str:
+    if isinstance(step, ForceMove | CompliantSlide):
+        raise unsaid(step, "RAPID")
     if not out.forces:
         raise UserError(
             f"{step.origin or type(step).__name__}: {type(step).__name__} needs ABB's option Force Control; where it is licensed, use "
@@ -246,7 +252,7 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
             spiral = ", ".join(number(v) for v in (step.force, 1000 * step.pitch, 1000 * step.radius, 1000 * step.speed))
             ends = f"{way_of(step.frame, step.advance)}, {number(step.force_limit)}, {number(step.timeout)}"
             return f"SearchSpiral {quat(step.frame)}, {spiral}, {ends}, {name};"
-    raise UserError(f"{step.origin or type(step).__name__}: {type(step).__name__} has no counterpart in this RAPID backend")
+    raise unsaid(step, "RAPID")
 
 
 def _joint_moves(step: MoveJoints, out: _Writer) -> list[str]:

@@ -41,6 +41,7 @@ from cramlite.program import (
 from cramlite.robots import Robot
 
 from .names import Names, identifier
+from .unsaid import refuse_drives, unsaid
 from .urscript_parts import header
 from .urscript_steps import HEIGHT, count
 from .urscript_text import label, number, plain, vector
@@ -146,6 +147,7 @@ def emit(program: Program, robot: Robot) -> Code:
         raise UserError(f"program name '{program.name}': Python needs a letter, then letters, digits and underscores")
     if program.robot_type != robot.type or robot.backend != "urscript":
         raise UserError(f"program for '{program.robot_type}': ur_rtde for '{robot.type}' cannot carry it out")
+    refuse_drives(program, "ur_rtde")
     if program.late:
         things = ", ".join(t.thing for t in program.late)
         raise UserError(f"late poses ({things}): Python programs for ur_rtde have none yet; take urscript")
@@ -248,7 +250,7 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
         case ForceExtract():
             wrench, way = (*step.across, step.force), step.way
         case _:
-            raise TypeError(f"{type(step).__name__} is no step without steps")
+            raise unsaid(step, "ur_rtde")
     own = f"wrench={vector(wrench)}, way={number(way)}, {_named(step, 'speed')}"
     return f"force_along(arm, {name}, frame={_frame(step.frame, out, step.origin)}, {own}, {_ends(step)})"
 

@@ -14,11 +14,12 @@ import re
 from dataclasses import dataclass, field
 
 from cramlite.errors import UserError
-from cramlite.program import AnyStep, Code, Control, Drive, Program, Section, walk
+from cramlite.program import AnyStep, Code, Control, Program, Section
 from cramlite.robots import Robot
 
 from . import urscript_flow, urscript_late, urscript_search
 from .names import Names
+from .unsaid import refuse_drives
 from .ur_capabilities import controller_of, lacking
 from .urscript_cb3 import PRELUDE, adapted
 from .urscript_flow import FlowWriter, comment, write
@@ -100,11 +101,7 @@ def _head(program: Program, robot: Robot, out: _Writer) -> tuple[list[str], list
 def _check(program: Program, robot: Robot) -> None:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", program.name):
         raise UserError(f"program name '{program.name}': URScript needs a letter, then letters, digits and underscores")
-    if drive := next((s for s in walk(program.steps) if isinstance(s, Drive)), None):
-        raise UserError(
-            f"step '{drive.origin}' drives a platform, and URScript moves an arm only; write the program as typed_json, "
-            "or drive by other means and give URScript the tasks between two drives"
-        )
+    refuse_drives(program, "URScript")
     if program.robot_type != robot.type or robot.backend != "urscript":
         raise UserError(f"program for '{program.robot_type}': URScript for '{robot.type}' cannot carry it out")
 

@@ -26,6 +26,7 @@ from cramlite.robots import Gripper
 
 from . import urscript_search
 from .names import Names
+from .unsaid import unsaid
 from .urscript_late import shift
 from .urscript_text import label, number, pose, vector
 
@@ -81,7 +82,7 @@ def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names,
         case Wait():
             still = number(step.duration)
             return Leaf(call=f"stand_still({still})") if watched else Leaf((f"sleep({still})",))
-    raise TypeError(f"{type(step).__name__} is no step without steps")
+    raise unsaid(step, "URScript")
 
 
 def _moves(step: MoveJoints | MoveLinear, poses: Names) -> list[str]:

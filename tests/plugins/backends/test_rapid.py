@@ -152,7 +152,7 @@ def test_text_and_result_say_that_nothing_ran() -> None:
     ("steps", "said"),
     [
         (FORCES[:1], "SpiralSearch needs ABB's option Force Control; .* rapid_fc"),
-        ((Monitor((Wait(1.0),), time=2.0, origin="watch"),), "watch: RAPID has no Monitor here"),
+        ((Monitor((Wait(1.0),), time=2.0, origin="watch"),), "'watch': RAPID has no Monitor here"),
     ],
 )
 def test_what_rapid_cannot_do_is_refused(steps: tuple[AnyStep, ...], said: str) -> None:

@@ -78,7 +78,8 @@ def test_the_text_is_read_back_equal_and_leads_to_the_task() -> None:
 
 
 def test_urscript_refuses_to_drive() -> None:
-    with pytest.raises(UserError, match=r"'1\.Navigating/drive' drives a platform, and URScript moves an arm only"):
+    said = r"'1\.Navigating/drive': it drives a platform, and URScript moves an arm only; write the program as typed_json"
+    with pytest.raises(UserError, match=said):
         emit(program(AWAY), UR5E_MOBILE)
 
 

@@ -1,0 +1,27 @@
+"""What a backend's language cannot say: one paragraph with the step, the reason, and the backend that can."""
+
+from __future__ import annotations
+
+from cramlite.errors import UserError
+from cramlite.program import AnyStep, Drive, Program, walk
+
+
+def unsaid(step: AnyStep, language: str, why: str = "") -> UserError:
+    """The refusal of a step.
+
+    Args:
+        why: in a clause; what the language lacks, by default.
+    """
+    kind = type(step).__name__
+    why = why or f"{language} has no {kind} here"
+    return UserError(f"step '{step.origin or kind}': {why}; write the program as typed_json, which says every step")
+
+
+def refuse_drives(program: Program, language: str) -> None:
+    """Before a language that moves an arm only.
+
+    Raises:
+        UserError: the program drives a platform.
+    """
+    if drive := next((s for s in walk(program.steps) if isinstance(s, Drive)), None):
+        raise unsaid(drive, language, f"it drives a platform, and {language} moves an arm only")
