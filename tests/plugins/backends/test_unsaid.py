@@ -74,5 +74,5 @@ def test_a_step_is_written_or_refused_with_the_backend_that_can(backend: str, st
 def test_a_drive_inside_a_control_step_is_found_before_anything_is_written() -> None:
     for backend in LACKING:
         if backend != "typed_json":
-            with pytest.raises(UserError, match="1.Navigating/drive': it drives a platform"):
+            with pytest.raises(UserError, match=r"1\.Navigating/drive': it drives a platform"):
                 emitted(backend, Repeat((DRIVE,), 2, origin="again"))
