@@ -4,7 +4,8 @@ The one detection for human demonstrations and robot runs: it sees contacts and 
 who moved or why.
 
 - ContactState(a, b): a and b touch. "thing/part" where the contact is with a known part; the
-  effector counts as a whole. A hole that touched the peg in it goes on touching it until the peg is out.
+  effector counts as a whole. A hole that touched the peg in it goes on touching it until the peg is out; an effector that
+  the wrist feels pressing has not let go where contacts chatter (``felt.py``).
 - SupportState(supporter, supportee): the supporter pushes the supportee up with a fair share of its
   weight. Being grasped is not being supported: the effector never supports.
 - GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and
@@ -40,6 +41,7 @@ from .entities import (
     platform_entities,
     thing_entities,
 )
+from .felt import pressed_on
 from .signals import (
     GAP,
     SHORT,
@@ -183,12 +185,14 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], _Pair], carried: di
     through = {tuple(sorted((hole, peg))): flags for hole, peg, flags in threaded(rollout)}
     standing = {tuple(sorted(pair)): flags for pair, flags in carried.items()}
     never = np.zeros(len(rollout.times), dtype=bool)
+    touching = {
+        pair: held_on(hold(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
+        for pair, force in forces.items()
+    }
     return [
         _state("soma:ContactState", span, {"a": a, "b": b})
-        for (a, b), force in forces.items()
-        for span in spans(
-            held_on(hold(force, *CONTACT), through.get((a, b), never)) | standing.get((a, b), never), rollout.times
-        )
+        for (a, b), flags in pressed_on(touching, rollout).items()
+        for span in spans(flags, rollout.times)
     ]
 
 

@@ -19,6 +19,9 @@ from cramlite import (
 from cramlite_plugins.experts.near import near
 
 HOME = Location("home", "home")  # where a free motion leads when nothing follows it
+# After a fast motion the arm is up to 5 mm behind, for up to 0.2 s [s]: measured, validators/postconditions.py. What follows
+# may ask for an arm that stands (the fingers close), and nothing that follows goes on with this motion.
+REST = 0.3
 
 
 class Reaching(TaskType):
@@ -34,13 +37,15 @@ class Reaching(TaskType):
                 f"the gripper holds '{belief.held.thing}'; only an empty hand reaches", because=(EARLIER_TASKS,)
             )
         goal = action.goal or self.leads_to(action, None, HOME)
-        if goal.relation == "near":  # where it could be grasped is better than just near it
+        rest = Motion(action.inside("rest"), "hold", parameters={"duration_s": REST}, reason="the arm comes to rest")
+        led = goal.relation != "near"  # what follows says where, and goes on with this motion
+        if not led:  # where it could be grasped is better than just near it
             name = action.roles["Goal"].name
             grasp = Location(f"grasp({name})", "grasp", name)
             move = Motion(action.inside("move"), "transfer", grasp, reason=f"to the stand-off of {grasp}")
-            yield Decomposition((grasp, move), f"collision-free motion to {grasp}")
+            yield Decomposition((grasp, move, rest), f"collision-free motion to {grasp}")
         move = Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}")
-        yield Decomposition((move,), f"collision-free motion to {goal}", 1.0)
+        yield Decomposition((move,) if led else (move, rest), f"collision-free motion to {goal}", 1.0)
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
         """To where the next task begins, if that is at what is reached for; else near that."""
