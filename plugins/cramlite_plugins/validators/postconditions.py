@@ -130,7 +130,8 @@ class TaskRules:
     Runtime conditions count, too: an arm that stood at the park state all along has not been parked. A task that has
     nothing left to do after the code before it (the gripper is open already) is judged by its postconditions; where no
     code came before, nothing was done at all, and all its conditions count. What a rule asks for before is left to the
-    planner: a robot's retreat may begin where nothing is touched any more.
+    planner: a robot's retreat may begin where nothing is touched any more. But where only that speaks of the things that the
+    task is about, it must have held at some moment before: nobody withdraws from what the hand was never near.
     """
 
     name: str = "task_rules"
@@ -150,8 +151,9 @@ class TaskRules:
                 return  # the program ended before
             now, idle = (span[1], False) if span else (now, idle)
             if action.task in rules:
-                ways = _ways(timeline, *(span or (now, now)))
-                yield _judged(rules[action.task], action, ways, self.name, after_only=span is None and not idle)
+                rule, ways = rules[action.task], _ways(timeline, *(span or (now, now)))
+                yield _judged(rule, action, ways, self.name, after_only=span is None and not idle)
+                yield from _begun(rule, action, timeline, span[0] if span else now, self.name)
 
 
 Way = tuple[Mapping["PhaseName", "Phase"], bool]
@@ -186,6 +188,24 @@ def _judged(rule: Rule, action: Action, ways: Iterable[Way], name: str, *, after
     when = "after" if clause.phase == "post" else "during"
     said = f"{when} {action.name} '{clause.text}' does not hold" + (f" ({roles})" if roles else "")
     return Finding(name, False, said, origin=action.name)
+
+
+def _begun(rule: Rule, action: Action, timeline: Timeline, start: float, name: str) -> Iterator[Finding]:
+    """Whether what a rule asks for before held at some moment until a task's start, where it asks no more of its things."""
+    from cramlite.conditions import atoms
+    from cramlite.phases import Segment
+
+    later = {v for c in rule.clauses if c.phase != "pre" for a in atoms(c.condition) for v in a.binds()}
+    things = {k for k, o in action.roles.items() if k in rule.roles and o.entity}
+    if not things or things & later:
+        return
+    before = [c for c in rule.written_order if c.phase == "pre"]
+    moments = [start, *sorted((c for c in timeline.cuts if c < start), reverse=True)]
+    unmet = [_unmet(before, action, rule, timeline.phases(Segment(m, m))) for m in moments]
+    if None not in unmet:
+        roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
+        said = f"before {action.name} '{unmet[0].text if unmet[0] else ''}' never held ({roles})"
+        yield Finding(name, False, said, origin=action.name)
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Clause | None:
