@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from cramlite.rules import Clause, Rule
 
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
+MOMENT = 0.1  # how often what must have held before is looked for [s]: at 0.1 m/s the pads, 38 mm long, pass in 0.4 s
 SWING = 0.04
 """What hangs on a peg may swing by this [m/s], its hole at rest: a pendulum on a peg has nothing to brake it.
 
@@ -200,12 +201,16 @@ def _begun(rule: Rule, action: Action, timeline: Timeline, start: float, name: s
     if not things or things & later:
         return
     before = [c for c in rule.written_order if c.phase == "pre"]
-    moments = [start, *sorted((c for c in timeline.cuts if c < start), reverse=True)]
-    unmet = [_unmet(before, action, rule, timeline.phases(Segment(m, m))) for m in moments]
-    if None not in unmet:
-        roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
-        said = f"before {action.name} '{unmet[0].text if unmet[0] else ''}' never held ({roles})"
-        yield Finding(name, False, said, origin=action.name)
+    moments = {start, *np.arange(timeline.cuts[0], start, MOMENT).tolist(), *(c for c in timeline.cuts if c < start)}
+    unmet: Clause | None = None
+    for moment in sorted(moments, reverse=True):
+        clause = _unmet(before, action, rule, timeline.phases(Segment(moment, moment)))
+        if clause is None:
+            return
+        unmet = unmet or clause
+    assert unmet is not None
+    roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
+    yield Finding(name, False, f"before {action.name} '{unmet.text}' never held ({roles})", origin=action.name)
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Clause | None:
