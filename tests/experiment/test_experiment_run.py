@@ -16,7 +16,8 @@ import pytest
 from cramlite import UserError
 from cramlite.experiment.run import Order, run_experiment
 from cramlite.experiment.spec import find_experiment, read_experiment
-from cramlite.experiment.store import Store
+from cramlite.experiment.store import Store, locked
+from cramlite.experiment.trial import Trial, run_trial
 from cramlite.plugin_choice import PluginChoice
 
 FOLDER = find_experiment("fetch_from_hanger").parent
@@ -67,6 +68,17 @@ def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(ex
     assert [r.name for r in again] == ["O1-01", "O2-01", "O3-01"]
     redone = [p for p, t in before.items() if p.stat().st_mtime_ns != t]
     assert [p.name for p in redone] == ["result.json"]  # its candidate was finished, and was read
+
+
+@pytest.mark.parametrize("asks", [400, 2])
+def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, tmp_path: Path, asks: int) -> None:
+    path = experiment / "experiment.yaml"
+    text = path.read_text().replace("about: quick", "until_solved: true, about: quick").replace("asks: 2", f"asks: {asks}")
+    path.write_text(text.replace("most_candidates: 1", "most_candidates: 2"))
+    one = read_experiment(path).demonstrations("main")[0]
+    found = run_trial(Trial(path, "main", one, tmp_path / "out", pictures=False))
+    assert found.candidates >= 2
+    assert (found.solved, found.tried, len(found.results)) == ((True, 1, 1) if asks == 400 else (False, 2, 2))
 
 
 DIES = """
@@ -159,6 +171,16 @@ def test_what_is_changed_foreign_or_damaged_is_said(experiment: Path, tmp_path: 
     (tmp_path / "mine" / "thesis.tex").write_text("years of work")
     with pytest.raises(UserError, match="not empty and is no run directory"):
         run_experiment(order(experiment, tmp_path / "mine"), lambda _: None)
+
+
+def test_two_runs_in_one_directory_are_told_apart(experiment: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    run_experiment(order(experiment, out), lambda _: None)
+    before = told(out)
+    with locked(out), pytest.raises(UserError, match="Another experiment .* is running"):  # as if one were still at it
+        run_experiment(order(experiment, out), lambda _: None)
+    assert told(out) == before
+    run_experiment(order(experiment, out), lambda _: None)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
