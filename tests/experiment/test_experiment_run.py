@@ -177,7 +177,7 @@ def test_two_runs_in_one_directory_are_told_apart(experiment: Path, tmp_path: Pa
     out = tmp_path / "out"
     run_experiment(order(experiment, out), lambda _: None)
     before = told(out)
-    with locked(out), pytest.raises(UserError, match="Another experiment .* is running"):  # as if one were still at it
+    with locked(out), pytest.raises(UserError, match=r"Another experiment .* is running"):  # as if one were still at it
         run_experiment(order(experiment, out), lambda _: None)
     assert told(out) == before
     run_experiment(order(experiment, out), lambda _: None)
