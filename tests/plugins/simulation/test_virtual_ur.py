@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cramlite_plugins.simulation.urscript import Machine, Stopped, load
@@ -151,7 +151,8 @@ def test_the_gripper_has_its_server(controller: Path) -> None:
 @pytest.mark.parametrize("port", [30004, 29999, 30002, 63352])
 def test_rude_clients_harm_nobody(controller: Path, port: int) -> None:
     """Nonsense, half a packet, a huge size, clients that hang up or stay silent."""
-    for data in (b"\xff" * 3000, b"\x00\x05V", b"\x00\x00\x00", b"\xff\xffU", b"\n" * 50, b"A" * 200_000 + b"\n", b""):
+    half = b"def half():\n  x = 1\n"
+    for data in (b"\xff" * 3000, b"\x00\x05V", b"\x00\x00\x00", b"\xff\xffU", b"\n" * 50, b"A" * 200_000 + b"\n", half, b""):
         try:
             send(port, data)
         except OSError:
@@ -200,6 +201,7 @@ def test_it_closes_by_itself() -> None:
 FIELDS = st.lists(st.sampled_from(sorted({**OUTPUTS, **INPUTS})), min_size=1, max_size=10, unique=True)
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(FIELDS, st.data())
 def test_packets_are_read_back_as_written(names: list[str], data: st.DataObject) -> None:
     kinds = tuple({**OUTPUTS, **INPUTS}[n] for n in names)

@@ -7,7 +7,7 @@ thread once, in the order in which they were started, until it waits: for sync()
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import CodeType
 from typing import Any
 
@@ -65,6 +65,10 @@ class Stopped(Exception):
         self.line, self.reason = line, reason
 
 
+TOO_DEEP = (RecursionError, MemoryError, SyntaxError)
+"""What Python says of too much of it."""
+
+
 def load(text: str, library: Library = PURE) -> Loaded:
     """Parse, check and compile a program.
 
@@ -74,12 +78,27 @@ def load(text: str, library: Library = PURE) -> Loaded:
     Raises:
         UserError: it is no URScript, or calls what there is not; says the line.
     """
+    tree = parse(text)
     try:
-        tree = parse(text)
         check(tree, library)
-        return Loaded(tree, compile(generate(tree, library), "<urscript>", "exec"))
-    except (RecursionError, MemoryError, SyntaxError):
-        raise UserError("URScript: an expression or block is too long or nested too deeply; split it") from None
+        return Loaded(tree, _compiled(tree, library))
+    except TOO_DEEP:
+        line = _too_deep(tree, library)
+        raise UserError(f"URScript, line {line}: an expression or block is too long or nested too deeply; split it") from None
+
+
+def _compiled(tree: Function, library: Library) -> CodeType:
+    return compile(generate(tree, library), "<urscript>", "exec")
+
+
+def _too_deep(part: Function, library: Library) -> int:
+    """The line of the first statement that cannot be compiled even alone: Python allows so many blocks and calls in one another."""
+    for statement in part.body:
+        try:
+            _compiled(replace(part, body=(statement,)), library)
+        except TOO_DEEP:
+            return _too_deep(statement, library) if isinstance(statement, Function) else statement.line
+    return part.line
 
 
 class _Globals(dict[str, Any]):
