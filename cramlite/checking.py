@@ -17,7 +17,7 @@ def check_file(name: str, plugins: PluginChoice = INSTALLED) -> int:
     """Check a scenario, a rule file or a program, and print what was found.
 
     Returns:
-        0 if nothing stands against it; doubts about a program are printed and do not count.
+        0 if nothing stands against it; doubts are printed and do not count.
 
     Raises:
         UserError: the first thing that is wrong, with file and line.
@@ -52,6 +52,7 @@ def _check_rule(path: Path, plugins: PluginChoice) -> int:
 
 
 def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
+    from .doubts import doubts
     from .plugin_choice import make_engine
     from .scenario import scenario_from
     from .trace import Trace
@@ -59,6 +60,8 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
     scenario = scenario_from(path, data)
     engine = make_engine(scenario, plugins)
     setting = engine.setting(scenario)
+    for doubt in doubts(scenario, setting, engine.knowledge):
+        print(doubt)
     things = len(setting.world.things)
     start = _start(scenario) if scenario.spec.demonstration is not None else ""
     if scenario.spec.goal is not None:

@@ -155,13 +155,13 @@ class Engine:
     def __init__(
         self,
         *,
-        files: Sequence[Path] = (),
+        files: Sequence[Path | str] = (),
         blocked: Sequence[str] = (),
         preferred: Sequence[str] = (),
         ontologies: Sequence[Path] = (),
         rules: Path | None = None,
     ) -> None:
-        self.registry = Registry(tuple(files), tuple(blocked), tuple(preferred))
+        self.registry = Registry(tuple(map(Path, files)), tuple(blocked), tuple(preferred))
         self.knowledge = Knowledge(self.registry, ontologies, rules)
 
     def read_episode(self, path: Path) -> Episode:
@@ -292,6 +292,8 @@ class Engine:
 
         if isinstance(goal, Scenario):
             world = world or self.setting(goal, seed=seed)
+        if isinstance(goal, str | Path):
+            raise UserError(f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with a world.")
         if world is None:
             raise UserError("A goal that is not a scenario needs a world: pass world=engine.setting(scenario).")
         trace, budget = trace if trace is not None else Trace(), budget or Budget()
@@ -368,7 +370,7 @@ class Engine:
         if isinstance(goal, Scenario):
             where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
         knowledge, grounder = self.knowledge, Grounder(world.world, self.knowledge.taxonomy)
-        operators = grounder.ground(knowledge.rules, knowledge.tasks)
+        operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
         facts = facts_of(world.world, world.relations)
         for choice in meant(goal, objects, grounder):
             target, found = wanted(choice.says, grounder, where), False

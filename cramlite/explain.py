@@ -63,6 +63,7 @@ def solution_text(solution: Solution, folder: str) -> str:
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:
     """Why nothing was found: the nearest miss of all, and the one of each candidate."""
     lines = ["No solution: every alternative was refused."]
+    lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
     nearest = nearest_miss(trace.entries)
     if nearest is not None:
         lines.append(f"  Nearest miss: {_miss(nearest)}")
@@ -70,7 +71,6 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
         miss = nearest_miss([e for e in trace.entries if e.candidate == number])
         if miss is not None and miss is not nearest:
             lines.append(f"  Also {_miss(miss)}")
-    lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
     return "\n".join(lines)
 
 
@@ -108,7 +108,7 @@ def trace_text(trace: Trace, designator: str | None = None) -> str:
     for entry in entries:
         cost = f" (cost {entry.cost:.3g})" if entry.cost is not None else ""
         text = entry.text if entry.outcome in ("asked", "chosen", "refused") else ""
-        said = ": ".join(x for x in (text, entry.reason) if x)
+        said = ": ".join(x for x in ("" if text == entry.reason else text, entry.reason) if x)
         who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
         lines.append(
             f"{'  ' * min(_depth(known, entry), 20)}{MARKS[entry.outcome]:2} {entry.designator} {said}{cost}{who}"

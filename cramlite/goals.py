@@ -28,6 +28,10 @@ class Goal:
 
     says: tuple[str, ...]
 
+    def __post_init__(self) -> None:
+        if isinstance(self.says, str) or not self.says:
+            raise UserError(f"A goal is one or more sentences: Goal((\"block on shelf\",)), not Goal({self.says!r}).")
+
     def __str__(self) -> str:
         return " and ".join(self.says)
 

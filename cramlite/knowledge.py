@@ -122,6 +122,15 @@ class Knowledge:
         own = [task.rule_file for task in self.tasks.values() if task.rule_file is not None]
         return load_rules([*shipped, *own], self.predicates, self.taxonomy)
 
+    @property
+    def goal_rules(self) -> tuple[Rule, ...]:
+        """The rules in the order in which goals try their tasks: the shipped ones first, so that where sequences are equally
+        long, the installation of a further plugin changes none of them."""
+        from .registry import OWN_DISTRIBUTION
+
+        own = {i.name for i in self.registry.infos if i.distribution == OWN_DISTRIBUTION}
+        return tuple(sorted(self.rules, key=lambda r: self.task_owners.get(r.task) not in own))
+
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
     """An entry by name.

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import __version__
+from .doubts import doubts
 from .errors import NoSolution, PluginError, UserError, nearest
 from .explain import as_json, failure_text, solution_text
 from .plugin_choice import INSTALLED, make_engine
@@ -52,7 +53,7 @@ def resolve_scenario(
     scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
     engine = make_engine(scenario, plugins)
     setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
-    _say_notes(setting)
+    _say_notes(scenario, setting, engine)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
         print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
@@ -95,8 +96,10 @@ def _first_solution(
         _write_trace(run, trace, engine)
 
 
-def _say_notes(setting: Setting) -> None:
-    """Repairs of things, once and whole, unlike progress: they change what is proven."""
+def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
+    """Doubts about the scenario, and repairs of things, once and whole, unlike progress: they change what is proven."""
+    for doubt in doubts(scenario, setting, engine.knowledge):
+        print(f"cramlite: doubt: {doubt}", file=sys.stderr)
     for thing in setting.world.things:
         for note in thing.notes:
             print(f"thing '{thing.name}': {note}.", file=sys.stderr)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,7 +41,14 @@ class PluginChoice:
         """
         from .registry import Registry
 
-        return Registry(self.files, self.blocked, self.preferred)
+        return self._said(Registry(self.files, self.blocked, self.preferred))
+
+    def _said(self, registry: Registry) -> Registry:
+        """A file that was asked for and not loaded is named before all else, on standard error."""
+        for fault in registry.faults:
+            if fault.hook == "import" and fault.plugin in {f.stem for f in self.files}:
+                print(f"cramlite: warning: {fault}", file=sys.stderr)
+        return registry
 
     def engine(self, ontologies: tuple[Path, ...] = (), rules: Path | None = None) -> Engine:
         """An engine with these plugins; its arguments are those of `Engine`.
@@ -50,9 +58,11 @@ class PluginChoice:
         """
         from .engine import Engine
 
-        return Engine(
+        engine = Engine(
             files=self.files, blocked=self.blocked, preferred=self.preferred, ontologies=ontologies, rules=rules
         )
+        self._said(engine.registry)
+        return engine
 
 
 INSTALLED = PluginChoice()

@@ -114,6 +114,7 @@ class Registry:
                 check_hooks(module)
                 self._manager.register(module, name)
                 hooks = tuple(sorted(h.name for h in self._manager.get_hookcallers(module) or ()))
+                fault = "" if hooks else "it has no hook: no function in it is marked with '@hookimpl'"
                 place = getattr(module, "__file__", None) or place
             except (Exception, SystemExit) as error:
                 fault = why_not_loaded(error, distribution)

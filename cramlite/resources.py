@@ -28,4 +28,6 @@ def find_scenario(name: str) -> Path:
     full = {p.relative_to(folder).with_suffix("").as_posix(): p for p in shipped.values()}
     if name in full or name in shipped:
         return full.get(name) or shipped[name]
+    if path.is_dir():
+        raise UserError(f"'{name}' is a folder; give a scenario file in it.")
     raise UserError(f"There is no scenario file '{name}', and none of that name is shipped; {nearest(name, shipped)}.")

@@ -243,12 +243,13 @@ class Scenario:
         return self.path.parent / name
 
 
-def read_scenario(path: Path) -> Scenario:
+def read_scenario(path: Path | str) -> Scenario:
     """Read a scenario file.
 
     Raises:
         UserError: not YAML, an unknown key, a wrong type or unit: with file, line and the nearest right name.
     """
+    path = Path(path)
     return scenario_from(path, load_yaml(path))
 
 

@@ -193,8 +193,9 @@ class Search:
             owner = self.owners[item.task]
             ways = self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
             streams.append(self._accepted(owner, ways, item, state, node, conflict))
-        if not streams:
-            conflict |= _domain(item, state)
+        if not streams:  # of a motion only its kind says so, which the task that asked for it chose
+            asked_by = {name for name, _ in state.choices if item.name.startswith(f"{name}/")}
+            conflict |= (asked_by if isinstance(item, Motion) else set()) or _domain(item, state)
             self.trace.add(node, item.name, str(item), "impossible", "engine", f"no plugin resolves {item}")
         yield from heapq.merge(*streams, key=lambda pair: pair[1].cost)
         for fault in self.registry.faults[faults:]:
@@ -234,7 +235,11 @@ class Search:
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:
         """The task type's own decompositions."""
         grounded = ground_roles(action, state.bindings)
-        for way in self.tasks[action.task].decompose(grounded, state.belief):
+        ways = self.tasks[action.task].decompose(grounded, state.belief)
+        if isinstance(ways, Decomposition):
+            raise TypeError("decompose returned a Decomposition; it has to yield it, as there may be several")
+        for way in ways:
+            _check_way(way)
             yield Grounding(way, way.reason, way.cost, key=way.reason)
 
     def _apply(self, item: Designator, answer: Grounding, state: State, choices: tuple[tuple[str, str], ...]) -> State:
@@ -274,6 +279,19 @@ class Search:
         nogood = frozenset(c for c in choices if c[0] in conflict)
         for choice in nogood:
             self._nogoods.setdefault(choice, []).append(nogood)
+
+
+def _check_way(way: Any) -> None:
+    """A decomposition is made of designators.
+
+    Raises:
+        TypeError: it is not; the task type's plugin is to blame.
+    """
+    if not isinstance(way, Decomposition):
+        raise TypeError(f"decompose yields Decompositions, not {type(way).__name__}")
+    for step in way.steps:
+        if not isinstance(step, tuple(HOOKS)):
+            raise TypeError(f"a step of a Decomposition is an Action, Object, Location or Motion, not {step!r}"[:200])
 
 
 def ground_roles(action: Action, bindings: Mapping[str, Any]) -> Action:

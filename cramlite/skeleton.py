@@ -99,6 +99,7 @@ def _checked(name: str) -> str:
 def skeleton_text(kind: str, files: tuple[Path, ...]) -> str:
     """What was written, and what to do next."""
     folder, *written = files
-    lines = [f"Wrote a {kind} plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]
+    article = "an" if kind[0] in "aeiou" else "a"
+    lines = [f"Wrote {article} {kind} plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]
     return "\n".join([*lines, "It works as it is; change it step by step:",
                       f"  cd {folder} && pip install -e '.[test]' && cramlite plugins && pytest"])  # fmt: skip

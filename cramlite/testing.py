@@ -95,6 +95,9 @@ def _check_declaration(task: TaskType) -> None:
     assert len(set(names)) == len(names), f"{task.task}: names repeat: {names}"
     assert task.summary, f"{task.task}: no summary"
     roles = [r.name for r in task.roles]
+    wrong = [n for n in roles if not re.fullmatch(r"[A-Z]\w*", n)]
+    assert not wrong, f"{task.task}: a role is also a variable of rules, so '{wrong[0]}' must be one capitalised word"
+    assert task.rule_file is None or task.rule_file.is_file(), f"{task.task}: there is no rule file '{task.rule_file}'"
     assert len(set(roles)) == len(roles), f"{task.task}: roles repeat: {roles}"
     for parameter in task.parameters:
         assert parameter.source, f"{task.task}: parameter '{parameter.name}' does not say where its default comes from"

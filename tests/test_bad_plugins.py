@@ -29,6 +29,10 @@ BAD_AT_LOAD = {
     "no hook": ("@hookimpl\ndef resolve_objct(d):\n    return None\n", "did you mean 'resolve_object'?"),
     "ends the process": ("import sys\nsys.exit(7)\n", "ends the process when it is imported (exit 7)"),
     "no Python": ("def f(:\n", "line 4 is no Python"),
+    "nothing marked": (
+        "def resolve_object(designator, belief, context):\n    return None\n",
+        "marked with '@hookimpl'",
+    ),
     "breaks": ("raise RuntimeError('no camera')\n", "RuntimeError: no camera"),
 }
 
@@ -213,3 +217,45 @@ def test_a_scenario_blocks_a_plugin(spoiled: Callable[..., Path], run: Run) -> N
     ran = run("check", spoiled(("robot:", "block: [urscript]\nrobot:")))
     assert ran.code == 2
     assert "There is no backend 'urscript'" in ran.err
+
+
+# What is wrong with a task type comes out while it is resolved
+
+TASK = (
+    "class Odd(TaskType):\n    task = 'cram:Odd'\n    summary = 'odd'\n"
+    "    def decompose(self, action, belief):\n        {body}\n@hookimpl\ndef task_types():\n    return [Odd()]\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("body", "says"),
+    [
+        (
+            "yield Decomposition((5,), 'odd')",
+            "a step of a Decomposition is an Action, Object, Location or Motion, not 5",
+        ),
+        ("return Decomposition((), 'odd')", "decompose returned a Decomposition; it has to yield it"),
+        ("yield 5", "decompose yields Decompositions, not int"),
+    ],
+)
+def test_a_wrong_decomposition_is_the_plugins_bug(
+    body: str, says: str, plugin: Plugin, run: Run, tmp_path: Path
+) -> None:
+    scenario = tmp_path / "odd.yaml"
+    scenario.write_text("scenario: odd\ndesignator: Odd\nrobot: {type: ur5e}\nthings: []\n")
+    file = plugin("odd", TASK.format(body=body))
+    ran = run("resolve", scenario, "--plugin", file, "--no-report", "--out", tmp_path / "run")
+    assert ran.code == 3
+    fault = ran.err.split("\n  ")[1]
+    assert fault.startswith("Fault: plugin 'odd'") and says in fault and "at 1.Odd" in fault
+
+
+def test_a_file_that_was_not_loaded_is_named_before_what_follows_from_it(
+    plugin: Plugin, run: Run, spoiled: Callable[..., Path]
+) -> None:
+    file = plugin("odd", TASK.format(body="yield").replace("def task_types", "def task_type"))
+    ran = run("resolve", spoiled(("- ParkingArms", "- Odd")), "--plugin", file)
+    assert ran.code == 2
+    first, second = ran.err.strip().split("\n")
+    assert "warning: plugin 'odd'" in first and "there is no hook 'task_type'; did you mean 'task_types'?" in first
+    assert "There is no task type 'Odd'" in second

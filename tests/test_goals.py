@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from cramlite.operators import Grounder, facts_of
 from cramlite.resources import find_scenario
 
 ENGINE = Engine()
+SHELF = str(find_scenario("place_on_shelf"))
 
 
 def _setting(name: str) -> Setting:
@@ -150,3 +152,52 @@ def test_scenario_goals_are_checked_with_file_and_line(tmp_path: Path, run: Run)
     assert f"bad.yaml:{line}: the goal 'coffee on hok' names 'hok'; did you mean 'hook'?" in ran.err
     path.write_text(text.replace("\ngoal:", "\ntasks: [ParkingArms]\ngoal:"))
     assert "exactly one of" in run("check", path).err
+
+
+STAMPING = """
+from pathlib import Path
+class Stamping(TaskType):
+    task = "cram:Stamping"
+    roles = (Role("Instrument"), Role("Patient"))
+    summary = "press a held thing onto another one, and leave it"
+    rule_file = Path(__file__).with_suffix(".yaml")
+    def decompose(self, action, belief):
+        yield Decomposition((), "nothing")
+@hookimpl
+def task_types():
+    return [Stamping()]
+"""
+RULE = """
+task: cram:Stamping
+roles: {Instrument: soma:CausativeRole, Patient: soma:Patient}
+source: a test
+pre: ["effector(Gripper)", "grasps(Gripper, Instrument)", "touches(Instrument, Patient)"]
+post: ["not touches(Instrument, Patient)"]
+explain: "{Instrument} is pressed onto {Patient}"
+"""
+
+
+def test_a_further_plugin_does_not_change_what_goals_do(plugin: Callable[[str, str], Path]) -> None:
+    file = plugin("stamping", STAMPING)
+    file.with_suffix(".yaml").write_text(RULE)
+    engine, goal = Engine(files=[str(file)]), Goal(("block on shelf",))
+    plans = [str(p) for p in engine.plans_for_goal(goal, engine.setting(read_scenario(SHELF)), Trace())]
+    assert plans[0] == "Grasping -> PickingUp -> Placing -> Retracting"
+    assert any("Stamping" in p for p in plans)  # it is a way, but not before one that is shipped
+
+
+@pytest.mark.parametrize(
+    ("goal", "says"),
+    [
+        ("block on shelf", "one or more sentences"),
+        ((), "one or more sentences"),
+    ],
+)
+def test_goals_in_python_that_cannot_be_used(goal: object, says: str) -> None:
+    with pytest.raises(UserError, match=says):
+        Goal(goal)  # type: ignore[arg-type]
+
+
+def test_text_is_no_goal() -> None:
+    with pytest.raises(UserError, match=r"'room\.yaml' is text: pass read_scenario"):
+        next(ENGINE.resolve("room.yaml"))  # type: ignore[arg-type]

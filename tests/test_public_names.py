@@ -69,6 +69,8 @@ def test_the_page_of_python_names_has_all() -> None:
     page = _generated().python_page()
     heads = re.findall(r"^### (\w+)$", page, re.MULTILINE)
     assert heads == [n for _, n in NAMES]
+    assert "- `places` = `False`: True for tasks that choose where to put something" in page  # each with its own text
+    assert 'sample_robot(backend: str = \'\')' in page
     assert " at 0x" not in page  # the same page from every build
 
 

@@ -272,3 +272,23 @@ def test_a_refusal_names_the_choice_that_is_to_blame(plugin: Plugin, because: bo
     trial = Trial(plugin("taken", f"BECAUSE = {because}\n{TAKEN}"))
     found = trial.bindings(Object("under"), Object("into"))
     assert found == ([{"under": "table", "into": "basket"}] if because else [])  # not named, not gone back to
+
+
+ODD_MOTIONS = """
+from cramlite.tasks import Decomposition, TaskType
+class Slide(TaskType):
+    task = "cram:Sliding"
+    summary = "a motion of a kind that nobody knows"
+    def decompose(self, action, belief):
+        yield Decomposition((Location("place", "there"), Motion(action.inside("go"), "slyde", Location("place", "there"))), "odd")
+@hookimpl
+def task_types():
+    return [Slide()]
+"""
+
+
+def test_a_motion_that_nobody_resolves_is_not_cured_by_another_place(plugin: Plugin) -> None:
+    trial = Trial(plugin("places", _with(PLACES, 5)), plugin("odd", ODD_MOTIONS))
+    assert trial.bindings(Action("1.Sliding", "cram:Sliding")) == []
+    assert len(trial.outcomes("place", "chosen")) == 1
+    assert [e.reason for e in trial.trace.entries if "no plugin resolves" in e.reason]

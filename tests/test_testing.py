@@ -65,6 +65,8 @@ def _bug(self: TaskType, action: Action, belief: Belief) -> Iterable[Decompositi
         ({"task": "Fine"}, "CURIE"),
         ({"aliases": ("Fine",)}, "names repeat"),
         ({"summary": ""}, "summary"),
+        ({"roles": (Role("the thing"),)}, "one capitalised word"),
+        ({"rule_file": Path("/nowhere.yaml")}, "no rule file '/nowhere.yaml'"),
         ({"roles": (Role("A"), Role("A"))}, "roles repeat"),
         ({"parameters": (Parameter("speed_m_s", 1.0, ""),)}, "where its default comes from"),
         ({"decompose": _bug}, "only Unresolvable"),

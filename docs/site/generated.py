@@ -75,7 +75,7 @@ def attributes(value: Any) -> list[str]:
     source = inspect.getsource(value) if own else ""
     lines = []
     for name in own:
-        doc = re.search(rf'^    {name}: ClassVar.*\n    """(.*?)"""', source, re.MULTILINE | re.DOTALL)
+        doc = re.search(rf'^    {name}: ClassVar[^\n]*\n    """(.*?)"""', source, re.MULTILINE | re.DOTALL)
         said = " ".join(doc[1].split()) if doc else ""
         lines.append(f"- `{name}` = `{getattr(value, name)!r}`{': ' + plain(said) if said else ''}")
     return ["", "**Attributes**", "", *lines] if lines else []
@@ -108,7 +108,7 @@ def default(field: Any) -> str:
 
 def signature_of(value: Any) -> str:
     try:
-        return re.sub(r" at 0x\w+", "", str(inspect.signature(value)).replace("'", ""))
+        return re.sub(r" at 0x\w+", "", re.sub(r"(: |-> )'([^']+)'", r"\1\2", str(inspect.signature(value))))
     except (TypeError, ValueError):
         return "(...)"
 

@@ -51,7 +51,7 @@ def problem_of(engine: Engine, setting: Setting, goal: Goal) -> Problem:
         UserError: the goal is none, or names what there is not.
     """
     grounder = Grounder(setting.world, engine.knowledge.taxonomy)
-    operators = grounder.ground(engine.knowledge.rules, engine.knowledge.tasks)
+    operators = grounder.ground(engine.knowledge.goal_rules, engine.knowledge.tasks)
     (meaning,) = meant(goal, {}, grounder)
     target = wanted(meaning.says, grounder)
     return Problem(facts_of(setting.world, setting.relations), target, with_sides(target, operators, engine.knowledge.tasks))

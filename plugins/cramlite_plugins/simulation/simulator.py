@@ -28,6 +28,12 @@ class MujocoSimulator:
 
         compile_world(world, robots)
 
+    def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
+        """Things of a world that are odd at its start, and why."""
+        from .doubts import world_doubts
+
+        return world_doubts(world, robots)
+
     def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
         from .execute import execute
         from .virtual_ur.client_program import execute_client, is_client_program
