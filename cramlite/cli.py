@@ -18,7 +18,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         0 solved, 1 no solution, 2 the user's mistake, 3 a plugin's bug, 130 interrupted.
     """
     if argv is None:
-        _collect_less_often()
+        _start_lightly()
     arguments = parser(COMMANDS).parse_args(argv)
     try:
         return int(arguments.run(arguments))
@@ -35,14 +35,20 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
-def _collect_less_often() -> None:
-    """In a process of ours most objects stay, modules first of all. Of the CPU time of ``cramlite check`` looking for cycles
-    took 8 % (after every 700 new objects), and 15 % once more at the end, for nothing. The thresholds are mypy's."""
+def _start_lightly() -> None:
+    """Settings of a process that is ours alone, so nothing of this is done on import.
+
+    Most objects stay, modules first of all: of the CPU time of ``cramlite check`` looking for cycles took 8 % (after every
+    700 new objects), and 15 % once more at the end, for nothing; the thresholds are mypy's. For plugins of its own
+    pydantic reads the metadata of every installed package, 13 % with 130 of them.
+    """
     import atexit
     import gc
+    import os
 
     gc.set_threshold(200_000, 30, 30)
     atexit.register(gc.freeze)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
 def _bug(error: Exception) -> str:

@@ -19,7 +19,8 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
     """Each with file and line: numbers that look like other units, things inside each other, things that stand on nothing."""
     found = list(_numbers(scenario))
     look = getattr(knowledge.simulator, "doubts", None)  # a simulator need not have any
-    for name, said in look(setting.world, knowledge.robots) if look else ():
+    world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
+    for name, said in look(world, knowledge.robots) if look else ():
         found.append(f"{scenario.where_thing(name)}: {said}")
     return found
 

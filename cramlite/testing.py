@@ -84,9 +84,18 @@ def check_task_type(task: TaskType, *, kinds: Iterable[str] = KINDS) -> None:
             assert impossible.reason.strip(), f"{task.task}: Unresolvable needs a reason"  # noqa: PT017 - this is no test
         except Exception as error:
             raise AssertionError(f"{task.task}.decompose raised {error!r}; only Unresolvable is an answer") from error
+    _check_effects(task)
     assert ways, f"{task.task}: neither an empty nor a holding gripper can do it, nor a robot that drives"
     for way in ways:
         _check_decomposition(task, way, set(kinds))
+
+
+def _check_effects(task: TaskType) -> None:
+    try:
+        after = task.effects(sample_action(task), sample_belief("cube"))
+    except Exception:
+        return  # it may want more of its action than a cube can give; the run of a scenario shows that
+    assert isinstance(after, Belief), f"{task.task}: effects gives a Belief, not {after!r}"
 
 
 def _check_declaration(task: TaskType) -> None:
@@ -110,6 +119,8 @@ def _check_decomposition(task: TaskType, way: Decomposition, kinds: set[str]) ->
         assert isinstance(step, tuple(HOOKS)), f"{task.task}: {step!r} is no designator"
         if isinstance(step, Motion):
             assert step.kind in kinds, f"{task.task}: no motion plugin knows kind '{step.kind}'"
+            touched = step.may_touch
+            assert not isinstance(touched, str), f"{task.task}: {step.name}: may_touch is a tuple of names, not '{touched}'"
             assert isinstance(step.to, Location | None), f"{task.task}: {step.name} leads to {step.to!r}"
     names = [s.name for s in way.steps if isinstance(s, Action | Motion | Late)]
     assert len(set(names)) == len(names), f"{task.task}: steps share a name: {names}"

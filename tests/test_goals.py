@@ -127,7 +127,12 @@ def test_a_goal_beside_something_far_away_is_refused_with_the_distance() -> None
     goal, away = Goal(("block on shelf near post",)), replace(far, name="post", pose=Pose((0.45, 0.6, 0.051)))
     world = replace(setting.world, things=(*setting.world.things, away))
     assert (
-        next(ENGINE.resolve(goal, world=replace(setting, world=world), trace=trace, budget=Budget(proofs=1)), None)
+        next(
+            ENGINE.resolve(
+                goal, world=replace(setting, world=world), trace=trace, budget=Budget(proofs=1, sequences=1)
+            ),
+            None,
+        )
         is None
     )
     assert any("'post'" in e.reason and "up to 200 mm are near" in e.reason for e in trace.entries), {

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from cramlite import Action, Backend, Belief, Code, Decomposition, Expert, Motion, Parameter, Role, TaskType
+from cramlite import Action, Backend, Belief, Code, Decomposition, Expert, Location, Motion, Parameter, Role, TaskType
 from cramlite.errors import UserError
 from cramlite.phases import Predicate
 from cramlite.program import Program
@@ -65,6 +65,8 @@ def _bug(self: TaskType, action: Action, belief: Belief) -> Iterable[Decompositi
         ({"task": "Fine"}, "CURIE"),
         ({"aliases": ("Fine",)}, "names repeat"),
         ({"summary": ""}, "summary"),
+        ({"effects": lambda self, action, belief: None}, "effects gives a Belief, not None"),
+        ({"decompose": _decompose(Motion("1.Fine/go", "linear", Location("home", "home"), may_touch="cup"))}, "a tuple of names"),  # type: ignore[arg-type]
         ({"roles": (Role("the thing"),)}, "one capitalised word"),
         ({"rule_file": Path("/nowhere.yaml")}, "no rule file '/nowhere.yaml'"),
         ({"roles": (Role("A"), Role("A"))}, "roles repeat"),
