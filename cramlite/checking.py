@@ -96,7 +96,10 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"The program '{path}' cannot be read: {error}.") from error
     simulator = Knowledge(plugins.registry()).simulator
-    doubts = list(simulator.inspect(text))
+    try:
+        doubts = list(simulator.inspect(text))
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from error
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
     print(f"{path}: {len(text.splitlines())} lines, every name and call is known, {len(doubts) or 'no'} doubts")

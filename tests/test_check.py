@@ -117,7 +117,7 @@ def test_a_program_that_calls_what_there_is_not_fails(tmp_path: Path) -> None:
     path = tmp_path / "p.script"
     path.write_text("def p():\n  mooveJ([0])\nend\n")
     done = cramlite("check", path)
-    assert done.returncode == 2 and "line 2" in done.stderr and "mooveJ" in done.stderr
+    assert done.returncode == 2 and f"{path}: URScript, line 2" in done.stderr and "mooveJ" in done.stderr
 
 
 def test_an_ontology_is_sent_to_its_own_check() -> None:
