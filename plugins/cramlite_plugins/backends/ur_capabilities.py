@@ -2,8 +2,9 @@
 
 Sources: [script] the version marks of ur_rtde 1.6.5's control script inside its wheel ("$5.10|3.15 ..." keeps a line for these
 versions and later); [client] UniversalRobots' ur_client_library, "Script Command Interface" and "Force Mode example" (no gain
-scaling on CB3); [facts] the project's own notes (reference/robot_code.md). PolyScope X: "?" is said of everything, since
-nothing here has run on it and no source that was read names versions.
+scaling on CB3); [external] the same library's external_control.urscript (commit 0046867), which runs on PolyScope X from 10.7.0 on
+and calls these functions there, direct_torque from 10.11.0 on: what it calls without a condition is there by 10.7, perhaps before;
+[facts] the project's own notes (reference/robot_code.md). Nothing here has run on PolyScope X; "?" is what no source that was read says.
 """
 
 from __future__ import annotations
@@ -32,20 +33,20 @@ class Capability:
 
 
 CAPABILITIES = (
-    Capability("force_mode", "3.5", "5.0", "?", "[script] unmarked; damping from 3.5"),
-    Capability("force_mode_set_damping", "3.5", "5.0", "?", "[script]"),
-    Capability("force_mode_set_gain_scaling", "", "5.0", "?", "[script] [client]"),
-    Capability("zero_ftsensor", "", "5.0", "?", "[facts]; [script] has it unmarked"),
+    Capability("force_mode", "3.5", "5.0", "10.7", "[script] unmarked; damping from 3.5; [external]"),
+    Capability("force_mode_set_damping", "3.5", "5.0", "10.7", "[script]; [external]"),
+    Capability("force_mode_set_gain_scaling", "", "5.0", "10.7", "[script] [client]; [external]"),
+    Capability("zero_ftsensor", "", "5.0", "10.7", "[facts]; [script] has it unmarked; [external]"),
     Capability("set_target_payload", "", "5.10", "?", "[script]"),
     Capability("get_inverse_kin_has_solution", "3.15", "5.10", "?", "[script]"),
-    Capability("tool_contact", "", "5.4", "?", "[script]"),
-    Capability("get_actual_joint_positions_history", "", "5.4", "?", "[script]"),
+    Capability("tool_contact", "", "5.4", "10.7", "[script]; [external]"),
+    Capability("get_actual_joint_positions_history", "", "5.4", "10.7", "[script]; [external]"),
     Capability("get_target_waypoint", "", "5.3", "?", "[script]"),
     Capability("get_tcp_offset", "3.6", "5.0", "?", "[script]"),
     Capability("protective_stop", "3.8", "5.0", "?", "[script]"),
-    Capability("ft_rtde_input_enable", "", "5.9", "?", "[script]"),
-    Capability("freedrive_mode", "3.15", "5.10", "?", "[script] with free axes from 5.10"),
-    Capability("direct_torque", "", "5.26", "?", "[script]"),
+    Capability("ft_rtde_input_enable", "3.14", "5.9", "10.7", "[script]; [external], CB3 too"),
+    Capability("freedrive_mode", "3.15", "5.10", "10.7", "[script] with free axes from 5.10; [external]"),
+    Capability("direct_torque", "", "5.26", "10.11", "[script]; [external], which says 5.23"),
 )
 NEEDED = {CB3: "3.15", E_SERIES: "5.11"}
 """The PolyScope version that programs ask for in their header."""

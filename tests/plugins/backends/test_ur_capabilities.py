@@ -26,7 +26,8 @@ def test_an_e_series_program_is_not_one_for_cb3_and_says_why() -> None:
     found = " ".join(lacking(text, CB3, "3.15"))
     assert "CB3 does not have zero_ftsensor" in found and "CB3 does not have set_target_payload" in found
     assert "set_target_payload needs PolyScope 5.10 on e-Series, not 5.9" in " ".join(lacking(text, E_SERIES, "5.9"))
-    assert "PolyScope X is not known to have force_mode" in " ".join(lacking(text, X, "10.7"))
+    assert "PolyScope X is not known to have set_target_payload" in " ".join(lacking(text, X, "10.7"))
+    assert "force_mode needs PolyScope 10.7 on PolyScope X, not 10.6" in " ".join(lacking("  force_mode()", X, "10.6"))
 
 
 def test_the_backend_refuses_what_the_controller_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
