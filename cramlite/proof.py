@@ -158,6 +158,8 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     names = [name for name, _ in state.choices]
     tasks = [a.name for a in state.actions]
     failed = [f.origin.split("/")[0] for f in verdict.objections]
+    if any(f in tasks and f not in names for f in failed):
+        return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
     known = [tasks.index(f) for f in failed if f in tasks]
     if known and min(known) + 1 < len(tasks):
         names = names[: names.index(tasks[min(known) + 1])]

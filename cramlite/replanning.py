@@ -16,19 +16,21 @@ from .engine import LISTED, Setting
 from .errors import NoSolution, UserError
 from .explain import as_json, failure_text
 from .geometry import Pose
-from .program import SetGripper, walk
+from .program import MoveJoints, SetGripper, walk
 from .program_text import typed_code
 from .trace import Trace
 
 if TYPE_CHECKING:
     from .engine import Engine
+    from .geometry import Floats
     from .plan import Plan
     from .program import Code, Program
     from .rollout import Rollout
     from .scenario import Scenario
     from .world import Thing, World
 
-ROUNDS = 3
+NEAR = 0.02  # how far the way back may be from the way there, in any joint [rad]
+SLOW = 0.5  # and how fast [rad/s]
 Say = Callable[[str], None]
 
 
@@ -108,7 +110,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
     """
-    plan, now = left(done), as_left(done)
+    plan, now = left(done), as_left(_back(done, engine, seed, number, say))
     setting = engine.setting(scenario, seed=seed, now=now, rest=plan)
     assert setting.look is not None and setting.real is not None
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
@@ -121,6 +123,49 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")
     return Attempt(plan, candidate.program, candidate.code, setting.real)
+
+
+def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Round:
+    """The arm goes back the way it came, by its own encoders, to where the program began: it stands among things of which
+    nobody knows where they are before the camera has looked.
+
+    Raises:
+        NoSolution: it did not get there.
+    """
+    program, world = done.attempt.program, as_left(done)
+    path = way_back(done.rollout.joints)
+    if not path:
+        return done
+    robot = engine.knowledge.robots[program.robot_type]
+    step = MoveJoints(path, SLOW, 1.0, origin="0.Back", comment="the way it came")
+    back = replace(program, steps=(step,), sections=(), snapshots=(), late=(), start=world.robots[0].joints)
+    code = engine.knowledge.backends[robot.backend].emit(back, robot)
+    there = _run(Attempt(done.attempt.plan, back, code, world), engine, seed)
+    if there.rollout.outcome != "finished":
+        raise NoSolution(f"Round {number}: the arm does not get back the way it came: {there.said}")
+    say(f"round {number}: the arm went back the way it came")
+    return there
+
+
+def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:
+    """Joint positions (n, axes) that were gone through, backwards, as few as describe them to ``NEAR``; () for a robot that
+    has not moved."""
+    import numpy as np
+
+    def straight(a: int, b: int) -> bool:
+        gone, way = joints[a : b + 1] - joints[a], joints[b] - joints[a]
+        along = np.clip(gone @ way / max(float(way @ way), 1e-12), 0.0, 1.0)[:, None]
+        return bool(np.abs(gone - along * way).max() <= NEAR)
+
+    path, at = [], len(joints) - 1
+    while at > 0 and np.abs(joints[: at + 1] - joints[at]).max() > NEAR:
+        low, high = 0, at - 1  # the first sample from which it went straight to here
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if straight(middle, at) else (middle + 1, high)
+        at = low
+        path.append(tuple(map(float, joints[at])))
+    return tuple(path)
 
 
 def left(done: Round) -> Plan:

@@ -6,17 +6,23 @@ import json
 import math
 import shutil
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from conftest import ROOT, Run
 from pydantic import TypeAdapter
 
-from cramlite import Engine, read_scenario
+from cramlite import Action, Engine, read_scenario
 from cramlite.cli import main
 from cramlite.geometry import Pose
 from cramlite.late_poses import edges
 from cramlite.program_text import read_program
+from cramlite.proof import conflict_of
+from cramlite.replanning import way_back
+from cramlite.verdict import Finding, Verdict
 from cramlite.world import World
 
 SCENARIO = ROOT / "scenarios" / "late_pose_camera.yaml"
@@ -97,7 +103,7 @@ def test_rounds_are_bounded(parametric: Path, tmp_path: Path, run: Run) -> None:
     assert done.code == 1 and "Given up after 1 rounds. The last one: halted before the first step" in done.err
 
 
-def test_a_program_that_grasped_nothing_goes_on_from_where_the_robot_stands(
+def test_a_program_that_grasped_nothing_goes_back_the_way_it_came_and_on_with_a_closed_hand(
     snapshot: tuple[Path, Path], tmp_path: Path, run: Run
 ) -> None:
     directory, scenario = snapshot
@@ -106,10 +112,11 @@ def test_a_program_that_grasped_nothing_goes_on_from_where_the_robot_stands(
     done = run("execute", directory / "program.script", "--world", world, "--replan", scenario, "--out", out)
     assert done.code == 0, done.err
     assert "round 1: halted in 1.Grasping/close: 1.Grasping/close: no object between the fingers" in done.out
+    assert "round 2: the arm went back the way it came" in done.out
     start = WORLDS.validate_json((out / "round_2" / "world.json").read_bytes()).robots[0]
     assert start.opening is not None and start.opening < 0.01, "the hand is closed"
     typed = read_program((directory / "program.json").read_text()).program
-    assert max(abs(a - b) for a, b in zip(start.joints, typed.start, strict=True)) > 0.3, "not at home"
+    assert max(abs(a - b) for a, b in zip(start.joints, typed.start, strict=True)) < 0.05
 
 
 def test_with_something_in_the_hand_it_says_that_it_does_not_go_on(snapshot: tuple[Path, Path], tmp_path: Path, run: Run) -> None:
@@ -164,3 +171,24 @@ def test_a_setting_of_now_shows_the_camera_the_world_as_it_is() -> None:
     after = engine.setting(scenario, now=now)
     assert math.dist(after.world.thing("teabox_1").pose.position, (0.6, 0.1, pose.position[2])) < 0.01
     assert math.dist(before.world.thing("teabox_1").pose.position, pose.position) < 0.01
+
+
+def test_the_way_back_is_the_way_there() -> None:
+    """Around two corners, with samples at rest; where the arm has not moved there is none."""
+    corners = np.array([[0.0, 0.0], [1.0, 0.2], [1.2, -1.0]])
+    there = np.concatenate([np.linspace(a, b, 50) for a, b in pairwise(corners)] + [np.repeat(corners[-1:], 20, axis=0)])
+    path = np.array(way_back(there))
+    assert len(path) <= 4 and np.abs(path[-1] - corners[0]).max() < 0.02
+    whole = np.concatenate([np.linspace(a, b, 50) for a, b in pairwise([there[-1], *path])])
+    assert max(np.abs(there - p).max(axis=1).min() for p in whole) < 0.03
+    assert way_back(np.repeat(corners[:1], 9, axis=0) + 1e-3) == ()
+
+
+def test_what_fails_before_the_plan_begins_is_no_choice_of_the_plan() -> None:
+    """A looking motion that meets something: it was resolved before, and nothing in the plan changes it."""
+    verdict = Verdict((Finding("collision", False, "hit", origin="0.LookingFor_1/look"),))
+    actions = tuple(Action(name, "soma:Task") for name in ("0.LookingFor_1", "0.LookingFor_2", "1.Grasping"))
+    state = SimpleNamespace(choices=(("1.Grasping", "0"), ("grasp", "3")), actions=actions, motions=frozenset[str]())
+    assert conflict_of(verdict, state) == frozenset()  # type: ignore[arg-type]
+    later = Verdict((Finding("collision", False, "hit", origin="1.Grasping/approach"),))
+    assert conflict_of(later, state) == {"1.Grasping", "grasp"}  # type: ignore[arg-type]
