@@ -168,8 +168,9 @@ def _confusion(tried: Iterable[CandidateResult]) -> Confusion:
 def _short(reason: str) -> str:
     """A reason without its numbers, so that equal ones are counted together."""
     import re
+    import textwrap
 
-    return re.sub(r"[-+]?\d+(\.\d+)?", "#", reason)[:160]
+    return textwrap.shorten(re.sub(r"[-+]?\d+(\.\d+)?", "#", reason), 240, placeholder=" ...")
 
 
 def _why(result: DemonstrationResult) -> str:
