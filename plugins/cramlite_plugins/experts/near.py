@@ -30,13 +30,14 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """The places around the thing, those that are the shortest way from here first."""
+    """Places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
+    and distances of a side alike, and each would be searched below."""
     from .reach import bound, make_scene, shift, stance, tcp, whereabouts
 
     there, entity, hand = whereabouts(belief, location, context), bound(context, location.of), tcp(belief, context)
     scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
     options = []
-    for name, point, gap in _around(entity, there, hand * to_body, belief):
+    for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
             yield Refused(name, f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm")
             continue
@@ -46,17 +47,21 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             body = turn * Pose((0, 0, 0), (hand * to_body).quaternion)
             pose = shift(body, point) * to_body.inverse()
             cost = PER_METRE * math.dist(pose.position, hand.position) + PER_TURN * abs(math.radians(yaw))
-            options.append((cost, f"{name} '{entity}', turned {yaw:+.0f} deg", pose))
-    for cost, name, pose in sorted(options, key=lambda option: option[:2]):
+            options.append((cost, f"{name} '{entity}', turned {yaw:+.0f} deg", side, pose))
+    done: set[str] = set()
+    for cost, name, side, pose in sorted(options, key=lambda option: option[:2]):
+        if side in done:
+            continue
         found = stance(scene, context, pose, belief.joints)
         if isinstance(found, str):
             yield Refused(name, found)
         else:
+            done.add(side)
             yield Grounding(Place(pose, pose), name, cost, key=name)
 
 
-def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, Floats, float]]:
-    """Where the origin of the hand, or of what it holds, would be, in the base frame, and how far from the thing [m]."""
+def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
+    """The side and its name; where the origin of the hand, or of what it holds, would be, in the base frame; how far away [m]."""
     from .push import support
 
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
@@ -67,4 +72,4 @@ def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tu
         own = support(held, Pose((0, 0, 0), body.quaternion), -way) if held else 0.0
         reach = support(thing, there, way) - float(middle @ way)
         for gap in GAPS:
-            yield f"{1000 * gap:.0f} mm {name}", middle + way * (reach + gap + own), gap + own
+            yield name, f"{1000 * gap:.0f} mm {name}", middle + way * (reach + gap + own), gap + own
