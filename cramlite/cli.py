@@ -47,8 +47,16 @@ def _start_lightly() -> None:
     import os
 
     gc.set_threshold(200_000, 30, 30)
-    atexit.register(gc.freeze)
+    atexit.register(_leave)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+
+
+def _leave() -> None:
+    """Nanobind calls what was not collected a leak, on standard error; of the packages here OMPL's is made with it."""
+    import gc
+
+    if "ompl" not in sys.modules:
+        gc.freeze()
 
 
 def _bug(error: Exception) -> str:

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from conftest import Ran, Run
 
+from cramlite.resources import find_scenario
+
 ROBOT = "robot: {type: ur5e}"
 
 
@@ -109,6 +111,14 @@ def test_an_unreachable_goal_is_no_solution(run: Run, spoiled: Callable[..., Pat
     path = spoiled(("[0.87, 0, 0.45]", "[2.87, 0, 0.45]"))
     ran = run("resolve", path, "--no-report", "--out", tmp_path / "run")
     _is_clear(ran, 1, "No solution", "Nearest miss", " m > ")
+
+
+def test_no_solution_of_a_process_ends_with_its_reasons(process: Run, tmp_path: Path) -> None:
+    text = find_scenario("tasks/closing").read_text().replace("type: ur5e", "type: fr3_2f85, at: {position: [0.1, 0, 0]}")
+    (tmp_path / "closing.yaml").write_text(text)
+    ran = process("resolve", tmp_path / "closing.yaml", "--no-report", "--out", tmp_path / "run")
+    _is_clear(ran, 1, "No solution", "Nearest miss")
+    assert "cramlite explain" in ran.err.splitlines()[-1]  # a library printed what it had not cleaned up
 
 
 def test_a_path_that_is_no_episode(run: Run, tmp_path: Path) -> None:
