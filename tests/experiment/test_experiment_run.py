@@ -135,9 +135,7 @@ def test_ctrl_c_and_kill_lose_nothing(experiment: Path, tmp_path: Path, how: int
     running = start(experiment, out)
     wait_for(out / "results" / "O1-01" / "result.json")
     workers = children(running.pid)
-    with pytest.raises(UserError, match=f"process {running.pid}.*is running"):
-        run_experiment(order(experiment, out), lambda _: None)  # two runs in one directory
-    os.kill(running.pid, how)
+    os.kill(running.pid, how)  # at once: what is left takes seconds only
     _, said = running.communicate(timeout=60)
     assert running.returncode == code
     assert how == signal.SIGKILL or "interrupted; what was written so far is kept" in said

@@ -149,7 +149,7 @@ def test_the_unmodified_client_carries_out_every_kind_of_step() -> None:
         Repeat((OPEN, SHUT), 1),
         Monitor((MoveLinear(Pose((*HOME.position[:2], 0.33), HOME.quaternion), 0.2, 0.5),), time=30.0, force=50.0),
         ZeroSensor(),
-        MoveUntilContact((0.0, 0.0, -1.0), 0.01, 3.0, 0.08, 20.0, origin="touch"),
+        MoveUntilContact((0.0, 0.0, -1.0), 0.01, 3.0, 0.1, 20.0, origin="touch"),
         TryInOrder(((search,), (SLIDE,)), origin="feel"),
         lift,
         Wait(0.1),
