@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite import Answers, Belief, Context, Grounding, Location, Object, Place, Pose, Refused, hookimpl
+from cramlite import Action, Answers, Belief, Context, Grounding, Location, Object, Place, Pose, Refused, hookimpl
 from cramlite.geometry import Floats
 
 from .place_predicates import NEAR
@@ -22,6 +22,13 @@ PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near
 def near(thing: Object) -> Location:
     """The location near what an object designator means."""
     return Location(f"near({thing.name})", "near", thing.name)
+
+
+def at_or_near(thing: Object | None, following: Action | None, goal: Location) -> Location:
+    """Where a free motion to a thing leads: to ``goal``, where the following task begins, if that is about the thing or a part
+    of it; else near the thing."""
+    about = {n for o in (following.roles.values() if following else ()) for n in (o.name, o.part_of)}
+    return goal if thing is None or thing.name in about else near(thing)
 
 
 @hookimpl

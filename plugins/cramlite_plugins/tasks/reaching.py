@@ -16,7 +16,7 @@ from cramlite import (
     Unresolvable,
     hookimpl,
 )
-from cramlite_plugins.experts.near import near
+from cramlite_plugins.experts.near import at_or_near
 
 HOME = Location("home", "home")  # where a free motion leads when nothing follows it
 # After a fast motion the arm is up to 5 mm behind, for up to 0.2 s [s]: measured, validators/postconditions.py. What follows
@@ -49,9 +49,7 @@ class Reaching(TaskType):
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
         """To where the next task begins, if that is at what is reached for; else near that."""
-        there = action.roles.get("Goal")
-        about = {n for o in (following.roles.values() if following else ()) for n in (o.name, o.part_of)}
-        return goal if there is None or there.name in about else near(there)
+        return at_or_near(action.roles.get("Goal"), following, goal)
 
 
 @hookimpl

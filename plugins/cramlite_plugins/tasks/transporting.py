@@ -16,7 +16,7 @@ from cramlite import (
     Unresolvable,
     hookimpl,
 )
-from cramlite_plugins.experts.near import near
+from cramlite_plugins.experts.near import at_or_near
 
 
 class Transporting(TaskType):
@@ -47,9 +47,7 @@ class Transporting(TaskType):
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
         """To where the next task begins, if that is at the destination; else near it."""
-        there = action.roles.get("Destination")
-        about = {n for o in (following.roles.values() if following else ()) for n in (o.name, o.part_of)}
-        return goal if there is None or there.name in about else near(there)
+        return at_or_near(action.roles.get("Destination"), following, goal)
 
 
 @hookimpl
