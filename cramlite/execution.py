@@ -14,8 +14,11 @@ from .scenario import read_scenario
 from .scenario_world import build_world, real_world
 
 if TYPE_CHECKING:
+    from .engine import Engine
     from .knowledge import Knowledge
+    from .replanning import Attempt
     from .rollout import Rollout
+    from .scenario import Scenario
     from .world import World
 
 
@@ -87,7 +90,6 @@ def execute_and_replan(
     """
     from . import replanning
     from .plugin_choice import make_engine
-    from .program_text import read_program
 
     _vacant(out)
     scene = read_scenario(find_scenario(scenario))
@@ -96,10 +98,7 @@ def execute_and_replan(
     if rounds < 1:
         raise UserError(f"--rounds {rounds}: at least one program runs.")
     engine = make_engine(scene, plugins)
-    beside = {name: _text(program.parent / name) for name in ("program.json", "plan.json")}
-    typed = read_program(beside["program.json"]).program
-    plan, code = replanning.planned(_text(program), typed, beside["plan.json"], scene, engine, seed)
-    place = read_world(world, engine.knowledge, seed)
+    first = _first_attempt(program, scene, engine, world, seed)
     said: list[str] = []
 
     def say(text: str) -> None:
@@ -107,7 +106,6 @@ def execute_and_replan(
         if not json_output:
             print(text, flush=True)
 
-    first = replanning.Attempt(plan, typed, code, place)
     done = []
     try:
         for number, one in enumerate(replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say), 1):
@@ -122,6 +120,17 @@ def execute_and_replan(
         if json_output:
             print(as_json({"said": said, "rounds": [rollout_json(one.rollout) for one in done]}))
     return 0
+
+
+def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
+    """The program with the plan that lies beside it in its run directory, in the world where it is to run."""
+    from . import replanning
+    from .program_text import read_program
+
+    beside = {name: _text(program.parent / name) for name in ("program.json", "plan.json")}
+    typed = read_program(beside["program.json"]).program
+    plan, code = replanning.planned(_text(program), typed, beside["plan.json"], scenario, engine, seed)
+    return replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
 
 
 def _vacant(out: Path | None) -> None:
