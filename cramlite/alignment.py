@@ -7,7 +7,7 @@ new class with one line of Turtle.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from .episode import Episode, Event, Repair
 from .ontology import Taxonomy

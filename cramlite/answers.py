@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from .belief import Belief
 from .designators import Designator
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
     from .world import Camera
 
 
-@dataclass(frozen=True)
-class Grounding:
+class Grounding(Struct, frozen=True):
     """One alternative.
 
     Args:
@@ -36,8 +36,7 @@ class Grounding:
     key: str = ""
 
 
-@dataclass(frozen=True)
-class Refused:
+class Refused(Struct, frozen=True):
     """An alternative that was considered and dropped: it appears in explanations.
 
     Args:
@@ -58,8 +57,7 @@ Answer = Grounding | Refused
 Answers = Iterable[Answer] | None
 
 
-@dataclass(frozen=True)
-class Context:
+class Context(Struct, frozen=True):
     """What a plugin may know besides the designator and the belief.
 
     Args:

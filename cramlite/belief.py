@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .geometry import Pose
 from .world import Feature, Thing, World
 
 
-@dataclass(frozen=True)
-class Estimate:
+class Estimate(Struct, frozen=True):
     """A pose with its uncertainty and provenance.
 
     Args:
@@ -24,8 +25,7 @@ class Estimate:
     source: str = "known from the scenario"
 
 
-@dataclass(frozen=True)
-class Held:
+class Held(Struct, frozen=True):
     """A thing in the gripper.
 
     Args:
@@ -45,8 +45,7 @@ class Held:
 Relation = tuple[str, str, str]
 
 
-@dataclass(frozen=True)
-class Belief:
+class Belief(Struct, frozen=True):
     """State of the world as the engine believes it; frozen.
 
     Args:

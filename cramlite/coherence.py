@@ -15,9 +15,10 @@ and ends (no reach, path or physics is asked):
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+
+from msgspec import Struct
 
 from .conditions import Atom, Every, Not, Variable, atoms
 from .interpretation import Interpretation
@@ -30,8 +31,7 @@ Fact = tuple[str, ...]
 """A predicate and its arguments; "_" stands for anything that is no role of the task."""
 
 
-@dataclass(frozen=True)
-class Claims:
+class Claims(Struct, frozen=True):
     """What one reading of an action says about the relations that rules change.
 
     Args:

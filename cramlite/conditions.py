@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Union
+
+from msgspec import Struct
 
 from .phases import Phase, Predicate, Row
 
 Binding = dict[str, str | float]
 
 
-@dataclass(frozen=True)
-class Variable:
+class Variable(Struct, frozen=True):
     """A capitalised name; ``_`` stands for a new variable each time."""
 
     name: str
@@ -36,8 +36,7 @@ OPERATORS = {
 }
 
 
-@dataclass(frozen=True)
-class Atom:
+class Atom(Struct, frozen=True):
     """``predicate(term, ...)``."""
 
     predicate: Predicate
@@ -67,8 +66,7 @@ class Atom:
         return frozenset(t.name for t in self.terms if isinstance(t, Variable) and t.name != "_")
 
 
-@dataclass(frozen=True)
-class Not:
+class Not(Struct, frozen=True):
     """Negation as failure: nothing known makes the inner condition hold."""
 
     inner: Condition
@@ -78,8 +76,7 @@ class Not:
             yield binding
 
 
-@dataclass(frozen=True)
-class Every:
+class Every(Struct, frozen=True):
     """Whatever makes the first condition hold makes the second hold."""
 
     given: Condition
@@ -90,8 +87,7 @@ class Every:
             yield binding
 
 
-@dataclass(frozen=True)
-class Compare:
+class Compare(Struct, frozen=True):
     """A value, or a variable, against a number or a variable."""
 
     left: Atom | Variable
@@ -112,8 +108,7 @@ class Compare:
         return [row[-1] for row in phase.rows(self.left.predicate, self.left.arguments(binding))]
 
 
-@dataclass(frozen=True)
-class Or:
+class Or(Struct, frozen=True):
     """One of several conditions."""
 
     options: tuple[Condition, ...]
@@ -127,8 +122,7 @@ class Or:
                     yield found
 
 
-@dataclass(frozen=True)
-class And:
+class And(Struct, frozen=True):
     """All of several conditions; variables are passed on from left to right."""
 
     parts: tuple[Condition, ...]

@@ -9,9 +9,11 @@ same states hold. ``matching.match`` is the definition; a test holds the two tog
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from itertools import groupby
 from operator import itemgetter
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .conditions import And, Atom, Binding, Compare, Condition, Every, Not, Or, Term, Variable, binds
 from .phases import Phase, PhaseName, Timeline
@@ -22,8 +24,7 @@ _PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 Key = tuple[PhaseName, object]
 
 
-@dataclass
-class _Node:
+class _Node(Struct):
     """One condition on the way to some rules."""
 
     phase: PhaseName
@@ -37,8 +38,7 @@ Found = dict[str, list[Binding]]
 """Task -> the bindings under which all its conditions hold, for each rule that has any."""
 
 
-@dataclass
-class _Settled:
+class _Settled(Struct):
     """What states decide of an action: tasks, and the conditions that are left to be asked, with the bindings so far."""
 
     found: Found = field(default_factory=dict)

@@ -8,14 +8,15 @@ grounding is a new value beside the designator, never a change to it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from typing import Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .geometry import Pose
 
 
-@dataclass(frozen=True)
-class Object:
+class Object(Struct, frozen=True):
     """Something in the world that plays a role.
 
     Args:
@@ -46,8 +47,7 @@ class Object:
         return replace(self, types=self.types or other.types, features=features, affords=affords)
 
 
-@dataclass(frozen=True)
-class Location:
+class Location(Struct, frozen=True):
     """Where the hand, or what it holds, should be.
 
     Args:
@@ -67,8 +67,7 @@ class Location:
         return f"{self.relation} of {self.of}" if self.of else self.relation
 
 
-@dataclass(frozen=True)
-class Place:
+class Place(Struct, frozen=True):
     """A grounded location: TCP poses in the robot's base frame.
 
     Args:
@@ -90,8 +89,7 @@ class Place:
     values: Mapping[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Stand:
+class Stand(Struct, frozen=True):
     """A grounded location of the robot itself.
 
     Args:
@@ -103,8 +101,7 @@ class Stand:
     thing: str = ""
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(Struct, frozen=True):
     """A movement without its trajectory.
 
     Args:
@@ -128,8 +125,7 @@ class Motion:
         return f"{self.kind} to {self.to}" if self.to else self.kind
 
 
-@dataclass(frozen=True)
-class Action:
+class Action(Struct, frozen=True):
     """A task to be executed.
 
     Args:
@@ -154,8 +150,7 @@ class Action:
         return f"{self.name}/{name}"
 
 
-@dataclass(frozen=True)
-class Late:
+class Late(Struct, frozen=True):
     """An object whose pose is bound at RUN time.
 
     Args:

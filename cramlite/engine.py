@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .belief import initial_belief
 from .errors import UserError, nearest
@@ -40,8 +42,7 @@ LISTED = 1000
 """Task sequences of a demonstration that are looked at, most of them only to see that a task type is missing."""
 
 
-@dataclass(frozen=True)
-class Setting:
+class Setting(Struct, frozen=True):
     """Where a plan is to be carried out.
 
     Args:
@@ -101,8 +102,7 @@ class Setting:
         return frozenset(t.name for t in self.world.things if t.movable and t.joint is None)
 
 
-@dataclass(frozen=True)
-class Solution:
+class Solution(Struct, frozen=True):
     """A program whose text ran and was judged, with everything that led to it.
 
     Args:

@@ -8,19 +8,18 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from typing import Literal
 
 import numpy as np
+from msgspec import Struct, field
 
 from .geometry import Floats, Pose, Vector3
 from .world import Geom
 
 
-@dataclass(frozen=True)
-class Entity:
+class Entity(Struct, frozen=True):
     """A thing, part, feature or effector of the semantic map.
 
     Args:
@@ -42,8 +41,7 @@ class Entity:
     properties: dict[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(Struct, frozen=True):
     """A state, action or situation of the timeline.
 
     Args:
@@ -66,8 +64,7 @@ class Event:
     inferred: bool = False
 
 
-@dataclass(frozen=True)
-class Track:
+class Track(Struct, frozen=True):
     """The poses of one frame over time, world frame.
 
     Args:
@@ -86,8 +83,7 @@ class Track:
         return Pose(tuple(row[:3]), tuple(row[3:]))
 
 
-@dataclass(frozen=True)
-class Repair:
+class Repair(Struct, frozen=True):
     """Something a reader or smoother changed, and how to undo it.
 
     Args:
@@ -108,8 +104,7 @@ class Repair:
     recorded: tuple[tuple[float, ...], ...] = ()
 
 
-@dataclass(frozen=True)
-class Episode:
+class Episode(Struct, frozen=True, dict=True):
     """One demonstration or run.
 
     Args:

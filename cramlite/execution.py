@@ -179,19 +179,17 @@ def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
         spec = scenario.spec
         world, relations = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
         return real_world(scenario, world, relations, seed)
-    from pydantic import TypeAdapter, ValidationError
+    from msgspec import DecodeError, json
 
     from .world import World
 
     try:
-        return TypeAdapter(World).validate_json(path.read_bytes())
+        return json.decode(path.read_bytes(), type=World)
     except OSError as error:
         raise UserError(f"The world '{path}' cannot be read: {error.strerror}.") from error
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(p) for p in first["loc"]) or "the file"
+    except DecodeError as error:
         raise UserError(
-            f"'{path}' holds no world: {where}: {first['msg']}. Give the world.json of a run directory, or a scenario."
+            f"'{path}' holds no world: {error}. Give the world.json of a run directory, or a scenario."
         ) from error
 
 
@@ -205,15 +203,13 @@ def _text(program: Path) -> str:
 
 
 def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
-    from pydantic import TypeAdapter
-
-    from .world import World
+    from msgspec import json
 
     try:
         out.mkdir(parents=True, exist_ok=True)
         (out / "execution.json").write_text(as_json(rollout_json(rollout)))
         save_rollout(rollout, out / "rollout.npz")
-        (out / "world.json").write_bytes(TypeAdapter(World).dump_json(rollout.world, indent=1))
+        (out / "world.json").write_bytes(json.format(json.encode(rollout.world), indent=1))
     except OSError as error:
         raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
     if episode:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from .errors import CramliteError, did_you_mean
 from .experts import OBJECTS, SEGMENT, SEGMENTS, Expert
@@ -19,8 +20,7 @@ class NoPipeline(CramliteError):
     exit_code = 1
 
 
-@dataclass(frozen=True)
-class Stage:
+class Stage(Struct, frozen=True):
     """One value of a pipeline, and who may make it.
 
     Args:
@@ -34,8 +34,7 @@ class Stage:
     cost_ms: float
 
 
-@dataclass(frozen=True)
-class Pipeline:
+class Pipeline(Struct, frozen=True):
     """The values on the way to an answer, in the order in which they are made.
 
     Args:
@@ -84,8 +83,7 @@ def plan_pipeline(
     return Pipeline(query, stages, tuple(sorted(priors)), tuple(planner.refused()), reserve)
 
 
-@dataclass
-class _Planner:
+class _Planner(Struct):
     """The search for one query."""
 
     experts: tuple[Expert, ...]

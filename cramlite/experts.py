@@ -11,8 +11,9 @@ and answers with one entry for each, None where it can say nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any, Literal
+
+from msgspec import Struct, field
 
 from .tasks import Parameter
 
@@ -23,8 +24,7 @@ Scope = Literal["view", "object", "scene"]
 Domain = tuple[str, ...] | Callable[[Mapping[str, Any]], tuple[str, ...]]
 
 
-@dataclass(frozen=True)
-class Judged:
+class Judged(Struct, frozen=True):
     """A value that an expert says, how sure it is, and what it was weighed against.
 
     Args:
@@ -44,8 +44,7 @@ class Judged:
             raise ValueError(f"a confidence is between 0 and 1, not {self.confidence}")
 
 
-@dataclass(frozen=True)
-class Inputs:
+class Inputs(Struct, frozen=True):
     """What an expert is given: the values it declared, and nothing else.
 
     Args:
@@ -70,8 +69,7 @@ class Inputs:
         return found if isinstance(found, Judged) else Judged(found)
 
 
-@dataclass(frozen=True)
-class Expert:
+class Expert(Struct, frozen=True):
     """Something that can be said about a view, and what it takes.
 
     Args:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, is_dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from .trace import Entry, Trace
 
@@ -24,7 +26,7 @@ MARKS = {
 
 
 def as_json(value: Any) -> str:
-    """Indented JSON of plain data, dataclasses and arrays."""
+    """Indented JSON of plain data, structs and arrays."""
     return json.dumps(value, indent=1, default=_plain)
 
 
@@ -34,7 +36,7 @@ def plain_json(value: Any) -> str:
 
 
 def _plain(value: Any) -> Any:
-    if is_dataclass(value) and not isinstance(value, type):
+    if isinstance(value, Struct):
         return asdict(value)
     if hasattr(value, "tolist"):
         return value.tolist()

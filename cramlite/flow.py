@@ -13,8 +13,10 @@ control steps of the program (``cramlite.program``), and text.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
 from typing import Any, Literal
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .designators import Action, Designator, Motion
 
@@ -22,8 +24,7 @@ Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "r
 Branch = tuple[Designator, ...]
 
 
-@dataclass(frozen=True)
-class Compound(Action):
+class Compound(Action, frozen=True):
     """Designators under one rule; made by the functions below.
 
     Args:
@@ -44,8 +45,7 @@ class Compound(Action):
         return self.kind not in ("sequence", "try_in_order")
 
 
-@dataclass(frozen=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """Stands in the agenda where a branch of a compound begins; after the last one, where the compound ends."""
 
     compound: Compound
@@ -114,8 +114,7 @@ def monitor(
     return compound("monitor", name, (parts,), **watched)
 
 
-@dataclass(frozen=True)
-class Way:
+class Way(Struct, frozen=True):
     """One way to do a compound, as a ``Decomposition`` is of an action: what goes on the agenda, why, and its cost."""
 
     steps: tuple[Designator | Mark, ...]

@@ -7,15 +7,13 @@ robot's base (their positions are ignored).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
 
 from .geometry import Pose, Vector3
 from .step import Joints, Step
 
 
-@dataclass(frozen=True)
-class MoveUntilContact(Step):
+class MoveUntilContact(Step, frozen=True):
     """Straight TCP motion that ends on contact: guarded motion.
 
     Args:
@@ -37,8 +35,7 @@ class MoveUntilContact(Step):
     joints: Joints = ()
 
 
-@dataclass(frozen=True)
-class ForceMove(Step):
+class ForceMove(Step, frozen=True):
     """Straight TCP motion along waypoints while some axes comply: force mode around linear motion.
 
     Args:
@@ -64,8 +61,7 @@ class ForceMove(Step):
     joints: Joints = ()
 
 
-@dataclass(frozen=True)
-class SpiralSearch(Step):
+class SpiralSearch(Step, frozen=True):
     """Look for an opening by touch: press along an axis and move across it on an Archimedean spiral until it gives way,
     or until a rim holds it: a force across of more than twice ``force``, which the friction of no face explains.
 
@@ -94,8 +90,7 @@ class SpiralSearch(Step):
     joints: Joints = ()
 
 
-@dataclass(frozen=True)
-class ForceInsert(Step):
+class ForceInsert(Step, frozen=True):
     """Push along an axis with a force, giving way sideways, until a depth is reached.
 
     Nothing is commanded but forces: what guides the tool is what it is pushed along. Aborts when the force limit is
@@ -120,8 +115,7 @@ class ForceInsert(Step):
     joints: Joints = ()
 
 
-@dataclass(frozen=True)
-class ForceExtract(Step):
+class ForceExtract(Step, frozen=True):
     """Pull along an axis with a force, giving way sideways, until it is out.
 
     Nothing is commanded but forces: what guides the tool is what it is pulled along, so that the pull can never be
@@ -148,8 +142,7 @@ class ForceExtract(Step):
     joints: Joints = ()
 
 
-@dataclass(frozen=True)
-class CompliantSlide(Step):
+class CompliantSlide(Step, frozen=True):
     """Straight TCP motion along waypoints on a surface, pressing on it with a force and following its height.
 
     Aborts when the force limit is exceeded (what slides is stuck), when the contact is lost for longer than ``lost``

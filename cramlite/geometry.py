@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
 
 Vector3 = tuple[float, float, float]
@@ -21,8 +22,7 @@ HALF_TURN = 1e-7
 """Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
 
 
-@dataclass(frozen=True)
-class Pose:
+class Pose(Struct, frozen=True, dict=True):
     """A rigid transform: the pose of a child frame in its parent.
 
     Args:
@@ -44,8 +44,8 @@ class Pose:
             raise ValueError(f"not a pose: position {self.position}, quaternion {self.quaternion}")
         if abs(length - 1.0) > 1e-12:
             quaternion = tuple(v / length for v in quaternion)
-        object.__setattr__(self, "position", position)
-        object.__setattr__(self, "quaternion", quaternion)
+        force_setattr(self, "position", position)
+        force_setattr(self, "quaternion", quaternion)
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Pose:

@@ -10,8 +10,10 @@ from __future__ import annotations
 import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
 from itertools import product
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .errors import UserError, nearest
 from .goals import Goal
@@ -44,8 +46,7 @@ _GOAL = re.compile(
 )
 
 
-@dataclass(frozen=True)
-class Wanted:
+class Wanted(Struct, frozen=True):
     """What must hold in the end, and what may not.
 
     Args:
@@ -60,8 +61,7 @@ class Wanted:
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
 
 
-@dataclass(frozen=True)
-class TaskPlan:
+class TaskPlan(Struct, frozen=True):
     """Operators that lead to a goal, each with why it is there."""
 
     steps: tuple[Operator, ...]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .designators import Object
 from .errors import UserError, nearest
@@ -18,8 +20,7 @@ Entry = TaskSpec | RuleSpec
 Tasks = Scenario | Sequence[Entry] | Entry
 
 
-@dataclass(frozen=True)
-class Goal:
+class Goal(Struct, frozen=True):
     """What should hold, in words, for ``Engine.resolve``.
 
     Args:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .collector import paused_collector
 from .conditions import Binding
@@ -22,8 +24,7 @@ from .rules import Rule
 __all__ = ["Interpretation", "Interpreted", "Match", "Rejection", "TaskSequence", "interpret"]
 
 
-@dataclass(frozen=True)
-class Interpreted:
+class Interpreted(Struct, frozen=True, dict=True, eq=False):
     """One action and everything it may have been.
 
     Args:
@@ -40,7 +41,7 @@ class Interpreted:
     segments: tuple[Segment, ...] = ()
     evidence: str = ""
     label: str | None = None
-    _reject: Callable[[], tuple[Rejection, ...]] = field(default=tuple, repr=False, compare=False)
+    _reject: Callable[[], tuple[Rejection, ...]] = tuple
 
     @property
     def hole(self) -> bool:
@@ -62,8 +63,7 @@ class Interpreted:
         return tuple(m for m in self.matches if m.task == task)
 
 
-@dataclass(frozen=True)
-class Interpretation:
+class Interpretation(Struct, frozen=True, eq=False):
     """All that an episode may mean.
 
     Args:
@@ -74,7 +74,7 @@ class Interpretation:
 
     episode: str
     actions: tuple[Interpreted, ...]
-    taxonomy: Taxonomy = field(repr=False, compare=False)
+    taxonomy: Taxonomy
 
     @property
     def holes(self) -> tuple[Interpreted, ...]:
@@ -176,8 +176,7 @@ def interpret(
         return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
 
 
-@dataclass(frozen=True)
-class _Judge:
+class _Judge(Struct, frozen=True):
     """The matcher with its rules and facts."""
 
     timeline: Timeline

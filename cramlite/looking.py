@@ -7,9 +7,11 @@ but not recognised is in the way.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .belief import Estimate, Relation, initial_belief
 from .designators import Action, Location
@@ -34,8 +36,7 @@ SURE, VIEWS = 0.6, 3
 wrong (docs/explanation/figures.md)."""
 
 
-@dataclass(frozen=True)
-class Picture:
+class Picture(Struct, frozen=True):
     """A view of the real world.
 
     Args:
@@ -55,8 +56,7 @@ class Picture:
     perceived: Perceived | None = None
 
 
-@dataclass(frozen=True)
-class Look:
+class Look(Struct, frozen=True):
     """What was seen, and what is believed since.
 
     Args:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .conditions import Atom, Binding, Compare, Not, atoms
 from .phases import Phase, PhaseName
@@ -17,8 +18,7 @@ LISTED = 8
 _WHEN: dict[PhaseName, str] = {"pre": "just before it", "run": "while it lasts", "post": "just after it"}
 
 
-@dataclass(frozen=True)
-class Match:
+class Match(Struct, frozen=True):
     """An action is a task.
 
     Args:
@@ -36,8 +36,7 @@ class Match:
     changes: int = 0
 
 
-@dataclass(frozen=True)
-class Rejection:
+class Rejection(Struct, frozen=True):
     """An action is not a task.
 
     Args:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .designators import Object
 from .errors import UserError, nearest
@@ -28,8 +30,7 @@ POSSIBLE = 0.05
 """A lost hypothesis of less confidence than this keeps no object in the running."""
 
 
-@dataclass(frozen=True)
-class Condition:
+class Condition(Struct, frozen=True):
     """One demand on an object.
 
     Args:
@@ -62,8 +63,7 @@ class Condition:
         return self.holds(judged, taxonomy) or any(self.holds(o, taxonomy) for o in rest)
 
 
-@dataclass(frozen=True)
-class ObjectQuery:
+class ObjectQuery(Struct, frozen=True):
     """What to look for.
 
     Args:

@@ -14,10 +14,11 @@ import json
 import os
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct, field
 
 from .errors import UserError, nearest
 
@@ -39,8 +40,7 @@ _CACHE_FORMAT = "3"
 """Part of the cache key: raise it when what is extracted changes."""
 
 
-@dataclass(frozen=True)
-class Restriction:
+class Restriction(Struct, frozen=True):
     """``subject subClassOf (property some|value filler)``; the filler is a class as a CURIE, or a number or text.
 
     Args:
@@ -56,8 +56,7 @@ class Restriction:
     order: int = 0
 
 
-@dataclass(frozen=True)
-class Taxonomy:
+class Taxonomy(Struct, frozen=True, dict=True):
     """What the engine needs of a set of ontologies. All classes are CURIEs (IRIs where no prefix fits).
 
     Args:

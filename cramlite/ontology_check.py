@@ -9,9 +9,10 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct, to_builtins
 
 from .ontology import Taxonomy, cache_folder, load_taxonomy, ontology_files, write_cache
 
@@ -22,8 +23,7 @@ ORIGINALS = ("soma:", "dul:")
 """Namespaces whose names must exist in the originals. artm: and vrps: come from the paper's own files."""
 
 
-@dataclass(frozen=True)
-class OntologyReport:
+class OntologyReport(Struct, frozen=True):
     """What a check found. Every list is empty when all is well.
 
     Args:
@@ -86,7 +86,7 @@ def check_ontology(
 def report_lines(report: OntologyReport) -> list[str]:
     """The report for people, one finding a line."""
     lines = [f"{report.classes} classes: {'sound' if report.sound else 'not sound'}"]
-    for kind, findings in asdict(report).items():
+    for kind, findings in to_builtins(report).items():
         if kind != "classes":
             lines += [f"{kind}: {finding}" for finding in findings]
     return lines

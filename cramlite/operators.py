@@ -8,8 +8,9 @@ parts choose the fillers of roles, relations become facts that are needed, forbi
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import product
+
+from msgspec import Struct
 
 from .conditions import OPERATORS, And, Atom, Compare, Condition, Every, Not, Or, Variable
 from .ontology import Taxonomy
@@ -33,8 +34,7 @@ GUIDED_DOF = 4.0
 """Degrees of freedom that a peg takes from a thing with a hole; all else that supports takes one (rule of PickingUp)."""
 
 
-@dataclass(frozen=True)
-class Operator:
+class Operator(Struct, frozen=True):
     """One task with fillers: what must hold, what may not, and what changes.
 
     Args:

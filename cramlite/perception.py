@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
+
+from msgspec import Struct, field
 
 from .errors import Unresolvable
 from .expert_plan import Pipeline, plan_pipeline
@@ -18,8 +19,7 @@ NEAR = 0.1
 """Two answers whose confidences differ by less than this are not told apart."""
 
 
-@dataclass(frozen=True)
-class Said:
+class Said(Struct, frozen=True):
     """A value and the expert that said it."""
 
     judged: Judged
@@ -30,8 +30,7 @@ class Said:
         return self.judged.value
 
 
-@dataclass(frozen=True)
-class Percept:
+class Percept(Struct, frozen=True):
     """An object that was seen.
 
     Args:
@@ -57,8 +56,7 @@ class Percept:
         return tuple(dict.fromkeys(s.expert for s in self.values.values()))
 
 
-@dataclass(frozen=True)
-class Run:
+class Run(Struct, frozen=True):
     """One expert that ran, or failed: over how many objects, CPU time [ms], and what went wrong."""
 
     expert: str
@@ -68,8 +66,7 @@ class Run:
     failures: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Perceived:
+class Perceived(Struct, frozen=True):
     """The answers to a query, best first, and everything that led to them.
 
     Args:
@@ -118,8 +115,7 @@ def perceive(
     return running.result()
 
 
-@dataclass
-class _Object:
+class _Object(Struct):
     """An object while the pipeline runs."""
 
     number: int
@@ -129,8 +125,7 @@ class _Object:
     missing: dict[str, list[str]] = field(default_factory=dict)
 
 
-@dataclass
-class _Running:
+class _Running(Struct):
     """A pipeline under way."""
 
     pipeline: Pipeline

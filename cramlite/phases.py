@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Hashable, Iterable
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal
+
+from msgspec import Struct
 
 from .episode import Entity, Episode, Event
 from .ontology import Taxonomy
@@ -24,8 +25,7 @@ PADDING = 0.2
 """How long after a labelled action its effects may appear [s]: the published rule base's value."""
 
 
-@dataclass(frozen=True)
-class Predicate:
+class Predicate(Struct, frozen=True):
     """A relation that rule conditions may ask for.
 
     Args:
@@ -60,8 +60,7 @@ class Predicate:
     doc: str = ""
 
 
-@dataclass(frozen=True)
-class Segment:
+class Segment(Struct, frozen=True):
     """An action of the timeline: a recorded one, or a gap between boundaries (``event`` is None)."""
 
     start: float

@@ -5,10 +5,11 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
 
 from . import __version__
 from .doubts import doubts
@@ -179,7 +180,7 @@ def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
 
 
 def _budget(scenario: Scenario) -> dict[str, int]:
-    from dataclasses import fields
+    from msgspec.structs import fields
 
     valid = [f.name for f in fields(Budget)]
     for key, value in scenario.spec.budget.items():
@@ -218,17 +219,16 @@ def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
 
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
     """The stages' values, each in its file."""
-    from pydantic import TypeAdapter
+    from msgspec import json
 
     from .program_text import write_program
     from .rollout_file import save_rollout
-    from .world import World
 
     candidate = solution.candidate
     assert candidate.code is not None
     run.write(f"program{candidate.code.suffix}", candidate.code.text)
     run.write("program.json", write_program(candidate.program))
-    run.write("world.json", TypeAdapter(World).dump_json(solution.setting.real or candidate.world, indent=1))
+    run.write("world.json", json.format(json.encode(solution.setting.real or candidate.world), indent=1))
     run.write("plan.json", as_json(candidate.plan))
     run.write("verdict.json", as_json(solution.verdict))
     if candidate.rollout is not None:

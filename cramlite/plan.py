@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .designators import Action, Designator, Location, Object
 from .episode import Entity, Episode
@@ -15,8 +17,7 @@ from .tasks import TaskType
 HOME = Location("home", "home")
 
 
-@dataclass(frozen=True)
-class Plan:
+class Plan(Struct, frozen=True):
     """An underspecified plan.
 
     Args:
@@ -41,8 +42,7 @@ def _title(action: Action) -> str:
     return f"{action.kind}({parts})"
 
 
-@dataclass(frozen=True)
-class TaskCall:
+class TaskCall(Struct, frozen=True):
     """A task with fillers for its roles: one step of an interpreted sequence or of a scenario."""
 
     task: TaskType
@@ -51,8 +51,7 @@ class TaskCall:
     where: Mapping[str, Any] | None = None
 
 
-@dataclass(frozen=True)
-class RuleCall:
+class RuleCall(Struct, frozen=True):
     """Calls under a rule of the plan language.
 
     Args:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from .errors import UserError, nearest
 
@@ -15,8 +16,7 @@ if TYPE_CHECKING:
     from .scenario import Scenario
 
 
-@dataclass(frozen=True)
-class PluginChoice:
+class PluginChoice(Struct, frozen=True):
     """A choice among plugins; a plain value that any process can be given.
 
     Args:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from .belief import Belief
@@ -24,8 +25,7 @@ if TYPE_CHECKING:
     from .world import Camera, Thing, World
 
 
-@dataclass(frozen=True)
-class Candidate:
+class Candidate(Struct, frozen=True):
     """A fully grounded plan on its way to being proven.
 
     Args:
@@ -136,8 +136,7 @@ class Simulator(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class ModelMaker:
+class ModelMaker(Struct, frozen=True):
     """A parametric object model.
 
     Args:
@@ -156,8 +155,7 @@ class ModelMaker:
     product: bool = False
 
 
-@dataclass(frozen=True)
-class ReportSection:
+class ReportSection(Struct, frozen=True):
     """A part of the report page.
 
     Args:

@@ -8,8 +8,9 @@ a platform has driven it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 from .force_steps import CompliantSlide, ForceExtract, ForceInsert, ForceMove, MoveUntilContact, SpiralSearch
 from .geometry import Pose, Vector3
@@ -23,8 +24,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class MoveJoints(Step):
+class MoveJoints(Step, frozen=True):
     """Joint-space motion through via points; the path was checked as straight joint-space lines with rounded corners.
 
     Args:
@@ -40,8 +40,7 @@ class MoveJoints(Step):
     radii: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
-class MoveLinear(Step):
+class MoveLinear(Step, frozen=True):
     """Straight TCP motion. ``joints`` is the inverse solution at the target, for checks.
 
     Args:
@@ -55,8 +54,7 @@ class MoveLinear(Step):
     joints: Joints = ()
 
 
-@dataclass(frozen=True)
-class SetGripper(Step):
+class SetGripper(Step, frozen=True):
     """Move the gripper and wait.
 
     Args:
@@ -74,8 +72,7 @@ class SetGripper(Step):
     timeout: float = 3.0
 
 
-@dataclass(frozen=True)
-class SetPayload(Step):
+class SetPayload(Step, frozen=True):
     """Tell the controller what hangs on the flange: gripper and object.
 
     Args:
@@ -87,13 +84,11 @@ class SetPayload(Step):
     center: Vector3
 
 
-@dataclass(frozen=True)
-class ZeroSensor(Step):
+class ZeroSensor(Step, frozen=True):
     """Tare the force-torque sensor; the arm must stand still."""
 
 
-@dataclass(frozen=True)
-class Wait(Step):
+class Wait(Step, frozen=True):
     """Stand still.
 
     Args:
@@ -103,8 +98,7 @@ class Wait(Step):
     duration: float
 
 
-@dataclass(frozen=True)
-class Drive(Step):
+class Drive(Step, frozen=True):
     """Drive the platform along straight legs; it may turn on each, and stops where they meet.
 
     Args:
@@ -121,8 +115,7 @@ class Drive(Step):
     turn_acceleration: float
 
 
-@dataclass(frozen=True)
-class TryInOrder(Step):
+class TryInOrder(Step, frozen=True):
     """Branches, tried one after the other while the program runs, until one succeeds.
 
     A branch fails when one of its steps would have aborted the program. Each branch but the first begins with the steps
@@ -132,8 +125,7 @@ class TryInOrder(Step):
     branches: tuple[tuple[AnyStep, ...], ...]
 
 
-@dataclass(frozen=True)
-class Parallel(Step):
+class Parallel(Step, frozen=True):
     """Branches that run at the same time; one at most moves the arm, one at most the gripper.
 
     The ``branches`` begin together. ``until`` "all": it succeeds when all have; the first failure stops the others.
@@ -144,16 +136,14 @@ class Parallel(Step):
     until: Literal["all", "first"] = "all"
 
 
-@dataclass(frozen=True)
-class Repeat(Step):
+class Repeat(Step, frozen=True):
     """Steps ``count`` times over; they end where they begin. The first failure ends it, as a failure."""
 
     steps: tuple[AnyStep, ...]
     count: int
 
 
-@dataclass(frozen=True)
-class Monitor(Step):
+class Monitor(Step, frozen=True):
     """Steps while something is watched; when it happens they are stopped, and this fails with what was seen.
 
     Args:
@@ -218,8 +208,7 @@ def walk(steps: Iterable[AnyStep]) -> Iterator[AnyStep]:
                 yield from walk(branch)
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(Struct, frozen=True):
     """The steps of one task: ``steps`` [first, last).
 
     Args:
@@ -233,8 +222,7 @@ class Section:
     last: int
 
 
-@dataclass(frozen=True)
-class Snapshot:
+class Snapshot(Struct, frozen=True):
     """A pose that the program relies on: snapshot mode states each in the code's header.
 
     Args:
@@ -250,8 +238,7 @@ class Snapshot:
     age: float = 0.0
 
 
-@dataclass(frozen=True)
-class LatePose:
+class LatePose(Struct, frozen=True):
     """A pose that the program asks for when it runs: parametric mode.
 
     Args:
@@ -265,8 +252,7 @@ class LatePose:
     tolerance: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Program:
+class Program(Struct, frozen=True):
     """A program for one robot.
 
     Args:
@@ -296,8 +282,7 @@ class Program:
     late: tuple[LatePose, ...] = ()
 
 
-@dataclass(frozen=True)
-class Code:
+class Code(Struct, frozen=True):
     """A program's text.
 
     Args:

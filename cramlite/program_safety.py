@@ -10,7 +10,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .program import (
     AnyStep,
@@ -41,8 +42,7 @@ SLACK = 1e-6
 Felt = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
 
-@dataclass(frozen=True)
-class Objection:
+class Objection(Struct, frozen=True):
     """Why a program is refused: the rule, the step's origin ("" for the program), and a clause with numbers."""
 
     rule: str

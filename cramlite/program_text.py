@@ -10,19 +10,22 @@ import json
 import math
 import types
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import lru_cache
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from msgspec import Struct
+from msgspec.structs import asdict, fields
 
 from .errors import UserError, nearest
 from .program import Code, Program, Step, walk
 
 FORMAT = "cramlite program 1"
 TAG = "step"
+SILENT = ("origin", "comment", "relative", "late")
+"""Left out where they are empty; every number is there."""
 
 
-@dataclass(frozen=True)
-class ProgramText:
+class ProgramText(Struct, frozen=True):
     """A program that was read.
 
     Args:
@@ -75,19 +78,14 @@ def read_program(text: str) -> ProgramText:
 
 
 def _encode(value: Any) -> Any:
-    if is_dataclass(value) and not isinstance(value, type):
-        own = {f.name: _encode(getattr(value, f.name)) for f in fields(value) if _said(f, value)}
+    if isinstance(value, Struct):
+        own = {k: _encode(v) for k, v in asdict(value).items() if v or k not in SILENT}
         return {TAG: type(value).__name__, **own} if isinstance(value, Step) else own
     if isinstance(value, tuple | list):
         return [_encode(v) for v in value]
     if isinstance(value, Mapping):
         return {str(k): _encode(v) for k, v in value.items()}
     return value
-
-
-def _said(field: Any, value: Any) -> bool:
-    """Empty origins and comments are left out; every number is there."""
-    return field.name not in ("origin", "comment", "relative", "late") or bool(getattr(value, field.name))
 
 
 def _layout(value: Any, indent: int, *, top: bool = False) -> str:
@@ -110,8 +108,7 @@ def _broken(value: Any) -> bool:
 # Reading: the text with the line of every value beside it
 
 
-@dataclass(frozen=True)
-class _Where:
+class _Where(Struct, frozen=True):
     """The line of a value, and those of what is in it, by key or index."""
 
     line: int
@@ -181,8 +178,8 @@ def _decode(hint: Any, value: Any, where: _Where, name: str, lines: dict[int, in
     if origin in (dict, Mapping):
         kind = get_args(hint)[1]
         return {k: _decode(kind, v, where.inner[k], f"{name}.{k}", lines) for k, v in _object(value, where, name).items()}
-    if is_dataclass(hint):
-        return _dataclass(hint, value, where, name, lines)
+    if isinstance(hint, type) and issubclass(hint, Struct):
+        return _struct(hint, value, where, name, lines)
     return _plain(hint, value, where, name)
 
 
@@ -237,7 +234,7 @@ def _hints(kind: type) -> Mapping[str, Any]:
     return get_type_hints(kind)
 
 
-def _dataclass(kind: Any, value: Any, where: _Where, name: str, lines: dict[int, int]) -> Any:
+def _struct(kind: Any, value: Any, where: _Where, name: str, lines: dict[int, int]) -> Any:
     given = dict(_object(value, where, name))
     if issubclass(kind, Step):
         name = f"{name} ({given.pop(TAG, kind.__name__)})"
@@ -246,7 +243,7 @@ def _dataclass(kind: Any, value: Any, where: _Where, name: str, lines: dict[int,
         if key not in known:
             raise UserError(f"The program, line {where.inner[key].line}: {name} has no '{key}'; {nearest(key, known)}.")
     for f in known.values():
-        if f.name not in given and f.default is MISSING and f.default_factory is MISSING:
+        if f.name not in given and f.required:
             raise UserError(f"The program, line {where.line}: {name} does not say its '{f.name}'; add it.")
     own = {k: _decode(_hints(kind)[k], v, where.inner[k], f"{name}.{k}", lines) for k, v in given.items()}
     try:

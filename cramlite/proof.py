@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from .belief import Belief
 from .errors import UserError

@@ -17,7 +17,8 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .matching import Match
 from .ontology import Taxonomy
@@ -31,8 +32,7 @@ DEFAULT_CAP = 100_000
 """Unfinished sequences kept: about 20 MB."""
 
 
-@dataclass(frozen=True)
-class TaskSequence:
+class TaskSequence(Struct, frozen=True):
     """One task for every explained action.
 
     Args:

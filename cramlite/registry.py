@@ -8,12 +8,12 @@ import inspect
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 import pluggy
+from msgspec import Struct, field
 
 from . import hookspecs
 from .errors import PluginError, Unresolvable, UserError, nearest
@@ -23,8 +23,7 @@ GROUP = "cramlite"
 OWN_DISTRIBUTION = "cramlite"
 
 
-@dataclass(frozen=True)
-class PluginInfo:
+class PluginInfo(Struct, frozen=True):
     """What is known of a plugin: for ``cramlite plugins`` and for messages."""
 
     name: str
@@ -36,8 +35,7 @@ class PluginInfo:
     fault: str = ""
 
 
-@dataclass(frozen=True)
-class Fault:
+class Fault(Struct, frozen=True):
     """A plugin's bug: where it happened and what it was."""
 
     plugin: str
@@ -59,8 +57,7 @@ class _Manager(pluggy.PluginManager):
         return getattr(found, f"{GROUP}_impl", None) if inspect.isroutine(found) else None
 
 
-@dataclass
-class Registry:
+class Registry(Struct, dict=True):
     """The plugins of one engine. Two registries share nothing.
 
     Args:
@@ -256,8 +253,7 @@ def plugin_names(files: Iterable[Path] = ()) -> set[str]:
     return {p.name for p in importlib.metadata.entry_points(group=GROUP)} | {f.stem for f in files}
 
 
-@dataclass(frozen=True)
-class _Point:
+class _Point(Struct, frozen=True):
     """An entry point with the name and version of its distribution, which takes long to read."""
 
     name: str
@@ -285,6 +281,6 @@ def _module_from(file: Path) -> ModuleType:
     if spec is None or spec.loader is None or not file.is_file():
         raise FileNotFoundError(f"no Python file at '{file}'")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their own module up
+    sys.modules[spec.name] = module
     spec.loader.exec_module(module)
     return module

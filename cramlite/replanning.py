@@ -8,9 +8,11 @@ The simulator's poses go from one run to the next, since the world goes on; nobo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .engine import LISTED, Setting
 from .errors import NoSolution, UserError
@@ -34,8 +36,7 @@ SLOW = 0.5  # and how fast [rad/s]
 Say = Callable[[str], None]
 
 
-@dataclass(frozen=True)
-class Attempt:
+class Attempt(Struct, frozen=True):
     """A program, what it is for, and where it runs.
 
     Args:
@@ -50,8 +51,7 @@ class Attempt:
     world: World
 
 
-@dataclass(frozen=True)
-class Round:
+class Round(Struct, frozen=True):
     """A run and how it ended."""
 
     attempt: Attempt

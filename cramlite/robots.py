@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from .geometry import Pose
 
@@ -12,8 +13,7 @@ if TYPE_CHECKING:
     from .world import RobotMount
 
 
-@dataclass(frozen=True)
-class Gripper:
+class Gripper(Struct, frozen=True):
     """A parallel gripper.
 
     Args:
@@ -37,8 +37,7 @@ class Gripper:
     speed: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Platform:
+class Platform(Struct, frozen=True):
     """A mobile base that carries an arm: it drives on the floor in any direction, and turns.
 
     Its frame is in the middle of it on the floor, x forwards, z up.
@@ -61,8 +60,7 @@ class Platform:
     acceleration: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Robot:
+class Robot(Struct, frozen=True):
     """A robot arm with its gripper.
 
     Args:

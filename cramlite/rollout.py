@@ -6,14 +6,13 @@ event detection turns either into an episode.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from .geometry import Floats, Vector3
 from .world import World
 
 
-@dataclass(frozen=True)
-class Touch:
+class Touch(Struct, frozen=True):
     """A contact between two bodies at one sample.
 
     Args:
@@ -29,8 +28,7 @@ class Touch:
     lift: float
 
 
-@dataclass(frozen=True)
-class Message:
+class Message(Struct, frozen=True):
     """A line of the program's own log.
 
     Args:
@@ -44,8 +42,7 @@ class Message:
     line: int = 0
 
 
-@dataclass(frozen=True)
-class Rollout:
+class Rollout(Struct, frozen=True):
     """Samples at a constant rate.
 
     Args:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+
+from msgspec import to_builtins
 
 from .errors import UserError
 from .rollout import Message, Rollout, Touch
@@ -25,7 +26,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
     ]  # fmt: skip
     header = {
         "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
-        "messages": [asdict(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
+        "messages": [to_builtins(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
         "values": {name: values.tolist() for name, values in rollout.values.items()},
         "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen,
     }  # fmt: skip

@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from .condition_text import ConditionError, parse_condition
 from .conditions import Atom, Condition, Every, Not, atoms, binds, mentions, tests
@@ -31,8 +32,7 @@ PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 _KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
 
 
-@dataclass(frozen=True)
-class Clause:
+class Clause(Struct, frozen=True, dict=True):
     """One condition of a rule, where it is asked, as it was written, and where."""
 
     phase: PhaseName
@@ -51,8 +51,7 @@ class Clause:
         return all(a.predicate.steady or a.predicate.timeless for a in atoms(self.condition))
 
 
-@dataclass(frozen=True)
-class Rule:
+class Rule(Struct, frozen=True, dict=True):
     """When an action counts as a task.
 
     Args:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from .geometry import Floats
 
 
-@dataclass(frozen=True)
-class Solid:
+class Solid(Struct, frozen=True):
     """A rigid piece of a body, as triangles.
 
     Args:
@@ -26,8 +26,7 @@ class Solid:
     colour: tuple[float, float, float, float]
 
 
-@dataclass(frozen=True)
-class Scene:
+class Scene(Struct, frozen=True):
     """Shapes in motion.
 
     Args:

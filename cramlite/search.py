@@ -11,8 +11,10 @@ from __future__ import annotations
 import hashlib
 import heapq
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .answers import Context, Grounding, Refused
 from .designators import Action, Designator, Late, Location, Motion, Object
@@ -36,8 +38,7 @@ HOOKS: dict[type, str] = {
 CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
 
 
-@dataclass(frozen=True)
-class Budget:
+class Budget(Struct, frozen=True):
     """Counted work: the same seed gives the same program on any machine.
 
     Args:
@@ -66,8 +67,7 @@ def derive_seed(seed: int, choices: Iterable[tuple[str, str]], name: str) -> int
     return int.from_bytes(hashlib.blake2b(text, digest_size=4).digest(), "big") & 0x7FFFFFFF
 
 
-@dataclass
-class Search:
+class Search(Struct, dict=True):
     """One search over one plan.
 
     Args:

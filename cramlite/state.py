@@ -10,9 +10,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .designators import Designator, Location, Motion, Place, Stand
 from .errors import Unresolvable
@@ -29,8 +31,7 @@ SAME = 0.02  # joint positions that are the same for what comes after [rad]: a m
 MOVED = 0.005  # things that are at the same place [m]: the accuracy with which let go things are known
 
 
-@dataclass(frozen=True)
-class Effect:
+class Effect(Struct, frozen=True):
     """Stands in the agenda behind an action's steps: its effects on the belief come about here."""
 
     action: Action
@@ -39,8 +40,7 @@ class Effect:
 Item = Designator | Effect | Mark
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(Struct, frozen=True):
     """A compound that is open: where the steps of each branch begin, and the beliefs before and after them."""
 
     compound: Compound
@@ -49,8 +49,7 @@ class Frame:
     ends: tuple[Belief, ...] = ()
 
 
-@dataclass(frozen=True)
-class State:
+class State(Struct, frozen=True):
     """A node of the search: what is done, and what is still to do.
 
     Args:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct
 
 Joints = tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(Struct, frozen=True, kw_only=True):
     """Common to all steps.
 
     Args:
@@ -17,7 +16,6 @@ class Step:
         relative: a thing whose pose is late: targets and directions move along with it; "" for none.
     """
 
-    origin: str = field(default="", kw_only=True)
-    comment: str = field(default="", kw_only=True)
-    relative: str = field(default="", kw_only=True)
-
+    origin: str = ""
+    comment: str = ""
+    relative: str = ""

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
+
+from msgspec import Struct
 
 from .belief import Belief
 from .designators import Action, Designator, Location, Object
 from .errors import UserError, nearest
 
 
-@dataclass(frozen=True)
-class Role:
+class Role(Struct, frozen=True):
     """A role of a task type.
 
     Args:
@@ -38,8 +38,7 @@ class Role:
         return designator.merged(Object(designator.name, (), self.features, self.affords))
 
 
-@dataclass(frozen=True)
-class Decomposition:
+class Decomposition(Struct, frozen=True):
     """One way to do a task: designators in order.
 
     Args:
@@ -53,8 +52,7 @@ class Decomposition:
     cost: float = 0.0
 
 
-@dataclass(frozen=True)
-class Parameter:
+class Parameter(Struct, frozen=True):
     """A number that a task uses.
 
     Args:

@@ -11,9 +11,10 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
+
+from msgspec.structs import replace
 
 from . import hookspecs
 from .belief import Belief, Estimate, Held

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
+
+from msgspec import Struct, field, to_builtins
 
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven"]
 
 
-@dataclass(frozen=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """One line of the trace.
 
     Args:
@@ -41,8 +41,7 @@ class Entry:
     passed: int = 0
 
 
-@dataclass
-class Trace:
+class Trace(Struct):
     """An append-only list of entries, filled while a search runs.
 
     Args:
@@ -68,7 +67,7 @@ class Trace:
         return (e for e in self.entries if designator.lower() in e.designator.lower())
 
     def to_json(self) -> list[dict[str, Any]]:
-        return [asdict(e) for e in self.entries]
+        return [to_builtins(e) for e in self.entries]
 
     @classmethod
     def from_json(cls, rows: list[dict[str, Any]]) -> Trace:

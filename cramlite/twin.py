@@ -8,9 +8,9 @@ Sizes are half-widths: displacements are uniform in a ball of radius ``position`
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
 from pydantic import BaseModel, ConfigDict, Field
 
 from .errors import UserError, nearest

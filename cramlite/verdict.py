@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 Cost = Literal["facts", "ik", "path", "rollout"]
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(Struct, frozen=True):
     """What one validator says.
 
     Args:
@@ -30,8 +30,7 @@ class Finding:
     origin: str = ""
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(Struct, frozen=True):
     """All findings about one candidate."""
 
     findings: tuple[Finding, ...]

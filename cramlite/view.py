@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import force_setattr
 from numpy.typing import NDArray
 
 from .errors import UserError
@@ -18,8 +19,7 @@ Mask = NDArray[np.bool_]
 Points = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Intrinsics:
+class Intrinsics(Struct, frozen=True, dict=True):
     """A pinhole camera without distortion.
 
     The centre of the pixel (column u, row v) is at image coordinates (u, v); a point (x, y, z) of the optical frame is
@@ -93,8 +93,7 @@ D435 = Intrinsics(385.0, 385.0, 319.5, 239.5, 640, 480)
 "Depth field of view"; focal length as measured, docs/explanation/perception.md)."""
 
 
-@dataclass(frozen=True, eq=False)
-class View:
+class View(Struct, frozen=True, eq=False, dict=True):
     """One frame of a depth camera, colour and depth registered to each other; frozen, its arrays read-only.
 
     Args:
@@ -128,8 +127,8 @@ class View:
             raise UserError(f"The colour image has values of type {rgb.dtype}; it must be uint8, 0 to 255.")
         depth[~(np.isfinite(depth) & (depth > 0))] = np.nan
         rgb.flags.writeable = depth.flags.writeable = False
-        object.__setattr__(self, "rgb", rgb)
-        object.__setattr__(self, "depth", depth)
+        force_setattr(self, "rgb", rgb)
+        force_setattr(self, "depth", depth)
 
     @cached_property
     def valid(self) -> Mask:

@@ -6,15 +6,16 @@ JSON, the world file that a controller process is given beside a program.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
 from typing import Literal
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .geometry import Pose, Vector3
 from .view import D435, Intrinsics
 
 
-@dataclass(frozen=True)
-class Geom:
+class Geom(Struct, frozen=True):
     """One convex part of a thing's shape.
 
     Args:
@@ -37,8 +38,7 @@ class Geom:
     corners: tuple[Vector3, ...] = ()
 
 
-@dataclass(frozen=True)
-class Inertia:
+class Inertia(Struct, frozen=True):
     """How a thing's mass is spread, where its geoms do not say it well enough.
 
     Args:
@@ -50,8 +50,7 @@ class Inertia:
     moments: tuple[float, float, float, float, float, float]
 
 
-@dataclass(frozen=True)
-class MeshFile:
+class MeshFile(Struct, frozen=True):
     """The fine shape of a thing, for eyes: its geoms are what collides.
 
     Args:
@@ -63,8 +62,7 @@ class MeshFile:
     scale: float = 1.0
 
 
-@dataclass(frozen=True)
-class Feature:
+class Feature(Struct, frozen=True):
     """A functional part of a thing: a hole, a peg, its tip, a surface, a cavity.
 
     Args:
@@ -81,8 +79,7 @@ class Feature:
     size: dict[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class Joint:
+class Joint(Struct, frozen=True):
     """How a thing moves against what carries it: a drawer slides, a door turns.
 
     Args:
@@ -115,8 +112,7 @@ class Joint:
         return step.position[2] if self.kind == "slide" else float(step.rotvec[2])
 
 
-@dataclass(frozen=True)
-class Filling:
+class Filling(Struct, frozen=True):
     """Loose stuff in a thing's cavity at the start, as small balls.
 
     Args:
@@ -132,8 +128,7 @@ class Filling:
     friction: float = 0.4
 
 
-@dataclass(frozen=True)
-class Thing:
+class Thing(Struct, frozen=True):
     """An object of the world.
 
     Args:
@@ -172,8 +167,7 @@ class Thing:
         return next((f for f in self.features if f.type == type_), None)
 
 
-@dataclass(frozen=True)
-class RobotMount:
+class RobotMount(Struct, frozen=True):
     """A robot in a world: which model, and where it is bolted down.
 
     Args:
@@ -191,8 +185,7 @@ class RobotMount:
     opening: float | None = None
 
 
-@dataclass(frozen=True)
-class Physics:
+class Physics(Struct, frozen=True):
     """Physics settings that scenarios and negative controls may change.
 
     Defaults and their measured reasons: docs/explanation/simulation.md.
@@ -212,8 +205,7 @@ class Physics:
     pad_friction: float = 0.9
 
 
-@dataclass(frozen=True)
-class Disturbance:
+class Disturbance(Struct, frozen=True):
     """What a real robot has and a planned one has not; drawn by cramlite/twin.py, applied by the simulator.
 
     Args:
@@ -227,8 +219,7 @@ class Disturbance:
     links: tuple[Vector3, ...] = ()
 
 
-@dataclass(frozen=True)
-class Camera:
+class Camera(Struct, frozen=True):
     """A depth camera.
 
     Args:
@@ -251,8 +242,7 @@ class Camera:
         return f"{self.mount or 'world'}/camera"
 
 
-@dataclass(frozen=True)
-class World:
+class World(Struct, frozen=True):
     """Everything a simulator needs, and nothing about how it is solved.
 
     Args:

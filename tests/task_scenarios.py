@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice
+
+from msgspec.structs import replace
 
 from cramlite import Budget, Engine, NoSolution, Trace, read_scenario
 from cramlite.goals import plan_from_tasks

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 from test_camera_scenarios import FETCH, SCENARIOS, run, variant
 
 from cramlite import Action, Engine, Object, Plan, Pose, Thing, World, read_scenario

@@ -6,12 +6,12 @@ import json
 import re
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Action, Engine, NoSolution, Object, Pose, UserError, World, read_scenario
 from cramlite.recognised import renamed

@@ -6,10 +6,10 @@ import asyncio
 import json
 import threading
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Engine, Solution, Trace, UserError, read_scenario
 from cramlite.resources import find_scenario

@@ -85,7 +85,7 @@ def test_five_seeds_of_person_and_world(seed: int, tmp_path: Path) -> None:
 
 
 LAZY_GRIPPER = """
-from dataclasses import replace
+from msgspec.structs import replace
 from cramlite import hookimpl
 from cramlite_plugins.motions import gripping
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from conftest import Run
+from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Pose, Trace, UserError, read_scenario
 from cramlite.engine import Setting

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from task_scenarios import attempt
 
 from cramlite import Candidate, Engine, Episode, Pose

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib.metadata
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from cramlite import Belief, Budget, Context, Engine, Motion, RobotMount, Trace, UserError, World, read_scenario
 from cramlite.flow import Compound, attempts, monitor, parallel, repeat, retry, sequence, try_all, try_in_order
@@ -22,7 +22,7 @@ from cramlite.state import State
 OWN = tuple(p.name for p in importlib.metadata.entry_points(group=GROUP))
 # Motions that stand still; "go" leads to a joint position, "no" is impossible, "back" is what the language asks for.
 MOTIONS = """
-from dataclasses import replace
+from msgspec.structs import replace
 @hookimpl
 def resolve_motion(motion, belief, context):
     if motion.kind == "no":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from cramlite import Location, Motion, Place, Pose, World
 from cramlite.belief import Held, initial_belief

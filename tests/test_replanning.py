@@ -10,10 +10,10 @@ from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
+import msgspec
 import numpy as np
 import pytest
 from conftest import ROOT, Run
-from pydantic import TypeAdapter
 
 from cramlite import Action, Engine, read_scenario
 from cramlite.cli import main
@@ -26,7 +26,6 @@ from cramlite.verdict import Finding, Verdict
 from cramlite.world import World
 
 SCENARIO = ROOT / "scenarios" / "late_pose_camera.yaml"
-WORLDS = TypeAdapter(World)
 Move = Callable[..., Path]
 
 
@@ -53,11 +52,11 @@ def snapshot(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 def moved(run: Path, to: Path, thing: str, *way: float, yaw: float = 0.0) -> Path:
     """The run's world with a thing displaced [m, rad]."""
-    world = WORLDS.validate_json((run / "world.json").read_bytes())
+    world = msgspec.json.decode((run / "world.json").read_bytes(), type=World)
     pose = world.thing(thing).pose
     place = tuple(a + b for a, b in zip(pose.position, way, strict=True))
     turn = Pose((0, 0, 0), (math.cos(yaw / 2), 0, 0, math.sin(yaw / 2))) * Pose((0, 0, 0), pose.quaternion)
-    to.write_bytes(WORLDS.dump_json(world.moved({thing: Pose(place, turn.quaternion)})))  # type: ignore[arg-type]
+    to.write_bytes(msgspec.json.encode(world.moved({thing: Pose(place, turn.quaternion)})))  # type: ignore[arg-type]
     return to
 
 
@@ -113,7 +112,7 @@ def test_a_program_that_grasped_nothing_goes_back_the_way_it_came_and_on_with_a_
     assert done.code == 0, done.err
     assert "round 1: halted in 1.Grasping/close: 1.Grasping/close: no object between the fingers" in done.out
     assert "round 2: the arm went back the way it came" in done.out
-    start = WORLDS.validate_json((out / "round_2" / "world.json").read_bytes()).robots[0]
+    start = msgspec.json.decode((out / "round_2" / "world.json").read_bytes(), type=World).robots[0]
     assert start.opening is not None and start.opening < 0.01, "the hand is closed"
     typed = read_program((directory / "program.json").read_text()).program
     assert max(abs(a - b) for a, b in zip(start.joints, typed.start, strict=True)) < 0.05
@@ -149,7 +148,7 @@ def test_what_cannot_be_planned_anew_is_refused(parametric: Path, tmp_path: Path
 def test_the_tolerance_is_around_what_was_planned_not_around_what_is_real(parametric: Path) -> None:
     """Perception errs: the declared edges are where the program was planned for, else it would stop at its own edge."""
     program = read_program((parametric / "program.json").read_text()).program
-    real = WORLDS.validate_json((parametric / "world.json").read_bytes())
+    real = msgspec.json.decode((parametric / "world.json").read_bytes(), type=World)
     late = program.late[0]
     believed = real.moved({late.thing: late.pose})  # the robot's base is the world's origin
     assert late.pose.distance(real.thing(late.thing).pose)[0] > 1e-4, "perception errs a little"

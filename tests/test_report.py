@@ -5,12 +5,12 @@ from __future__ import annotations
 import base64
 import json
 import re
-from dataclasses import replace
 from html import escape
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from page_checks import faults
 
 from cramlite import Engine, Solution, read_scenario

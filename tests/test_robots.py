@@ -8,12 +8,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
-from pydantic import TypeAdapter
+from msgspec.structs import replace
 
 from cramlite.errors import UserError
 from cramlite.knowledge import Knowledge
@@ -27,7 +27,7 @@ from cramlite_plugins.simulation.execute import execute_file
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 LINE = "robot: {type: ur5e}"
 MINE = """
-from dataclasses import replace
+from msgspec.structs import replace
 from cramlite import hookimpl
 from cramlite_plugins.robots.fr3 import FR3
 
@@ -90,7 +90,7 @@ def test_a_process_of_its_own_knows_the_robots_of_plugins(tmp_path: Path) -> Non
     (tmp_path / "mine.py").write_text(MINE)
     (tmp_path / "program.json").write_text(write_program(replace(PROGRAM, robot_type="mine")))
     world = World((), (RobotMount("arm", "mine"),))
-    (tmp_path / "world.json").write_bytes(TypeAdapter(World).dump_json(world))
+    (tmp_path / "world.json").write_bytes(msgspec.json.encode(world))
     files = tmp_path / "program.json", tmp_path / "world.json"
     assert execute_file(*files, plugins=[tmp_path / "mine.py"]).joints[-1][0] == pytest.approx(0.3, abs=2e-3)
     with pytest.raises(UserError, match="there is no robot type 'mine'"):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Action, Backend, Belief, Code, Decomposition, Expert, Location, Motion, Parameter, Role, TaskType
 from cramlite.errors import UserError

@@ -6,18 +6,16 @@ process need not be started for each (1 s of CPU time, measured; the execution i
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
-from pydantic import TypeAdapter
+from msgspec import Struct, json
 
 from ..errors import CramliteError, UserError
 from ..execution import read_world
@@ -32,8 +30,7 @@ class ExecutorDied(Exception):
     """The process ended in the midst of an execution: killed, out of memory, or a crash."""
 
 
-@dataclass
-class Executor:
+class Executor(Struct):
     """The other process; started when it is first asked, and again when it died.
 
     Args:
@@ -41,7 +38,7 @@ class Executor:
     """
 
     plugins: PluginChoice = INSTALLED
-    _process: subprocess.Popen[str] | None = field(default=None, repr=False)
+    _process: subprocess.Popen[str] | None = None
 
     def run(self, text: str, suffix: str, world: World, seed: int) -> tuple[Rollout, float]:
         """What happened when a text ran in a world, and the CPU seconds it took.
@@ -54,7 +51,7 @@ class Executor:
             folder = Path(name)
             program, place, out = folder / f"program{suffix}", folder / "world.json", folder / "rollout.npz"
             program.write_text(text, encoding="utf-8")
-            place.write_bytes(TypeAdapter(World).dump_json(world))
+            place.write_bytes(json.encode(world))
             answer = self._ask({"program": str(program), "world": str(place), "seed": seed, "out": str(out)})
             if answer["said"]:
                 raise UserError(f"The execution of a program broke: {answer['said']}")
@@ -71,7 +68,7 @@ class Executor:
         process = self._process = self._process or self._start()
         assert process.stdin is not None and process.stdout is not None
         try:
-            print(json.dumps(job), file=process.stdin, flush=True)
+            print(json.encode(job).decode(), file=process.stdin, flush=True)
             line = process.stdout.readline()
         except BrokenPipeError:
             line = ""
@@ -79,7 +76,7 @@ class Executor:
             code = process.wait()
             self._process = None
             raise ExecutorDied(f"the process that executes programs ended with {code}")
-        answer: dict[str, str] = json.loads(line)
+        answer: dict[str, str] = json.decode(line)
         return answer
 
     def _start(self) -> subprocess.Popen[str]:
@@ -99,7 +96,7 @@ def serve(jobs: Iterable[str], answers: IO[str], knowledge: Knowledge) -> None:
     """Do one job after another: a line of JSON each, answered by a line of JSON."""
     begin = 0.0  # the first answer includes the start
     for line in jobs:
-        job, said = json.loads(line), ""
+        job, said = json.decode(line), ""
         try:
             world = read_world(job["world"], knowledge, job["seed"])
             text = Path(job["program"]).read_text(encoding="utf-8")
@@ -109,7 +106,7 @@ def serve(jobs: Iterable[str], answers: IO[str], knowledge: Knowledge) -> None:
         except CramliteError as error:
             said = str(error)
         now = time.process_time()
-        print(json.dumps({"said": said, "seconds": now - begin}), file=answers, flush=True)
+        print(json.encode({"said": said, "seconds": now - begin}).decode(), file=answers, flush=True)
         begin = now
 
 

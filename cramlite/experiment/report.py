@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
+
+from msgspec import to_builtins
+from msgspec.structs import asdict
 
 from ..errors import UserError
 from .results import DemonstrationResult
@@ -68,14 +70,14 @@ def to_json(tables: Tables, results: tuple[DemonstrationResult, ...], key: dict[
     """Everything, for programs."""
     rows = [_row_json(r) for r in tables.rows]
     return {
-        "run": key, "rows": rows, "confusion": asdict(tables.confusion), "reasons": tables.reasons,
-        "lost": tables.lost, "seconds": tables.seconds, "demonstrations": [asdict(r) for r in results],
+        "run": key, "rows": rows, "confusion": to_builtins(tables.confusion), "reasons": tables.reasons,
+        "lost": tables.lost, "seconds": tables.seconds, "demonstrations": [to_builtins(r) for r in results],
     }  # fmt: skip
 
 
 def _row_json(row: Row) -> dict[str, Any]:
-    data = asdict(row)
-    for name, value in vars(row).items():
+    data: dict[str, Any] = to_builtins(row)
+    for name, value in asdict(row).items():
         if isinstance(value, Share):
             data[name] |= {"rate": value.rate, "interval": value.interval, "reached": value.reached}
     return data
@@ -106,7 +108,7 @@ def baseline(tables: Tables) -> dict[str, Any]:
     for row in tables.rows:
         counts = {s: [getattr(row, s).hits, getattr(row, s).total] for s in (*STAGES, "solved", "first", "gave")}
         rows[row.object] = {"candidates": row.candidates, **counts}
-    return {"rows": rows, "confusion": asdict(tables.confusion)}
+    return {"rows": rows, "confusion": to_builtins(tables.confusion)}
 
 
 def against_baseline(tables: Tables, path: Path, key: str) -> list[str]:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 
-@dataclass(frozen=True)
-class Execution:
+class Execution(Struct, frozen=True):
     """A text that ran in a twin.
 
     Args:
@@ -24,8 +23,7 @@ class Execution:
     picture: str = ""
 
 
-@dataclass(frozen=True)
-class Attempt:
+class Attempt(Struct, frozen=True):
     """A complete program for a candidate.
 
     Args:
@@ -41,8 +39,7 @@ class Attempt:
     peak_force: float = 0.0
 
 
-@dataclass(frozen=True)
-class CandidateResult:
+class CandidateResult(Struct, frozen=True):
     """What became of one candidate task sequence.
 
     Args:
@@ -68,8 +65,7 @@ class CandidateResult:
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
-class DemonstrationResult:
+class DemonstrationResult(Struct, frozen=True):
     """What became of one demonstration.
 
     Args:

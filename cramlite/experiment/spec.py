@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..errors import UserError, nearest
@@ -100,8 +100,7 @@ class ExperimentSpec(_Spec):
         return self
 
 
-@dataclass(frozen=True)
-class Demonstration:
+class Demonstration(Struct, frozen=True):
     """One demonstration to record.
 
     Args:
@@ -115,8 +114,7 @@ class Demonstration:
     seed: int
 
 
-@dataclass(frozen=True)
-class Experiment:
+class Experiment(Struct, frozen=True):
     """An experiment file that was read and checked."""
 
     path: Path

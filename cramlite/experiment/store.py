@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import IO, TypeVar
 
-from pydantic import TypeAdapter, ValidationError
+from msgspec import DecodeError, json
 
 from ..errors import UserError
 from ..explain import as_json
@@ -79,10 +79,10 @@ def _read(path: Path, kind: type[T]) -> T | None:
         UserError: it is damaged.
     """
     try:
-        return TypeAdapter(kind).validate_json(path.read_bytes())
+        return json.decode(path.read_bytes(), type=kind)
     except FileNotFoundError:
         return None
-    except (OSError, ValidationError) as error:
+    except (OSError, DecodeError) as error:
         said = str(error).split("\n")[0]
         raise UserError(
             f"'{path}' is damaged ({said}). Delete this one file and start the experiment again: only that piece is done "

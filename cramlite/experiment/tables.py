@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .results import CandidateResult, DemonstrationResult
 from .spec import PublishedSpec
@@ -14,8 +15,7 @@ STAGES = ("planned", "simulated", "executed")
 ALL = "all"
 
 
-@dataclass(frozen=True)
-class Share:
+class Share(Struct, frozen=True):
     """So many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927).
 
     Args:
@@ -46,8 +46,7 @@ class Share:
         return self.published is None or self.hits * self.published[1] >= self.published[0] * self.total
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Struct, frozen=True):
     """A row of the table: an object, or all of them.
 
     Args:
@@ -72,8 +71,7 @@ class Row:
     peak_force: float
 
 
-@dataclass(frozen=True)
-class Confusion:
+class Confusion(Struct, frozen=True):
     """What the filter said against what execution in the twin said, over all programs with a text."""
 
     accepted_succeeded: int
@@ -92,8 +90,7 @@ class Confusion:
         return Share(self.refused_succeeded, self.refused_succeeded + self.refused_failed)
 
 
-@dataclass(frozen=True)
-class Tables:
+class Tables(Struct, frozen=True):
     """Everything that is reported about a run.
 
     Args:

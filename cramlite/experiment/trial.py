@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from ..coherence import candidates
 from ..engine import Engine, Setting
@@ -34,8 +36,7 @@ from .store import Store
 from .twins import execute_in_twin
 
 
-@dataclass(frozen=True)
-class Trial:
+class Trial(Struct, frozen=True):
     """What a worker is given: plain values, so that any process can do it.
 
     Args:
@@ -55,8 +56,7 @@ class Trial:
     plugins: PluginChoice = INSTALLED
 
 
-@dataclass(frozen=True)
-class Bench:
+class Bench(Struct, frozen=True):
     """What one process needs for all its trials of an experiment."""
 
     experiment: Experiment

@@ -6,10 +6,11 @@ The page needs no network and no other file. A section that breaks is replaced b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -25,8 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["Finished", "Part", "template", "write_page", "write_report"]
 
 
-@dataclass(frozen=True)
-class Finished:
+class Finished(Struct, frozen=True):
     """What the ``render`` of a ReportSection is given.
 
     Args:
@@ -67,8 +67,7 @@ class Finished:
         return knowledge.simulator.scene(self.solution.candidate.rollout, knowledge.robots, samples)  # type: ignore[arg-type]
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(Struct, frozen=True):
     """A rendered section: ``html`` is empty when its plugin broke, and ``fault`` then says how."""
 
     anchor: str

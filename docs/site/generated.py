@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib
 import inspect
 import json
 import re
 from collections.abc import Callable
 from typing import Any
+
+from msgspec import NODEFAULT, Struct
+from msgspec.structs import fields
 
 import cramlite
 import cramlite.testing
@@ -94,16 +96,17 @@ def methods(value: Any) -> list[tuple[str, Any]]:
 def signature(name: str, value: Any) -> list[str]:
     if getattr(value, "_is_protocol", False):
         return ["Any object with these members will do."]
-    if dataclasses.is_dataclass(value):
-        lines = [f"    {f.name}: {f.type}{default(f)}" for f in dataclasses.fields(value)]
+    if isinstance(value, type) and issubclass(value, Struct):
+        types = {n: t for c in reversed(value.__mro__) for n, t in vars(c).get("__annotations__", {}).items()}
+        lines = [f"    {f.name}: {types[f.name]}{default(f)}" for f in fields(value)]
         return ["```python", f"{name}(", *[line + "," for line in lines], ")", "```"]
     return ["```python", f"{name}{signature_of(value)}", "```"]
 
 
 def default(field: Any) -> str:
-    if field.default is not dataclasses.MISSING:
+    if field.default is not NODEFAULT:
         return f" = {field.default!r}" if not callable(field.default) else " = ..."
-    return "" if field.default_factory is dataclasses.MISSING else " = ..."
+    return "" if field.required else " = ..."
 
 
 def signature_of(value: Any) -> str:

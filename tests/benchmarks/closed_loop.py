@@ -17,7 +17,7 @@ from pathlib import Path
 
 import mujoco
 import numpy as np
-from pydantic import TypeAdapter
+from msgspec import json
 
 from cramlite.rollout import Rollout
 from cramlite.world import World
@@ -94,7 +94,7 @@ def main() -> None:
     parser.add_argument("run", type=Path, help="run directory of 'cramlite resolve'")
     parser.add_argument("--times", type=int, default=3, help="repetitions; the median is reported")
     options = parser.parse_args()
-    world = TypeAdapter(World).validate_json((options.run / "world.json").read_bytes())
+    world = json.decode((options.run / "world.json").read_bytes(), type=World)
     text = (options.run / "program.script").read_text()
     kept = commands(text, world)
     found = [(run(text, world), raw(world, kept)) for _ in range(options.times)]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import trimesh
+from msgspec.structs import replace
 
 from cramlite.geometry import Pose
 from cramlite.world import Geom, Thing

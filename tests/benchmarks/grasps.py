@@ -10,10 +10,10 @@ which were fixed before their first run.
 from __future__ import annotations
 
 import argparse
-from dataclasses import replace
 
 import flying_gripper
 import grasp_objects
+from msgspec.structs import replace
 
 from cramlite.geometry import Pose
 from cramlite.world import Geom, Thing

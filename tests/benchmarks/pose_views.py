@@ -7,11 +7,12 @@ The mask is the simulator's, eroded by a pixel, as it is, or dilated by one or t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from scipy import ndimage
 
 from cramlite.engine import Engine

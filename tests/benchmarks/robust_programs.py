@@ -11,8 +11,9 @@ import argparse
 import math
 import tempfile
 from collections.abc import Iterable
-from dataclasses import replace
 from pathlib import Path
+
+from msgspec.structs import replace
 
 from cramlite import Engine, read_scenario
 from cramlite.execution import read_world

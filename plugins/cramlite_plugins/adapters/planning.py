@@ -7,8 +7,9 @@ its fillers is one action without parameters; ``possible(action)`` is a fact of 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Any
+
+from msgspec import Struct
 
 from cramlite import Engine, Goal, Solution, Trace, UserError
 from cramlite.engine import Setting
@@ -20,8 +21,7 @@ Planner = Callable[[Any], "list[str] | None"]
 """From a unified-planning problem to the names of the actions of a plan; None where there is none."""
 
 
-@dataclass(frozen=True)
-class Problem:
+class Problem(Struct, frozen=True):
     """What holds, what is wanted, and what could be done."""
 
     facts: frozenset[Fact]
@@ -29,8 +29,7 @@ class Problem:
     operators: tuple[Operator, ...]
 
 
-@dataclass(frozen=True)
-class Planned:
+class Planned(Struct, frozen=True):
     """How it went.
 
     Args:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 
-@dataclass
-class Names:
+class Names(Struct):
     """Values by name, in the order in which they were first used."""
 
     values: dict[str, str] = field(default_factory=dict)

@@ -8,7 +8,8 @@ force-controlled steps are refused.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from cramlite.errors import UserError
 from cramlite.program import (
@@ -43,8 +44,7 @@ START_TOLERANCE = 0.6  # degrees, 0.01 rad
 ORI, LONGEST = 60.0, 30  # reorientation speed [deg/s]; letters of an identifier, of 32
 
 
-@dataclass
-class _Writer:
+class _Writer(Struct):
     """The text under construction.
 
     Args:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cramlite import Backend, Code, Program, Robot, hookimpl
 
 
-@dataclass(frozen=True)
-class Rapid:
+class Rapid(Struct, frozen=True):
     """RAPID modules for ABB arms. No controller runs them here: every text and every result says so."""
 
     name: str

@@ -11,15 +11,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cramlite.robots import Robot
 
 CB3, E_SERIES, X = "CB3", "e-Series", "PolyScope X"
 
 
-@dataclass(frozen=True)
-class Capability:
+class Capability(Struct, frozen=True):
     """A function, and the first PolyScope version that has it on each controller: "" none that is known of, "?" unknown."""
 
     function: str

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 from importlib.resources import files
+
+from msgspec import Struct, field
 
 from cramlite.errors import UserError
 from cramlite.geometry import Pose
@@ -56,8 +57,7 @@ IMPORTS = (
 )  # fmt: skip
 
 
-@dataclass
-class _Writer:
+class _Writer(Struct):
     """The program's own text under construction.
 
     Args:

@@ -11,7 +11,8 @@ applies to the tool, in the base frame. So pressing along +d reads as a force al
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from cramlite.errors import UserError
 from cramlite.program import AnyStep, Code, Control, Program, Section
@@ -32,8 +33,7 @@ POSES = "# ---- poses: p[x, y, z, rx, ry, rz] of the TCP in the base frame [m, r
 START_TOLERANCE = 0.01  # how far each joint may be from the start posture [rad]
 
 
-@dataclass
-class _Writer:
+class _Writer(Struct, dict=True):
     """The text under construction."""
 
     robot: Robot

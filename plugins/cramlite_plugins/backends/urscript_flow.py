@@ -8,7 +8,8 @@ while it does. ``tripped`` is the number of the control step that wants what run
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from cramlite.errors import UserError
 from cramlite.program import AnyStep, Control, Monitor, Parallel, Repeat, TryInOrder, clash, uses_arm
@@ -66,16 +67,14 @@ JOINED = 600.0  # how long a control step waits for its last branch at most [s];
 GUARD = "if ok and tripped == 0:"
 
 
-@dataclass
-class Line:
+class Line(Struct):
     """A line of the program's function, and the origin of the step that begins with it."""
 
     text: str
     origin: str = ""
 
 
-@dataclass
-class FlowWriter:
+class FlowWriter(Struct):
     """Writes control steps.
 
     Args:

@@ -4,7 +4,8 @@ whether they succeeded."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cramlite.geometry import Pose
 from cramlite.program import (
@@ -38,8 +39,7 @@ HEIGHT = 0.01
 LEAST = 0.25  # share of the pressing force below which a slide has lost its contact: CompliantSlide says so
 
 
-@dataclass(frozen=True)
-class Leaf:
+class Leaf(Struct, frozen=True):
     """A step as text.
 
     Args:

@@ -23,9 +23,10 @@ A state that still holds when the recording ends, ends one sample after it.
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.episode import Episode, Event, Track
 from cramlite.geometry import Floats
@@ -87,8 +88,7 @@ HELD = (0.1, 0.05)
 GRAVITY = 9.81
 
 
-@dataclass(frozen=True)
-class _Pair:
+class _Pair(Struct, frozen=True):
     """Force and lift of one pair of entities, per sample."""
 
     force: Floats

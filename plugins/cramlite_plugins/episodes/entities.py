@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.episode import Entity
 from cramlite.geometry import Floats, Pose, Vector3

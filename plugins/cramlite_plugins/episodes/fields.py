@@ -12,8 +12,9 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import asdict
 from typing import Any
+
+from msgspec import to_builtins
 
 from cramlite.episode import Entity, Event, Repair
 from cramlite.geometry import Pose
@@ -67,7 +68,7 @@ def entity_fields(entity: Entity) -> Fields:
     if entity.size is not None:
         fields["size"] = _numbers_text(entity.size)
     if entity.geoms:
-        fields["geoms"] = json.dumps([asdict(g) for g in entity.geoms])
+        fields["geoms"] = json.dumps([to_builtins(g) for g in entity.geoms])
     if entity.properties:
         fields["properties"] = json.dumps(entity.properties)
     return fields
@@ -112,7 +113,7 @@ def event_from(fields: Fields, start: float, end: float) -> Event:
 
 def repairs_text(repairs: tuple[Repair, ...]) -> str:
     """Repairs, with the events they removed and added, as JSON."""
-    return json.dumps([asdict(r) for r in repairs])
+    return json.dumps([to_builtins(r) for r in repairs])
 
 
 def repairs_from(text: str) -> tuple[Repair, ...]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from cramlite.episode import Repair, Track
@@ -17,8 +17,7 @@ UNIT = 1e-5
 FARTHEST = 6.4e6
 
 
-@dataclass(frozen=True)
-class Rows:
+class Rows(Struct, frozen=True):
     """The recorded transforms of one child frame.
 
     Args:

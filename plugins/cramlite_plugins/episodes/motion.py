@@ -9,9 +9,9 @@ Recordings are sparse and often written on change only, so the last pose is held
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from cramlite.episode import Entity, Episode, Event, Repair, Track
@@ -42,8 +42,7 @@ LONGEST = 6 * 3600.0
 Flags = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class _Motion:
+class _Motion(Struct, frozen=True):
     """Hand and object on one grid.
 
     Args:

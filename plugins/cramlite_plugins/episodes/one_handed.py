@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.episode import Episode, Event, Repair, Track
 from cramlite.geometry import Floats
@@ -20,8 +21,7 @@ from cramlite.geometry import Floats
 from .vanish import signature
 
 
-@dataclass(frozen=True)
-class Handover:
+class Handover(Struct, frozen=True):
     """A thing that two hands hold for a while.
 
     Args:

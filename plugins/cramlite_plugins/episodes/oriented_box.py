@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.episode import Entity, Episode
 from cramlite.geometry import Floats
@@ -20,8 +20,7 @@ from .entities import bounds
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-@dataclass(frozen=True)
-class OrientedBox:
+class OrientedBox(Struct, frozen=True):
     """A box anywhere in the world.
 
     Args:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct, field
 
 from cramlite.episode import Entity, Event, Repair
 from cramlite.errors import UserError
@@ -24,8 +24,7 @@ RDF = (".owl", ".rdf", ".ttl", ".nt", ".n3", ".jsonld")
 MAX_EXTRAS = 2**29
 
 
-@dataclass
-class Parts:
+class Parts(Struct):
     """What the files of one episode held."""
 
     name: str

@@ -14,10 +14,11 @@ states that begin and end meanwhile are a phantom's, and its poses are those of 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.episode import Episode, Event, Repair, Track
 from cramlite.geometry import Floats, Pose
@@ -38,8 +39,7 @@ STAYED = 0.005
 MOVED = 0.02
 
 
-@dataclass(frozen=True)
-class Absence:
+class Absence(Struct, frozen=True):
     """A thing that was gone.
 
     Args:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Geom, Pose
 from cramlite.geometry import Floats
@@ -32,8 +32,7 @@ DEEP = 0.004  # what stays between the palm and the near side [m]
 ANGLES = 8  # side grasps around a cylinder
 
 
-@dataclass(frozen=True)
-class Pinch:
+class Pinch(Struct, frozen=True):
     """A contact pair between two pads.
 
     Args:
@@ -47,8 +46,7 @@ class Pinch:
     slant: float
 
 
-@dataclass(frozen=True)
-class Body:
+class Body(Struct, frozen=True):
     """Geoms with the balls around them: centres (n, 3) and radii (n,) [m]; most are far from any question."""
 
     geoms: tuple[Geom, ...]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import (
     EARLIER_TASKS,
@@ -28,8 +28,7 @@ SAME = 0.002  # a thing this near to where it was has not been moved: grasping s
 PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
 
 
-@dataclass(frozen=True)
-class Peg:
+class Peg(Struct, frozen=True):
     """A peg and a hole, vectors in the base frame.
 
     Args:

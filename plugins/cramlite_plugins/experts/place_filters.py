@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Belief, Context, Feature, Pose, Thing
 from cramlite.geometry import Floats
@@ -22,8 +22,7 @@ ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SEEN = 0.5  # share of a thing that others may not hide
 
 
-@dataclass(frozen=True)
-class Spot:
+class Spot(Struct, frozen=True):
     """A candidate: where the thing would be, and the TCP poses that bring it there.
 
     Args:
@@ -37,8 +36,7 @@ class Spot:
     height: float
 
 
-@dataclass(frozen=True)
-class Wanted:
+class Wanted(Struct, frozen=True):
     """What is asked for.
 
     Args:

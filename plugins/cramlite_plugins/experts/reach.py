@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
 from cramlite import EARLIER_TASKS, Belief, Context, Grounding, Location, Place, Pose, Unresolvable, World

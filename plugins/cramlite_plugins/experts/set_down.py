@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite import Answers, Belief, Context, Grounding, Location, Place, Pose, Refused, Thing, Unresolvable, hookimpl
 

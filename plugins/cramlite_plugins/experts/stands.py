@@ -12,10 +12,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Action, Answers, Belief, Context, Grounding, Location, Pose, Refused, Stand, Unresolvable, hookimpl
 
@@ -34,8 +34,7 @@ DRIVES = "soma:Navigating"
 FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is reached
 
 
-@dataclass(frozen=True)
-class Target:
+class Target(Struct, frozen=True):
     """What must be reached: a variable, its thing, and whether it is to be grasped."""
 
     variable: str

@@ -9,9 +9,9 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Geom, Pose
 from cramlite.geometry import Floats
@@ -28,8 +28,7 @@ LEVEL = math.radians(5)  # faces that lean more than this are also gripped level
 WIDE = 0.022  # faces wider than this are sampled off their middle too [m]
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(Struct, frozen=True):
     """A contact pair: the middle, the unit closing direction, the distance of the faces [m], and a cost [m]."""
 
     middle: Floats

@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats
 
@@ -30,8 +30,7 @@ Joints = Sequence[float] | Floats
 Tcp = Callable[[Floats], Floats]
 
 
-@dataclass(frozen=True)
-class Straight:
+class Straight(Struct, frozen=True):
     """A line from one speed to another: accelerate, cruise, brake; speeds are of the leading axis [rad/s, rad/s2]."""
 
     start: Floats
@@ -62,8 +61,7 @@ class Straight:
         return min(self.top, self.first + self.acceleration * time, self.last + self.acceleration * rest)
 
 
-@dataclass(frozen=True)
-class Corner:
+class Corner(Struct, frozen=True):
     """A parabola from one line to the next in ``length`` seconds.
 
     Args:

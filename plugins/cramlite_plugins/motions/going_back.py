@@ -8,7 +8,8 @@ to where those ended, and from there the same way as it came.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from cramlite import (
     Answers,

@@ -15,11 +15,11 @@ import heapq
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Pose, Vector3
 from cramlite.robots import Robot
@@ -40,8 +40,7 @@ HALF = 3.0  # legs that turn by more are halved [rad]
 ROBOT, THING = 1, 2
 
 
-@dataclass(frozen=True)
-class Ground:
+class Ground(Struct, frozen=True):
     """A robot on the floor; make one with ``ground``.
 
     Args:
@@ -147,8 +146,7 @@ def way(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoWay:
     return found if isinstance(found, NoWay) else _halved(_shortened(floor, found))
 
 
-@dataclass(frozen=True)
-class NoWay:
+class NoWay(Struct, frozen=True):
     """Why there is none; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
 
     reason: str

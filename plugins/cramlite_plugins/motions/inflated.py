@@ -9,11 +9,11 @@ to 1e-6 m, measures the few pairs that then overlap.
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats
 
@@ -27,8 +27,7 @@ GROWS[int(mujoco.mjtGeom.mjGEOM_SPHERE), :1] = GROWS[int(mujoco.mjtGeom.mjGEOM_C
 GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_BOX), :3] = 1.0
 
 
-@dataclass(frozen=True)
-class Inflated:
+class Inflated(Struct, frozen=True):
     """A model whose shapes are bigger.
 
     Args:

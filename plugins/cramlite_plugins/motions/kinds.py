@@ -7,7 +7,8 @@ are the words of the log, in simulation and on the robot alike, with the numbers
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cramlite import Motion, Parameter
 
@@ -15,8 +16,7 @@ FORCE, LATE = "force # N > # N", "not done within # s"
 SIMULATED = "docs/explanation/simulation.md"
 
 
-@dataclass(frozen=True)
-class MotionKind:
+class MotionKind(Struct, frozen=True):
     """What a motion of this kind is.
 
     Args:

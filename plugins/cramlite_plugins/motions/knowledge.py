@@ -8,7 +8,9 @@ more says so of a class of their own.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite import Belief, Context, Motion, Thing, Unresolvable
 
@@ -23,8 +25,7 @@ LIMITS = {
 MASS = "cram:minimumMass"
 
 
-@dataclass(frozen=True)
-class Known:
+class Known(Struct, frozen=True):
     """A value that an ontology says of a class.
 
     Args:

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+
+from msgspec import Struct
 
 from cramlite.geometry import Pose
 from cramlite.robots import Robot
@@ -30,8 +31,7 @@ way to forces, finds no inverse solution some millimetres aside. Of ten programs
 with 0.017 and less needed up to four attempts, those with 0.08 and more none (tests/benchmarks/hang_onto_hanger.py)."""
 
 
-@dataclass(frozen=True)
-class JointPath:
+class JointPath(Struct, frozen=True):
     """A straight motion, sampled.
 
     Args:

@@ -14,11 +14,11 @@ import math
 import threading
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats
 
@@ -61,8 +61,7 @@ class Space(Protocol):
         """The same scene, asking near each of these positions for no more clearance than there is at it."""
 
 
-@dataclass(frozen=True)
-class Path:
+class Path(Struct, frozen=True):
     """A checked path.
 
     Args:
@@ -82,8 +81,7 @@ class Path:
     radii: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True)
-class Refusal:
+class Refusal(Struct, frozen=True):
     """Why there is no path, as a clause with numbers.
 
     Args:

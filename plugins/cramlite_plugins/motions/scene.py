@@ -17,12 +17,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
 import mujoco
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
@@ -49,8 +50,7 @@ FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
 
 
-@dataclass(frozen=True)
-class Scene:
+class Scene(Struct, frozen=True):
     """A robot among things; make one with ``scene``.
 
     Args:

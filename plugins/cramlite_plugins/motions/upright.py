@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Belief, Context, Grounding, Motion, MoveJoints, MoveLinear, Place, Pose, Unresolvable
 
@@ -31,8 +31,7 @@ SPEED, ACCELERATION = 0.2, 0.5  # of the tcp [m/s, m/s2]: a level surface then t
 SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
 
 
-@dataclass(frozen=True)
-class Load:
+class Load(Struct, frozen=True):
     """What is carried, and how upright it has to stay.
 
     Args:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from cramlite import Expert, Judged, Parameter, hookimpl
 from cramlite.object_query import UNKNOWN
@@ -24,8 +25,7 @@ def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
     return (*dict.fromkeys(m.type for m in known), UNKNOWN)
 
 
-@dataclass(frozen=True, eq=False)
-class Known:
+class Known(Struct, frozen=True, eq=False):
     """What a model looks like: its largest geom's red and green shares, sorted extents of the box around it [m]."""
 
     model: Thing
@@ -86,9 +86,8 @@ def _model_chroma(model: Thing) -> Floats:
 
 def _lengths(model: Thing) -> list[float]:
     """Sorted extents of the box around its geoms [m]."""
-    from dataclasses import replace
-
     import numpy as np
+    from msgspec.structs import replace
 
     from cramlite import Pose
 

@@ -9,10 +9,10 @@ Arrays of points are (H, 3, N), not (H, N, 3): numpy's loops then run over point
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.view import Mask
 
@@ -25,8 +25,7 @@ _DAMPING = 0.004 * np.diag(np.array([0.05, 0.05, 0.05, 1, 1, 1], np.float32) ** 
 """Of the strongest constraint; a product's half length, 5 cm, makes turns of shifts [m]."""
 
 
-@dataclass(frozen=True)
-class Stage:
+class Stage(Struct, frozen=True):
     """One stage of registration, from coarse to fine.
 
     Args:
@@ -45,8 +44,7 @@ class Stage:
     weight: float = 0.5
 
 
-@dataclass(frozen=True, eq=False)
-class Starts:
+class Starts(Struct, frozen=True, eq=False):
     """Poses of the camera's optical frame in the model's: x_model = turn x + shift; (H, 3, 3) and (H, 3)."""
 
     turn: Batch

@@ -8,12 +8,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
@@ -41,8 +42,7 @@ SAME = 0.0012
 """Two surfaces nearer than this everywhere are one to the camera [m]: half its noise at 0.6 m."""
 
 
-@dataclass(frozen=True, eq=False)
-class NearestGrid:
+class NearestGrid(Struct, frozen=True, eq=False):
     """Which surface point is nearest, precomputed for the cells of a box.
 
     Args:
@@ -66,8 +66,7 @@ class NearestGrid:
         return np.asarray(np.minimum(np.maximum(cell, 0), self.index.shape[axis] - 1))
 
 
-@dataclass(frozen=True, eq=False)
-class PoseModel:
+class PoseModel(Struct, frozen=True, eq=False, dict=True):
     """A thing's surface for pose estimation, in the thing's frame.
 
     Args:
@@ -194,7 +193,7 @@ def with_symmetries(model: PoseModel) -> PoseModel:
             turned = [Pose.from_rotvec((0, 0, 0), [v * math.radians(a) for v in axis]) for a in range(5, 360, 5)]
             around = [_about(model, p) for p in turned]
             flips = [p for p in found[1:] if abs(p.turn(axis)[k] + 1) < 1e-6][:1]
-            return replace(model, symmetries=(Pose(), *flips, *around), axis=axis)  # type: ignore[arg-type]
+            return replace(model, symmetries=(Pose(), *flips, *around), axis=axis)
     return replace(model, symmetries=tuple(found))
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from scipy import ndimage
 
 from cramlite.view import Intrinsics, Mask, Points
@@ -13,8 +13,7 @@ from cramlite.view import Intrinsics, Mask, Points
 Generator = Any  # numpy.random.Generator
 
 
-@dataclass(frozen=True)
-class Noise:
+class Noise(Struct, frozen=True):
     """Parameters of the noise; the defaults are a D435's at 640 x 480.
 
     Disparity, not depth, is what a stereo camera measures: d = focal * baseline / z. Its noise, its steps and its

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import ndimage
 
@@ -17,8 +17,7 @@ BORDER = 24
 """Pixels around the mask that are looked at: 37 mm at 0.6 m."""
 
 
-@dataclass(frozen=True, eq=False)
-class Outline:
+class Outline(Struct, frozen=True, eq=False, dict=True):
     """The image around a mask.
 
     Args:

@@ -81,7 +81,7 @@ def _hanging(fit: Fit, model: Thing, hanger: Thing, limits: Mapping[str, float])
 
 
 def _standing(fit: Fit, model: Thing, support: Thing, limits: Mapping[str, float]) -> tuple[float, str]:
-    from dataclasses import replace
+    from msgspec.structs import replace
 
     from .cut_out import corners_of
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.view import Mask, View
@@ -33,8 +34,7 @@ edge. Below it all parts together come first: of 95 such views among the HARD de
 all parts and 80 by the largest one, which scores below ``DOUBT`` 12 times; of the 45 others 43 are right by either."""
 
 
-@dataclass(frozen=True)
-class Alignment:
+class Alignment(Struct, frozen=True):
     """One of some axes of the object is near one of some directions of the world.
 
     Args:
@@ -48,8 +48,7 @@ class Alignment:
     after: float = float(np.radians(40))
 
 
-@dataclass(frozen=True)
-class Prior:
+class Prior(Struct, frozen=True):
     """What is known of an orientation before looking: all of the alignments hold. None: anything goes."""
 
     alignments: tuple[Alignment, ...] = ()
@@ -59,8 +58,7 @@ UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
 """What hangs or stands: the model's z axis points up, within 60 degrees before and 40 after (docs/explanation)."""
 
 
-@dataclass(frozen=True)
-class PoseHypothesis:
+class PoseHypothesis(Struct, frozen=True):
     """A pose, and why it is believed as far as it is.
 
     Args:

@@ -7,9 +7,9 @@ point-to-point ICP (Besl and McKay, 1992), and the best fitness wins.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
 from cramlite.view import Mask, View
@@ -27,8 +27,7 @@ FIT = 0.005
 ITERATIONS = 40
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(Struct, frozen=True, eq=False):
     """A result of ICP: scene to model, with the share of points that fit and their mean distance [m]."""
 
     scene_to_model: Pose

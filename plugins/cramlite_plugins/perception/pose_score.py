@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from cramlite.view import Mask
 
@@ -18,8 +17,7 @@ ENOUGH = 0.45
 """Share of the visible side that must be seen for full confidence."""
 
 
-@dataclass(frozen=True)
-class Scores:
+class Scores(Struct, frozen=True):
     """Of each hypothesis, all (H,).
 
     Args:

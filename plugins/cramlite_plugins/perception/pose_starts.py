@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 from scipy import ndimage
 
 from cramlite.geometry import Floats, Pose
@@ -29,8 +29,7 @@ product, and the grid of voxels stays small."""
 STARTS = 24
 
 
-@dataclass(frozen=True, eq=False)
-class Scene:
+class Scene(Struct, frozen=True, eq=False):
     """Points taken for the object's: (N, 3), the optical frame [m]; and the mask without what is not."""
 
     points: Floats32

@@ -21,7 +21,7 @@ def entries() -> Mapping[str, Mapping[str, Any]]:
 
 def _maker(name: str) -> ModelMaker:
     def make(*, name: str, pose: Pose, entry: str = name, **parameters: object) -> Thing:
-        from dataclasses import replace
+        from msgspec.structs import replace
 
         from cramlite_plugins.simulation.models import make as make_thing
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from cramlite import Expert, Inputs, Judged, Parameter, Pose, Thing, hookimpl
 
@@ -13,8 +14,7 @@ if TYPE_CHECKING:
     from .models import PoseModel
 
 
-@dataclass(frozen=True)
-class Fit:
+class Fit(Struct, frozen=True):
     """One model at one pose.
 
     Args:
@@ -67,12 +67,17 @@ def _fits(inputs: Inputs, tried: Sequence[Judged], method: Method, prior: Any) -
     return sorted(found, key=lambda f: -f.score)
 
 
-@dataclass(frozen=True)
-class _Key:
+class _Key(Struct, frozen=True, eq=False):
     """A model as the key of a cache: its text decides."""
 
     text: str
-    thing: Thing = field(compare=False)
+    thing: Thing
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and other.text == self.text
+
+    def __hash__(self) -> int:
+        return hash(self.text)
 
 
 @lru_cache(maxsize=64)

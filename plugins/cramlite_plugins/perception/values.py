@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 Points32 = NDArray[np.float32]
 
 
-@dataclass(frozen=True)
-class Box:
+class Box(Struct, frozen=True):
     """An axis-aligned box of the world frame: lower and upper corner [m]."""
 
     low: tuple[float, float, float]
@@ -28,16 +27,14 @@ class Box:
         return np.asarray(inside.all(axis=-1))
 
 
-@dataclass(frozen=True, eq=False)
-class Cloud:
+class Cloud(Struct, frozen=True, eq=False):
     """A cut-out of a view: (height, width, 3) points of the world frame, and which of them are meant."""
 
     points: Points32
     mask: Mask
 
 
-@dataclass(frozen=True, eq=False)
-class Plane:
+class Plane(Struct, frozen=True, eq=False):
     """n . p = offset, the normal pointing to the camera; ``share`` of the points lies on it, over ``extent`` [m]."""
 
     normal: Points32
@@ -50,8 +47,7 @@ class Plane:
         return np.asarray(points @ self.normal.astype(points.dtype) - points.dtype.type(self.offset))
 
 
-@dataclass(frozen=True, eq=False)
-class Segment:
+class Segment(Struct, frozen=True, eq=False, dict=True):
     """A part of the image that may be one object: a mask of the whole image."""
 
     mask: Mask
@@ -61,8 +57,7 @@ class Segment:
         return int(np.count_nonzero(self.mask))
 
 
-@dataclass(frozen=True)
-class Extents:
+class Extents(Struct, frozen=True):
     """How large something looks, along the vertical and in the horizontal plane [m].
 
     Args:

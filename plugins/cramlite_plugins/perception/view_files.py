@@ -10,11 +10,11 @@ The JSON has fx, fy, cx, cy, width, height (or ppx, ppy, as librealsense writes 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError
 
 from cramlite.errors import UserError, nearest
@@ -51,8 +51,7 @@ class _Camera(BaseModel):
     camera: _Pose = _Pose()
 
 
-@dataclass(frozen=True)
-class CameraFile:
+class CameraFile(Struct, frozen=True):
     """What a camera's JSON says: intrinsics, where the camera was, and metres per unit of a 16 bit depth image."""
 
     intrinsics: Intrinsics

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from cramlite import Trace
@@ -15,16 +16,14 @@ PROOF = ("proof", "budget", "sequences")
 """Designators of entries that are about a whole candidate."""
 
 
-@dataclass(frozen=True)
-class Branch:
+class Branch(Struct, frozen=True):
     """An alternative that was tried: what was decided below it, and what became of it."""
 
     entry: Entry
     decisions: tuple[Decision, ...]
 
 
-@dataclass(frozen=True)
-class Decision:
+class Decision(Struct, frozen=True):
     """One designator that came up.
 
     Args:
@@ -42,8 +41,7 @@ class Decision:
     failed: Entry | None
 
 
-@dataclass(frozen=True)
-class Attempt:
+class Attempt(Struct, frozen=True):
     """One candidate task sequence: its decisions in order, and what was said about it as a whole."""
 
     number: int

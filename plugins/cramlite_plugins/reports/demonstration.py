@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from cramlite import ReportSection, hookimpl
 
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
     from cramlite.report import Finished
 
 
-@dataclass(frozen=True)
-class Bar:
+class Bar(Struct, frozen=True):
     """Something that lasted: left edge and width in percent of the demonstration, and words."""
 
     left: float
@@ -28,8 +28,7 @@ class Bar:
     colour: str = "t0"
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Struct, frozen=True):
     """All that happened of one kind to one pair of things."""
 
     kind: str

@@ -5,10 +5,10 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from cramlite.geometry import Floats
@@ -24,8 +24,7 @@ QUALITY = 80
 """WebP quality: about 4 kB a picture at this size."""
 
 
-@dataclass(frozen=True)
-class Frame:
+class Frame(Struct, frozen=True):
     """A picture as a data URI, when it was [s], and the task that ended then; "" at the start."""
 
     uri: str

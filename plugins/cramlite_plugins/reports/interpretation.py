@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
@@ -21,8 +22,7 @@ UNTRIED = 4
 """Readings shown beyond those that were tried."""
 
 
-@dataclass(frozen=True)
-class Cell:
+class Cell(Struct, frozen=True):
     """An action against a task: "chosen", "match" or "no", and the sentence."""
 
     kind: str
@@ -33,8 +33,7 @@ Row = tuple[str, list[Cell]]
 """A task with a cell for each action."""
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(Struct, frozen=True):
     """A candidate sequence and its outcome in words."""
 
     number: int

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from cramlite import ReportSection, hookimpl
 
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
     from cramlite.report import Finished
 
 
-@dataclass(frozen=True)
-class Measured:
+class Measured(Struct, frozen=True):
     """A finding with its numbers in units that people read, and how much of the limit was used."""
 
     finding: Finding

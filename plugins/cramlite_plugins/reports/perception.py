@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from cramlite import ReportSection, hookimpl
 
@@ -22,8 +23,7 @@ QUALITY = 78
 """WebP quality: 25 kB for an overlay of 848 x 480 pixels."""
 
 
-@dataclass(frozen=True)
-class Seen:
+class Seen(Struct, frozen=True):
     """An object of a picture: its number in it, what it was taken for and how surely, or why it was left out.
 
     Args:
@@ -39,8 +39,7 @@ class Seen:
     answer: bool
 
 
-@dataclass(frozen=True)
-class Shot:
+class Shot(Struct, frozen=True):
     """A picture with its query: data URIs of what was recognised, of the colours and of the depth."""
 
     task: str

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from cramlite import Action, ReportSection, hookimpl
 from cramlite.flow import Compound
@@ -22,8 +23,7 @@ if TYPE_CHECKING:
     from .decisions import Decision
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Struct, frozen=True):
     """A line of the diagram: an object whose lane begins, a rule, or a task.
 
     Args:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from cramlite.geometry import Floats
@@ -15,16 +15,14 @@ POINTS = 360
 """Points of a curve at most."""
 
 
-@dataclass(frozen=True)
-class Curve:
+class Curve(Struct, frozen=True):
     """A named curve: an SVG path in a box of 1000 x 100."""
 
     name: str
     path: str
 
 
-@dataclass(frozen=True)
-class Plot:
+class Plot(Struct, frozen=True):
     """Curves of one quantity.
 
     Args:

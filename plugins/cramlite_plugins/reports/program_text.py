@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from cramlite import ReportSection, hookimpl
 
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
     from cramlite.report import Finished
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(Struct, frozen=True):
     """One line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
 
     Args:
@@ -32,8 +32,7 @@ class Line:
     leads: str = ""
 
 
-@dataclass(frozen=True)
-class Block:
+class Block(Struct, frozen=True):
     """Lines that belong together: a task's code, or what is written before and around the tasks."""
 
     task: str

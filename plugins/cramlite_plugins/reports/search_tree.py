@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
@@ -23,16 +24,14 @@ if TYPE_CHECKING:
     from .decisions import Attempt, Decision
 
 
-@dataclass(frozen=True)
-class Stage:
+class Stage(Struct, frozen=True):
     """A task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
 
     name: str
     state: str
 
 
-@dataclass(frozen=True)
-class Bar:
+class Bar(Struct, frozen=True):
     """A decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
 
     designator: str
@@ -41,8 +40,7 @@ class Bar:
     text: str
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Struct, frozen=True):
     """A candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
 
     attempt: Attempt

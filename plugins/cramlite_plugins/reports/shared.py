@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
 
 from cramlite.report import template
 
@@ -20,8 +21,7 @@ COLOURS = 8
 """Task colours of the page: the classes t1 to t8, t0 for what belongs to no task."""
 
 
-@dataclass(frozen=True)
-class Span:
+class Span(Struct, frozen=True):
     """A task under execution: [start, end) in seconds."""
 
     task: str

@@ -5,7 +5,7 @@ Height 25.4 mm, diameter 82 mm, 0.274 kg: ATI data sheet 9230-05-1512 (Axia80), 
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from cramlite.geometry import Pose
 from cramlite.robots import Gripper

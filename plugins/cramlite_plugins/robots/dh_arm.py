@@ -9,17 +9,16 @@ through a thin box (docs/explanation/simulation.md).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 
 from cramlite.geometry import Floats, Pose
 
 Row = tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Struct, frozen=True):
     """A cylinder of a link between two points of the link's body frame [m]."""
 
     start: tuple[float, float, float]
@@ -28,8 +27,7 @@ class Cylinder:
     rgba: str = "0.82 0.83 0.85 1"
 
 
-@dataclass(frozen=True)
-class Link:
+class Link(Struct, frozen=True):
     """One moving link.
 
     Args:

@@ -17,8 +17,9 @@ estimates the wrench at the flange from torque sensors in its joints, which is l
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from itertools import pairwise
+
+from msgspec.structs import replace
 
 from cramlite.robots import Robot
 

@@ -6,11 +6,10 @@ coupled, and one actuator pulls on their mean. Tool frame: z is the approach dir
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class Jaws:
+class Jaws(Struct, frozen=True):
     """The moving part of a parallel gripper; lengths in metres.
 
     Args:

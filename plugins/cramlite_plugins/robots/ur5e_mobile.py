@@ -17,7 +17,8 @@ The arm is bolted to the front end of the inner profiles (680 mm long); where is
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from cramlite.geometry import Pose
 from cramlite.robots import Platform

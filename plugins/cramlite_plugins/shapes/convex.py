@@ -15,11 +15,11 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import manifold3d
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats
 
@@ -34,8 +34,7 @@ EVEN = 0.2  # how much the worst half counts beside the sum of both
 FINEST = 1e-6  # coordinates are rounded to this [m]
 
 
-@dataclass(frozen=True)
-class Bore:
+class Bore(Struct, frozen=True):
     """A round through hole: its centre, unit axis, radius and how far it reaches to either side [m]."""
 
     centre: Floats

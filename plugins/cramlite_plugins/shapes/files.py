@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.errors import UserError, nearest
 
@@ -16,8 +16,7 @@ MOST_BYTES = 100_000_000
 LARGEST, SMALLEST, FLAT = 5.0, 0.002, 1e-4  # sides of the box around a shape [m]
 
 
-@dataclass(frozen=True)
-class Closed:
+class Closed(Struct, frozen=True):
     """A mesh that encloses a volume.
 
     Args:

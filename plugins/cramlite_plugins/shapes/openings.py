@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import manifold3d
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
 from cramlite.world import Feature
@@ -26,8 +26,7 @@ BAR = 0.030  # material beside an opening up to this thickness is a handle [m]
 FACET = 0.05  # a face of this share of the surface gives an axis to look along
 
 
-@dataclass(frozen=True)
-class Opening:
+class Opening(Struct, frozen=True):
     """A hole in a silhouette: where it is, how large, and the handle beside it if there is one."""
 
     bore: Bore

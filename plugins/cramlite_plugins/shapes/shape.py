@@ -6,12 +6,13 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import DecodeError, Struct, json
+from msgspec.structs import replace
 
 from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
@@ -22,8 +23,7 @@ FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they ar
 SIMPLER = 1e-4  # [m]
 
 
-@dataclass(frozen=True)
-class Shape:
+class Shape(Struct, frozen=True):
     """What follows from a mesh file alone.
 
     Args:
@@ -61,14 +61,12 @@ def shape_of(path: Path, scale: float = 1.0) -> Shape:
 
 @lru_cache(maxsize=64)
 def _shape(key: str, path: Path, scale: float) -> Shape:
-    from pydantic import TypeAdapter, ValidationError
-
-    kept, adapter = _folder() / f"{key}.json", TypeAdapter(Shape)
+    kept = _folder() / f"{key}.json"
     try:
-        return adapter.validate_json(kept.read_bytes())
-    except (OSError, ValidationError):
+        return json.decode(kept.read_bytes(), type=Shape)
+    except (OSError, DecodeError):
         shape = compute(path, scale)
-        _keep(kept, adapter.dump_json(shape))
+        _keep(kept, json.encode(shape))
         return shape
 
 

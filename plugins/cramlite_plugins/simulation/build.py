@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Pose
@@ -39,8 +40,7 @@ SOLREF = (0.005, 1.0)
 CONES = {"elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC, "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL}
 
 
-@dataclass(frozen=True)
-class Carried:
+class Carried(Struct, frozen=True):
     """A thing that a planning model fixes to a robot's tool.
 
     Args:

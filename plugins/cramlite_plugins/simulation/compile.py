@@ -7,9 +7,9 @@ with ``{mount}/``, those of hands with ``hand/`` and ``other_hand/``.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import mujoco
+from msgspec import Struct
 
 from cramlite.geometry import Pose, Vector3
 from cramlite.robots import Robot
@@ -35,8 +35,7 @@ def unstable(data: Data) -> str:
     return ""
 
 
-@dataclass(frozen=True)
-class Compiled:
+class Compiled(Struct, frozen=True):
     """A model with its addresses.
 
     Args:

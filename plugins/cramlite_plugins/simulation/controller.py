@@ -8,11 +8,12 @@ the gripper, like a real one; it never reads where objects are. Control runs at 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
 from typing import Any
 
 import mujoco
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
@@ -32,8 +33,7 @@ STEPS = 4  # physics steps of one control cycle
 ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]
 
 
-@dataclass(frozen=True)
-class Safety:
+class Safety(Struct, frozen=True):
     """The controller's safety configuration: what ends in a protective stop.
 
     Args:

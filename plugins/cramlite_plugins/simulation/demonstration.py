@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Floats, Pose
@@ -35,8 +36,7 @@ ATTEMPTS = 5
 SQUEEZE = 10000.0
 
 
-@dataclass(frozen=True)
-class Scene:
+class Scene(Struct, frozen=True):
     """What the person sees: an object with a hole, a peg, and where the object goes to, or stands at the start.
 
     Args:
@@ -311,8 +311,7 @@ def let_go(person: Person, scene: Scene) -> None:
 Act = Callable[[Person, Scene, Pose], None]
 
 
-@dataclass(frozen=True)
-class Script:
+class Script(Struct, frozen=True):
     """What a demonstration consists of.
 
     Args:

@@ -13,11 +13,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Floats
@@ -201,7 +201,7 @@ def execute_file(
 
     Args:
         program: URScript text, or a typed program as JSON.
-        world: JSON of a ``cramlite.world.World`` (``pydantic.TypeAdapter(World).dump_json``).
+        world: JSON of a ``cramlite.world.World`` (``msgspec.json.encode``).
         mount: name of the robot; by default the world's first.
         plugins: files of further plugins, which may declare robots; installed ones are known.
         options: ``time_limit``, ``settle`` and ``force_noise`` of ``execute``.
@@ -254,16 +254,16 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _execute_paths(program: Path, world: Path, *, mount: str, plugins: Sequence[Path], **options: float) -> Rollout:
-    from pydantic import TypeAdapter, ValidationError
+    from msgspec import DecodeError, json
 
     from cramlite.knowledge import Knowledge
     from cramlite.registry import Registry
 
     try:
-        scene = TypeAdapter(World).validate_json(world.read_bytes())
+        scene = json.decode(world.read_bytes(), type=World)
         text = program.read_text()
-    except ValidationError as error:
-        raise UserError(f"{world}: not a world: {error.errors()[0]['msg']}") from None
+    except DecodeError as error:
+        raise UserError(f"{world}: not a world: {error}") from None
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"cannot read a file: {error}") from None
     name = mount or (scene.robots[0].name if scene.robots else "")

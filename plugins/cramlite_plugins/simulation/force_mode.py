@@ -10,9 +10,8 @@ time constant at a lever of 0.1 m.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
+from msgspec import Struct, field
 
 from cramlite.geometry import Floats, Pose
 
@@ -20,8 +19,7 @@ GAIN = np.array([0.004] * 3 + [0.4] * 3)  # m/s/N and rad/s/Nm
 DEAD = np.array([0.3] * 3 + [0.03] * 3)  # N and Nm
 
 
-@dataclass
-class ForceMode:
+class ForceMode(Struct):
     """Force mode that is switched on.
 
     Args:

@@ -10,9 +10,9 @@ some (measured over the development seeds: docs/explanation/figures.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose
 from cramlite.rollout import Rollout, Touch
@@ -35,8 +35,7 @@ DROP = (0.0, 0.006)
 BLIND = (0.04, 0.5)
 
 
-@dataclass(frozen=True)
-class Habits:
+class Habits(Struct, frozen=True):
     """What one person does in one demonstration; the other hand is idle, "busy", or takes over ("hand_over")."""
 
     second_look: bool

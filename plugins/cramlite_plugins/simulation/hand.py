@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
 
 from cramlite.errors import UserError
 from cramlite.geometry import Pose
@@ -30,8 +29,7 @@ HANDS = ("hand", "other_hand")
 FARTHEST = math.radians(170)
 
 
-@dataclass(frozen=True)
-class HandIndex(EffectorIndex):
+class HandIndex(EffectorIndex, frozen=True):
     """The hand in the model.
 
     Args:

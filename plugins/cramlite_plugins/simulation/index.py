@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Pose
 from cramlite.robots import Robot
@@ -15,8 +15,7 @@ Model = Any  # mujoco.MjModel; MuJoCo's bindings have no complete types
 Data = Any  # mujoco.MjData
 
 
-@dataclass(frozen=True)
-class Owner:
+class Owner(Struct, frozen=True):
     """What a geom belongs to.
 
     Args:
@@ -37,8 +36,7 @@ class Owner:
         return f"{self.name}/{self.part}" if self.part else self.name
 
 
-@dataclass(frozen=True)
-class ThingIndex:
+class ThingIndex(Struct, frozen=True):
     """A thing's body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
     address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with."""
 
@@ -49,8 +47,7 @@ class ThingIndex:
     grains: tuple[tuple[int, int], ...] = ()
 
 
-@dataclass(frozen=True)
-class EffectorIndex:
+class EffectorIndex(Struct, frozen=True):
     """What the gripper of a robot and a hand have in common.
 
     Args:
@@ -94,8 +91,7 @@ class EffectorIndex:
         return site_pose(data, self.tcp)
 
 
-@dataclass(frozen=True)
-class PlatformIndex:
+class PlatformIndex(Struct, frozen=True):
     """A platform in the model: its body, and the qpos addresses and actuators of its joints x, y and turn."""
 
     body: int
@@ -117,8 +113,7 @@ def flat(pose: Pose) -> tuple[float, float, float]:
     return pose.position[0], pose.position[1], 2.0 * math.atan2(z, w)
 
 
-@dataclass(frozen=True)
-class RobotIndex(EffectorIndex):
+class RobotIndex(EffectorIndex, frozen=True):
     """A robot in the model.
 
     Args:

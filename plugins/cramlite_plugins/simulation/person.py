@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 
 import mujoco
 import numpy as np
+from msgspec import Struct, field
 
 from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
@@ -35,8 +35,7 @@ CONTROL = 100.0
 SHORTEST = 0.15
 
 
-@dataclass
-class Limb:
+class Limb(Struct):
     """One hand: where it aims, and what it was told to do while the other one acts.
 
     Args:

@@ -7,7 +7,6 @@ else is ever set: no position is written into the simulation.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,8 +20,7 @@ TRACKING = 0.05, 0.05
 """[m, rad] off its command: something holds it. In free motion it stays below 2 mm and 2 mrad (measured)."""
 
 
-@dataclass(frozen=True)
-class Leg(Law):
+class Leg(Law, frozen=True):
     """A straight leg, as a share of the way from ``start`` to ``goal`` (3,); both start and end at rest."""
 
     start: Floats

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
 
@@ -31,8 +31,7 @@ class Motion(Protocol):
     def rate(self, time: float) -> float: ...
 
 
-@dataclass(frozen=True)
-class Law:
+class Law(Struct, frozen=True):
     """A trapezoid over ``way``; speed and acceleration in the same unit."""
 
     way: float
@@ -55,8 +54,7 @@ class Law:
         return min(self.speed, self.acceleration * time, self.acceleration * rest)
 
 
-@dataclass(frozen=True)
-class JointMotion(Law):
+class JointMotion(Law, frozen=True):
     """movej: all joints start and stop together; speed and acceleration are the leading axis's."""
 
     start: Floats
@@ -66,8 +64,7 @@ class JointMotion(Law):
         return self.start + self.share(time) * (self.goal - self.start)
 
 
-@dataclass(frozen=True)
-class BlendedMotion:
+class BlendedMotion(Struct, frozen=True):
     """Several movej whose corners are rounded."""
 
     sections: Sequence[Section]
@@ -89,8 +86,7 @@ class BlendedMotion:
         return self.sections[-1], min(time, self.sections[-1].length)
 
 
-@dataclass(frozen=True)
-class LinearMotion(Law):
+class LinearMotion(Law, frozen=True):
     """movel: the TCP on a straight line, its rotation at a constant axis (slerp)."""
 
     start: Pose
@@ -107,8 +103,7 @@ class LinearMotion(Law):
         return Pose(position, turned.quaternion)
 
 
-@dataclass(frozen=True)
-class Slowed:
+class Slowed(Struct, frozen=True):
     """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
 
     motion: Motion

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Protocol
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
 
@@ -31,8 +31,7 @@ class Part(Protocol):
     def at(self, share: float) -> tuple[Floats, float]: ...
 
 
-@dataclass(frozen=True)
-class Line:
+class Line(Struct, frozen=True):
     """Between two places; ``legs`` are done at its start and at its end."""
 
     start: Floats
@@ -47,8 +46,7 @@ class Line:
         return self.start + share * (self.goal - self.start), self.legs[0] + share * (self.legs[1] - self.legs[0])
 
 
-@dataclass(frozen=True)
-class Arc(Line):
+class Arc(Line, frozen=True):
     """A circle around ``centre`` from ``start``, along the unit vector ``along`` at first, by ``angle`` [rad]."""
 
     centre: Floats
@@ -67,8 +65,7 @@ class Arc(Line):
         return place, middle + ((2 * share - 1) * (before if share < 0.5 else after))
 
 
-@dataclass(frozen=True)
-class ProcessMotion(Law):
+class ProcessMotion(Law, frozen=True):
     """Lines and circles, from rest to rest, in between at one speed; ``ends`` are the ways [m] to the end of each part."""
 
     poses: Sequence[Pose]

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 
 from cramlite.geometry import Floats, Pose
 
@@ -26,8 +26,7 @@ STREAMING = ("speedj", "speedl", "servoj", "servoc")
 GAIN = 300.0
 
 
-@dataclass(frozen=True)
-class JointSpeed:
+class JointSpeed(Struct, frozen=True):
     """Joint speeds (n,) [rad/s] that change from ``before`` to ``wanted`` within ``ramp`` seconds, and stay."""
 
     start: Floats
@@ -51,8 +50,7 @@ class JointSpeed:
         return float(np.abs(self.before + share * (self.wanted - self.before)).max())
 
 
-@dataclass(frozen=True)
-class ToolSpeed(JointSpeed):
+class ToolSpeed(JointSpeed, frozen=True):
     """The same for the tool: (6,) [m/s, rad/s], base axes; ``start`` is unused, ``place`` is where it began."""
 
     place: Pose = field(default_factory=Pose)
@@ -64,8 +62,7 @@ class ToolSpeed(JointSpeed):
         return Pose((x, y, z), turned.quaternion)
 
 
-@dataclass(frozen=True)
-class Servo:
+class Servo(Struct, frozen=True):
     """The arm on its way to a joint target (n,) that may be replaced at any time."""
 
     start: Floats

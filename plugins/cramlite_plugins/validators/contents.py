@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cramlite import Candidate, Finding, Validator, hookimpl
 from cramlite.verdict import Cost
 from cramlite_plugins.experts.contents import SHARE, SPILLED, where
 
 
-@dataclass(frozen=True)
-class Poured:
+class Poured(Struct, frozen=True):
     """Enough of what was poured is in the destination at the end."""
 
     name: str = "poured"
@@ -31,8 +31,7 @@ class Poured:
                 yield Finding(self.name, share >= wanted, said, share, wanted, "", action.name)
 
 
-@dataclass(frozen=True)
-class Spilled:
+class Spilled(Struct, frozen=True):
     """What was in a vessel is in a vessel at the end, this one or another."""
 
     name: str = "spilled"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Candidate, Finding, MoveJoints, Validator, hookimpl
 from cramlite.program import AnyStep, Joints, walk
@@ -14,8 +14,7 @@ from cramlite.verdict import Cost
 OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
 
 
-@dataclass(frozen=True)
-class JointLimits:
+class JointLimits(Struct, frozen=True):
     """Every joint target of the program lies within the robot's limits."""
 
     name: str = "joint_limits"
@@ -44,8 +43,7 @@ def _targets(step: AnyStep) -> tuple[Joints, ...]:
     return (joints,) if joints else ()
 
 
-@dataclass(frozen=True)
-class JointSpeeds:
+class JointSpeeds(Struct, frozen=True):
     """The arm stayed within its joint limits and speeds while the text ran."""
 
     name: str = "joint_speeds"

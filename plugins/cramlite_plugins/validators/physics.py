@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Candidate, Finding, Rollout, Validator, hookimpl
 from cramlite.verdict import Cost
@@ -20,8 +20,7 @@ def task_at(candidate: Candidate, sample: int) -> str:
     return candidate.code.task_of(int(candidate.rollout.lines[sample]))
 
 
-@dataclass(frozen=True)
-class Execution:
+class Execution(Struct, frozen=True):
     """The text ran to its end."""
 
     name: str = "execution"
@@ -42,8 +41,7 @@ class Execution:
             yield Finding(self.name, False, reason, origin=task_at(candidate, last))
 
 
-@dataclass(frozen=True)
-class Collision:
+class Collision(Struct, frozen=True):
     """The arm touched nothing, and the hand and what it held only what its task is about."""
 
     name: str = "collision"
@@ -86,8 +84,7 @@ def _whole(name: str) -> str:
     return name.split("/")[0]
 
 
-@dataclass(frozen=True)
-class ForcePeak:
+class ForcePeak(Struct, frozen=True):
     """The force at the sensor stayed under the program's limit."""
 
     name: str = "force_peak"
@@ -105,8 +102,7 @@ class ForcePeak:
         yield Finding(self.name, bool(force[k] <= limit), reason, float(force[k]), limit, "N", task_at(candidate, k))
 
 
-@dataclass(frozen=True)
-class GraspSlip:
+class GraspSlip(Struct, frozen=True):
     """What was grasped did not move in the hand until it was let go."""
 
     name: str = "grasp_slip"

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
 
 from cramlite import Action, Candidate, Finding, Rollout, Thing, Validator, hookimpl
 from cramlite.belief import Relation
@@ -30,8 +30,7 @@ letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in
 """
 
 
-@dataclass(frozen=True)
-class EndState:
+class EndState(Struct, frozen=True):
     """Every relation that the plan predicts holds in physics at the end, with its thing at rest and let go."""
 
     name: str = "end_state"
@@ -124,8 +123,7 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
     return way / (float(np.ptp(rollout.times[recent])) or 1.0)
 
 
-@dataclass(frozen=True)
-class TaskRules:
+class TaskRules(Struct, frozen=True):
     """What each task's rule, the one that interprets demonstrations, asks for while its code ran and afterwards, holds.
 
     Runtime conditions count, too: an arm that stood at the park state all along has not been parked. A task that has

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cramlite import Candidate, Finding, Validator, hookimpl
 from cramlite.verdict import Cost
 
 
-@dataclass(frozen=True)
-class Recognised:
+class Recognised(Struct, frozen=True):
     """The things that play a role exist, and are of the class that they were believed to be."""
 
     name: str = "recognised"

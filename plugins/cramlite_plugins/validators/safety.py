@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cramlite import Candidate, Finding, Validator, hookimpl
 from cramlite.verdict import Cost
 
 
-@dataclass(frozen=True)
-class ProgramSafety:
+class ProgramSafety(Struct, frozen=True):
     """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.program_safety``."""
 
     name: str = "program_safety"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import get_args
 
 import pytest
+from msgspec.structs import replace
 from test_ur_rtde import AWAY, DOWN, OPEN, SLIDE
 from test_urscript import STEPS, program
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from episode_builders import rollout
+from msgspec.structs import replace
 
 from cramlite_plugins.episodes.felt import pressed_on
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import bson
@@ -13,6 +12,7 @@ import pytest
 from episode_builders import episode, rollout
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from cramlite.episode import Entity, Episode, Event, Track
 from cramlite.errors import UserError

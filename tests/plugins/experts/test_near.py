@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Belief, Context, Engine, Grounding, Location, Object, Pose, Refused, Unresolvable
 from cramlite.belief import Held, initial_belief

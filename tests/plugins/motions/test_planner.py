@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from dataclasses import replace
 
 import coal_check
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scenes import BLOCK, TABLE, WALL, box, down, make, stance
 
 from cramlite.geometry import Pose

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import coal_check
 import mujoco
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scenes import BLOCK, ROBOTS, TABLE, WALL, box, down, make, stance, world
 
 from cramlite.geometry import Floats, Pose

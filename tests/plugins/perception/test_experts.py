@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Engine, Expert, Inputs, Judged, Thing, Unresolvable
 from cramlite.expert_plan import NoPipeline

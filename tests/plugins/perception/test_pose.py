@@ -6,11 +6,11 @@ import importlib.util
 import math
 import sys
 from collections.abc import Callable
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from scipy import ndimage
 
 from cramlite.errors import UserError

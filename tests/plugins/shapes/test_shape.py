@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from pathlib import Path
 
 import made
@@ -12,6 +11,7 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from msgspec.structs import replace
 
 from cramlite.geometry import Pose
 from cramlite.world import Thing, World
@@ -92,7 +92,7 @@ def test_the_same_content_gives_the_same_shape_and_is_kept(tmp_path: Path) -> No
     other.write_bytes(one.read_bytes())
     first = shape.shape_of(one)
     assert len(list((tmp_path / "cache/cramlite/shapes").glob("*.json"))) == 1
-    assert dataclasses.replace(shape.compute(other), notes=()) == dataclasses.replace(first, notes=())
+    assert replace(shape.compute(other), notes=()) == replace(first, notes=())
     shape._shape.cache_clear()
     assert shape.shape_of(other) == first
     made.mug(0.040).export(one)
@@ -124,9 +124,9 @@ def test_it_hangs_by_its_hole_and_falls_without(tmp_path: Path) -> None:
 
     made.tagged().export(tmp_path / "tag.stl")
     tea = make("mesh", "tea", Pose(), {"file": str(tmp_path / "tag.stl"), "mass": 0.3})
-    tea = dataclasses.replace(tea, pose=hung(tea, hanger("hook", Pose((0, 0, 0.5))), 0.07))
+    tea = replace(tea, pose=hung(tea, hanger("hook", Pose((0, 0, 0.5))), 0.07))
     assert _settled(tea).position[2] == pytest.approx(tea.pose.position[2], abs=0.005)
-    bare = dataclasses.replace(tea, geoms=tuple(g for g in tea.geoms if g.pose.position[2] < 0.05))
+    bare = replace(tea, geoms=tuple(g for g in tea.geoms if g.pose.position[2] < 0.05))
     assert _settled(bare).position[2] < 0
 
 
@@ -138,7 +138,7 @@ def test_triangles_of_a_thing_have_its_holes(tmp_path: Path) -> None:
         assert mesh.extents[2] > 0.12
         assert _crossings(mesh, height) == 0
         assert _crossings(mesh, 0.0) == 2
-    parts = mesh_of(dataclasses.replace(tea, mesh=None))
+    parts = mesh_of(replace(tea, mesh=None))
     assert _crossings(parts, 0.068) == 0
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Engine, Episode, Rollout, World, read_scenario
 from cramlite.experiment.spec import find_experiment

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
 from arm import lift, solve
+from msgspec.structs import replace
 from standard import BACK, ROBOTS, standard_world, standing_world
 
 from cramlite.errors import UserError

@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import math
 import re
-from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from pydantic import TypeAdapter
+from msgspec.structs import replace
 from standard import ROBOTS, standing_world
 
 from cramlite.errors import UserError
@@ -342,7 +342,7 @@ def test_the_same_seed_gives_the_same_run() -> None:
 def test_a_process_that_is_given_two_files(tmp_path: Path) -> None:
     program, world = tmp_path / "program.script", tmp_path / "world.json"
     program.write_text(text(Wait(duration=0.1)))
-    world.write_bytes(TypeAdapter(World).dump_json(WORLD))
+    world.write_bytes(msgspec.json.encode(WORLD))
     rollout = execute_file(program, world, settle=0.0)
     assert rollout.outcome == "finished"
     assert rollout.world == WORLD

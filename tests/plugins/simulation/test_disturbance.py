@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Pose, RobotMount, Rollout, UserError, World
 from cramlite.rollout_file import load_rollout, save_rollout

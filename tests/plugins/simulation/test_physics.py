@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import mujoco
 import numpy as np
 import pytest
 from arm import FORWARD, follow, line, ramp, solve
+from msgspec.structs import replace
 from standard import ROBOTS, standard_world
 
 from cramlite.geometry import Pose

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Action, Held, Pose, Unresolvable, World, initial_belief
 from cramlite.designators import Location, Object

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import mujoco
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite import Pose, Rollout
 from cramlite.world import World

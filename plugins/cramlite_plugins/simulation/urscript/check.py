@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
+
+from msgspec.structs import astuple
 
 from cramlite.errors import nearest
 
@@ -59,8 +60,8 @@ def nodes(node: object) -> Iterator[object]:
             yield from nodes(part)
     elif hasattr(node, "line"):
         yield node
-        for field in fields(node):  # type: ignore[arg-type]
-            yield from nodes(getattr(node, field.name))
+        for value in astuple(node):  # type: ignore[arg-type]
+            yield from nodes(value)
 
 
 def _assigned(program: Function) -> set[str]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .check import functions, nodes
 from .syntax import (
@@ -45,8 +46,7 @@ CLOCKS = {"get_steptime", "get_time"}
 Body = tuple[Statement, ...]
 
 
-@dataclass(frozen=True)
-class Doubt:
+class Doubt(Struct, frozen=True):
     """One thing to look at."""
 
     line: int

@@ -7,9 +7,11 @@ thread once, in the order in which they were started, until it waits: for sync()
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from dataclasses import dataclass, replace
 from types import CodeType
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cramlite.errors import UserError
 
@@ -30,8 +32,7 @@ _HELPERS = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Limits:
+class Limits(Struct, frozen=True):
     """What stops a program that would never end.
 
     Args:
@@ -45,8 +46,7 @@ class Limits:
     threads: int = 50
 
 
-@dataclass(frozen=True)
-class Loaded:
+class Loaded(Struct, frozen=True):
     """A program that was parsed and checked: its tree and its compiled form."""
 
     tree: Function

@@ -2,35 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class Number:
+class Number(Struct, frozen=True):
     value: float | int
     line: int
 
 
-@dataclass(frozen=True)
-class Text:
+class Text(Struct, frozen=True):
     value: str
     line: int
 
 
-@dataclass(frozen=True)
-class Truth:
+class Truth(Struct, frozen=True):
     value: bool
     line: int
 
 
-@dataclass(frozen=True)
-class Name:
+class Name(Struct, frozen=True):
     name: str
     line: int
 
 
-@dataclass(frozen=True)
-class ListOf:
+class ListOf(Struct, frozen=True):
     """``[...]``, or ``p[...]`` when ``pose``."""
 
     items: tuple[Expression, ...]
@@ -38,8 +33,7 @@ class ListOf:
     line: int
 
 
-@dataclass(frozen=True)
-class Item:
+class Item(Struct, frozen=True):
     """``value[index]``."""
 
     value: Expression
@@ -47,23 +41,20 @@ class Item:
     line: int
 
 
-@dataclass(frozen=True)
-class Unary:
+class Unary(Struct, frozen=True):
     operator: str
     operand: Expression
     line: int
 
 
-@dataclass(frozen=True)
-class Binary:
+class Binary(Struct, frozen=True):
     operator: str
     left: Expression
     right: Expression
     line: int
 
 
-@dataclass(frozen=True)
-class Call:
+class Call(Struct, frozen=True):
     """``function(arguments, name=value)``."""
 
     function: str
@@ -72,8 +63,7 @@ class Call:
     line: int
 
 
-@dataclass(frozen=True)
-class Run:
+class Run(Struct, frozen=True):
     """``run thread()``: its value is the thread's handle."""
 
     call: Call
@@ -83,8 +73,7 @@ class Run:
 Expression = Number | Text | Truth | Name | ListOf | Item | Unary | Binary | Call | Run
 
 
-@dataclass(frozen=True)
-class Assign:
+class Assign(Struct, frozen=True):
     """``[local|global] target = value``; ``scope`` is "local", "global" or "" (found by the rules of scope)."""
 
     target: Name | Item
@@ -93,44 +82,38 @@ class Assign:
     line: int
 
 
-@dataclass(frozen=True)
-class Evaluate:
+class Evaluate(Struct, frozen=True):
     """An expression as a statement: a call."""
 
     value: Expression
     line: int
 
 
-@dataclass(frozen=True)
-class If:
+class If(Struct, frozen=True):
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...]
     line: int
 
 
-@dataclass(frozen=True)
-class While:
+class While(Struct, frozen=True):
     condition: Expression
     body: tuple[Statement, ...]
     line: int
 
 
-@dataclass(frozen=True)
-class Jump:
+class Jump(Struct, frozen=True):
     """``break`` or ``continue``."""
 
     word: str
     line: int
 
 
-@dataclass(frozen=True)
-class Return:
+class Return(Struct, frozen=True):
     value: Expression | None
     line: int
 
 
-@dataclass(frozen=True)
-class ThreadOrder:
+class ThreadOrder(Struct, frozen=True):
     """``kill handle`` or ``join handle``."""
 
     word: str
@@ -138,16 +121,14 @@ class ThreadOrder:
     line: int
 
 
-@dataclass(frozen=True)
-class Critical:
+class Critical(Struct, frozen=True):
     """``enter_critical`` or ``exit_critical``."""
 
     word: str
     line: int
 
 
-@dataclass(frozen=True)
-class Function:
+class Function(Struct, frozen=True):
     """``def``, ``thread`` or ``sec``, with its parameters (name, default or None)."""
 
     word: str

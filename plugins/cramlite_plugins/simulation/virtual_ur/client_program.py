@@ -15,10 +15,10 @@ import sys
 import tempfile
 import threading
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.errors import UserError
 from cramlite.geometry import Floats

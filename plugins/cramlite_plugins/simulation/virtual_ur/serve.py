@@ -7,7 +7,8 @@ import ipaddress
 import struct
 import time
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from cramlite.errors import UserError
 
@@ -25,8 +26,7 @@ Reader = asyncio.StreamReader
 Writer = asyncio.StreamWriter
 
 
-@dataclass(eq=False)
-class Client:
+class Client(Struct, eq=False):
     """One RTDE connection."""
 
     writer: Writer
@@ -36,8 +36,7 @@ class Client:
     sending: bool = False
 
 
-@dataclass
-class Ports:
+class Ports(Struct):
     """What is open, and who is there."""
 
     robot: VirtualRobot
