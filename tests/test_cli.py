@@ -27,7 +27,7 @@ print("IMPORTED", *[m for m in {heavy!r} if m in sys.modules])
 @pytest.mark.parametrize(
     ("arguments", "heavy"),
     [
-        (["--help"], ["mujoco", "ompl", "rdflib", "scipy", "pydantic", "numpy", "pluggy.__none__", "ruamel.yaml"]),
+        (["--help"], ["mujoco", "ompl", "rdflib", "scipy", "pydantic", "numpy", "pluggy.__none__", "yaml"]),
         (["tasks"], ["mujoco", "ompl", "rdflib", "scipy", "matplotlib", "jinja2", "pydantic", "cramlite.engine"]),
         (["interpret", str(DEMONSTRATION)], ["mujoco", "ompl", "scipy", "matplotlib", "pydantic", *STAGES]),
         (["check", str(ROOT / "scenarios" / "fetch_from_hanger.yaml")], ["ompl", "rdflib", "scipy", "matplotlib", "jinja2", *JUDGED]),

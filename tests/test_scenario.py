@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
-from ruamel.yaml import YAML
 
 from cramlite.quantities import UNITS, parse_quantity
 from cramlite.scenario import PoseSpec
@@ -40,14 +40,14 @@ def _leaves(node: Any, place: str = "") -> Iterator[tuple[str, Any]]:
 def _numbers(text: str) -> list[tuple[str, Any]]:
     return [
         (place, value)
-        for place, value in _leaves(YAML(typ="safe").load(text))
+        for place, value in _leaves(yaml.safe_load(text))
         if (isinstance(value, int | float) and not isinstance(value, bool))
         or (isinstance(value, str) and re.fullmatch(r"\s*[-+.\d][-+.\de]*\s*[a-z]*\s*", value))
     ]
 
 
 def _wrong(text: str) -> list[str]:
-    words = [p for p, v in _leaves(YAML(typ="safe").load(text)) if FORBIDDEN.search(p)]
+    words = [p for p, v in _leaves(yaml.safe_load(text)) if FORBIDDEN.search(p)]
     return words + [place for place, _ in _numbers(text) if not WORLD.match(place)]
 
 
@@ -82,8 +82,8 @@ def test_the_look_at_rules_sees_a_pose(text: str) -> None:
 
 def _poses(text: str) -> list[str]:
     """Places in a rule file with a number that is no threshold of one comparison, or with a forbidden key."""
-    keys = [p for p, _ in _leaves(YAML(typ="safe").load(text)) if FORBIDDEN.search(p)]
-    leaves = [(p, str(v)) for p, v in _leaves(YAML(typ="safe").load(text)) if p.split(".")[0] not in ("source", "explain")]
+    keys = [p for p, _ in _leaves(yaml.safe_load(text)) if FORBIDDEN.search(p)]
+    leaves = [(p, str(v)) for p, v in _leaves(yaml.safe_load(text)) if p.split(".")[0] not in ("source", "explain")]
     threshold = re.compile(r"[<>=]=?\s*[-\d.]+( ?[a-z]+)?")
     return keys + [p for p, v in leaves if re.search(r"(?<![A-Za-z_\d])\d", threshold.sub("", v))]
 

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from cramlite import ModelMaker, Pose, Thing, hookimpl
+from cramlite.yaml_file import load_yaml
 
 
 @lru_cache(maxsize=1)
 def entries() -> Mapping[str, Mapping[str, Any]]:
     """Name -> model, class and parameters."""
-    from ruamel.yaml import YAML
-
-    found: Mapping[str, Mapping[str, Any]] = YAML(typ="safe").load((files(__package__) / "products.yaml").read_text())
+    found: Mapping[str, Mapping[str, Any]] = load_yaml(Path(__file__).with_name("products.yaml"))
     return found
 
 

@@ -1,0 +1,122 @@
+"""YAML 1.2's core schema (yaml.org/spec/1.2.2, chapter 10.3) on libyaml: plain values that know their lines.
+
+PyYAML by itself reads YAML 1.1, in which ``on`` is true and ``010`` is eight.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Iterator
+from typing import Any, ClassVar
+
+import yaml
+from yaml.constructor import ConstructorError
+
+_PREFIX = "tag:yaml.org,2002:"
+_SCALARS = {
+    "bool": (r"true|True|TRUE|false|False|FALSE", "tTfF"),
+    "int": (r"[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+", "-+0123456789"),
+    "float": (r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", "-+.0123456789"),
+    "null": (r"~|null|Null|NULL|", ["~", "n", "N", ""]),
+    "merge": (r"<<", "<"),
+}
+"""What a plain scalar is by its text, and what it begins with; ``<<`` is of YAML 1.1 and in common use."""
+
+
+DEEPEST = 100
+"""Hand-written files have some ten levels; PyYAML's composer on libyaml overflows the C stack at some 10,000."""
+
+
+class Mapping(dict[Any, Any]):
+    """A mapping that knows its line and those of its keys, from 1."""
+
+    line = 1
+    lines: dict[Any, int]
+
+
+class Sequence(list[Any]):
+    """A list that knows its line and those of its items, from 1."""
+
+    line = 1
+    lines: list[int]
+
+
+class Reader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """Reads one document; a tag that is not of the core schema and a key that is given twice are errors."""
+
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # PyYAML's own are those of YAML 1.1
+    yaml_constructors: ClassVar[dict[Any, Any]] = {}
+
+
+def read(text: str) -> Any:
+    """The one document of a text.
+
+    Raises:
+        yaml.YAMLError: it is none, with the line where that shows.
+        ValueError: nested deeper than ``DEEPEST``, or a number has too many digits.
+    """
+    depth = 0
+    for event in yaml.parse(text, Reader):
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            raise ValueError(f"it is nested more than {DEEPEST} deep")
+    return Reader(text).get_single_data()
+
+
+def _mapping(reader: Any, node: yaml.MappingNode) -> Iterator[Mapping]:
+    made = Mapping()
+    made.line, made.lines = node.start_mark.line + 1, {}
+    yield made
+    for key in _once(reader, node):
+        made.lines[key[0]] = key[1]
+    reader.flatten_mapping(node)
+    for key_node, value in node.value:
+        made[reader.construct_object(key_node, deep=True)] = reader.construct_object(value, deep=True)
+
+
+def _once(reader: Any, node: yaml.MappingNode) -> Iterator[tuple[Hashable, int]]:
+    """The keys that a mapping itself gives, with their lines."""
+    seen = set()
+    for key_node, _ in node.value:
+        key = reader.construct_object(key_node, deep=True)
+        if not isinstance(key, Hashable):
+            raise ConstructorError(None, None, "a list or mapping as a key", key_node.start_mark)
+        if key in seen:
+            raise ConstructorError(None, None, f'found duplicate key "{key}"', key_node.start_mark)
+        seen.add(key)
+        yield key, key_node.start_mark.line + 1
+
+
+def _sequence(reader: Any, node: yaml.SequenceNode) -> Iterator[Sequence]:
+    made = Sequence()
+    made.line, made.lines = node.start_mark.line + 1, [n.start_mark.line + 1 for n in node.value]
+    yield made
+    made.extend(reader.construct_object(n, deep=True) for n in node.value)
+
+
+def _int(reader: Any, node: yaml.ScalarNode) -> int:
+    text = reader.construct_scalar(node)
+    return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+
+
+def _float(reader: Any, node: yaml.ScalarNode) -> float:
+    return float(re.sub(r"\.(inf|nan)$", r"\1", reader.construct_scalar(node).lower()))
+
+
+def _bool(reader: Any, node: yaml.ScalarNode) -> bool:
+    return bool(reader.construct_scalar(node).lower() == "true")
+
+
+def _refuse(reader: Any, node: yaml.Node) -> None:
+    raise ConstructorError(None, None, f"the YAML tag '{node.tag}' is not allowed; write plain values", node.start_mark)
+
+
+for _name, (_text, _first) in _SCALARS.items():
+    Reader.add_implicit_resolver(_PREFIX + _name, re.compile(f"^(?:{_text})$"), list(_first))
+_MAKERS = {
+    "map": _mapping, "seq": _sequence, "int": _int, "float": _float, "bool": _bool, "null": lambda *_: None,
+    "str": lambda reader, node: reader.construct_scalar(node), "merge": lambda *_: "<<",
+}  # fmt: skip
+for _name, _maker in _MAKERS.items():
+    Reader.add_constructor(_PREFIX + _name, _maker)
+Reader.add_constructor(None, _refuse)

@@ -1,0 +1,73 @@
+"""YAML as YAML 1.2 says, with lines, and nothing that is no plain value."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cramlite import UserError
+from cramlite.yaml_file import line_of, load_yaml
+
+SCALARS = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(st.characters(codec="ascii"))
+DATA = st.recursive(SCALARS, lambda d: st.lists(d, max_size=4) | st.dictionaries(st.text("abcxyz", max_size=4), d, max_size=4))
+
+
+def loaded(text: str, folder: Path) -> object:
+    (folder / "file.yaml").write_text(text, encoding="utf-8")
+    return load_yaml(folder / "file.yaml")
+
+
+@given(DATA)
+def test_what_pyyaml_writes_is_read(tmp_path_factory: pytest.TempPathFactory, data: object) -> None:
+    assert loaded(yaml.safe_dump(data), tmp_path_factory.getbasetemp()) == data
+
+
+CORE = {
+    "on": "on", "yes": "yes", "010": 10, "0o17": 15, "0x1F": 31, "1_000": "1_000", "1e3": 1000.0, ".5": 0.5, "-.inf": -float("inf"),
+    "~": None, "": None, "TRUE": True, "1:30": "1:30", "2026-01-01": "2026-01-01", "'1'": "1", "!!str 1": "1", "1e": "1e",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("written", "meant"), CORE.items())
+def test_scalars_are_those_of_yaml_1_2(tmp_path: Path, written: str, meant: object) -> None:
+    assert loaded(f"a: {written}", tmp_path) == {"a": meant}
+
+
+def test_anchors_and_merged_keys(tmp_path: Path) -> None:
+    assert loaded("a: &x {k: 1, l: 2}\nb:\n  <<: *x\n  k: 3\nc: *x", tmp_path) == {
+        "a": {"k": 1, "l": 2}, "b": {"k": 3, "l": 2}, "c": {"k": 1, "l": 2},
+    }  # fmt: skip
+
+
+def test_lines_of_keys_and_items(tmp_path: Path) -> None:
+    data = loaded("# first\na:\n  - b: 1\n    c: {d: 2,\n        e: 3}\n  -\n    f: 4\n", tmp_path)
+    places = [((), 2), (("a",), 2), (("a", 0), 3), (("a", 0, "c"), 4), (("a", 0, "c", "e"), 5), (("a", 1, "f"), 7), (("x",), 2)]
+    assert [line_of(data, place) for place, _ in places] == [line for _, line in places]
+    assert line_of({"plain": [1]}, ["plain", 0]) == 1
+
+
+BAD = {
+    "a: 1\nb: {a: 1, a: 2}": (2, "duplicate key"),
+    "a: 1\nb: !!python/object/apply:os.system [ls]": (2, "not allowed"),
+    "a: 1\nb: !mine x": (2, "'!mine' is not allowed"),
+    "? [1]\n: 2": (1, "as a key"),
+    "a: &x [*x]": (1, "recursive"),
+    "a: *nobody": (1, "undefined alias"),
+    "--- 1\n--- 2": (2, "another document"),
+    "a: !!int x": (None, "invalid literal"),
+    "a: \x01": (None, "not allowed"),
+    "[" * 100_000: (None, "more than 100 deep"),  # overflows the stack of libyaml's composer
+    "- " * 100_000: (None, "more than 100 deep"),
+    "a: " + "9" * 5000: (None, "4300 digits"),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), BAD.items(), ids=range(len(BAD)))
+def test_what_is_refused(tmp_path: Path, text: str, said: tuple[int | None, str]) -> None:
+    line, words = said
+    with pytest.raises(UserError, match=rf"file\.yaml{f':{line}' if line else ''}: not valid YAML: .*{words}"):
+        loaded(text, tmp_path)
