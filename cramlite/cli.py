@@ -21,6 +21,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _start_lightly()
     arguments = parser(COMMANDS).parse_args(argv)
     try:
+        _heed(arguments)
         return int(arguments.run(arguments))
     except BrokenPipeError:
         return 0
@@ -33,6 +34,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("cramlite: interrupted; what was written so far is kept.", file=sys.stderr)
         return 130
+
+
+def _heed(arguments: argparse.Namespace) -> None:
+    """Plugins that are chosen can be had, also where a command asks none; the others see for themselves."""
+    if arguments.run in (_explain, _new, _schema) and (arguments.plugin or arguments.block or arguments.prefer):
+        _plugin_choice(arguments).registry()
 
 
 def _start_lightly() -> None:
@@ -237,10 +244,9 @@ def _new(arguments: argparse.Namespace) -> int:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
-    from .engine import Engine
     from .service import serve
 
-    return serve(Engine(files=arguments.plugin, blocked=arguments.block, preferred=arguments.prefer))
+    return serve(_plugin_choice(arguments).engine())
 
 
 def _tasks(arguments: argparse.Namespace) -> int:
@@ -258,7 +264,7 @@ def _tasks(arguments: argparse.Namespace) -> int:
 def _plugins(arguments: argparse.Namespace) -> int:
     from .explain import as_json, plugins_json, plugins_text
 
-    registry = _plugin_choice(arguments).registry()
+    registry = _plugin_choice(arguments).registry(strict=False)
     registry.examine()
     print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry))
     return 3 if registry.faults else 0

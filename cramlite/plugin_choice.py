@@ -33,18 +33,23 @@ class PluginChoice(Struct, frozen=True):
         """This choice, and the names that a scenario adds to it."""
         return PluginChoice(self.files, (*self.blocked, *blocked), (*self.preferred, *preferred))
 
-    def registry(self) -> Registry:
+    def registry(self, *, strict: bool = True) -> Registry:
         """A registry of these plugins.
 
+        Args:
+            strict: a file that cannot be used is refused; False: it is listed with what is wrong.
+
         Raises:
-            UserError: a file or a name that there is not, or one that is both blocked and preferred.
+            UserError: a file or a name that there is not, one that is both blocked and preferred, or, if strict, a file
+                that cannot be used.
         """
         from .registry import Registry
 
-        return self._said(Registry(self.files, self.blocked, self.preferred))
+        registry = Registry(self.files, self.blocked, self.preferred, strict)
+        return self._said(registry) if strict else registry
 
     def _said(self, registry: Registry) -> Registry:
-        """A file that was asked for and not loaded is named before all else, on standard error."""
+        """An installed plugin in whose place a file was loaded is named before all else, on standard error."""
         for fault in registry.faults:
             if fault.hook == "import" and fault.plugin in {f.stem for f in self.files}:
                 print(f"cramlite: warning: {fault}", file=sys.stderr)

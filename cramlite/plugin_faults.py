@@ -6,6 +6,7 @@ import importlib.metadata
 import inspect
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from types import ModuleType
 
 from . import hookspecs
@@ -88,8 +89,19 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
     if isinstance(error, WrongHook):
         return str(error)
     if isinstance(error, SyntaxError):
-        return f"line {error.lineno} is no Python: {error.msg}"
-    return f"{type(error).__name__}: {error}"
+        return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"
+    return said_with_place(error)
+
+
+def said_with_place(error: BaseException) -> str:
+    """An error with the place in a file at which it was raised."""
+    trace, place = error.__traceback__, ""
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        if not file.startswith("<frozen"):
+            place = f" ({Path(file).name}:{trace.tb_lineno})"
+        trace = trace.tb_next
+    return f"{type(error).__name__}: {error}{place}"
 
 
 def made_for_another_version(distribution: importlib.metadata.Distribution) -> str:

@@ -17,7 +17,14 @@ from msgspec import Struct, field
 
 from . import hookspecs
 from .errors import PluginError, Unresolvable, UserError, nearest
-from .plugin_faults import NAMED_BY, check_declared, check_hooks, made_for_another_version, why_not_loaded
+from .plugin_faults import (
+    NAMED_BY,
+    check_declared,
+    check_hooks,
+    made_for_another_version,
+    said_with_place,
+    why_not_loaded,
+)
 
 GROUP = "cramlite"
 OWN_DISTRIBUTION = "cramlite"
@@ -64,11 +71,17 @@ class Registry(Struct, dict=True):
         files: plugin modules to load by path, before all others.
         blocked: names of plugins that are not loaded.
         preferred: names of plugins that are asked first.
+        strict: a file that cannot be used is input of whoever named it. False: recorded like an installed plugin that
+            cannot be, which is what ``cramlite plugins`` lists.
+
+    Raises:
+        UserError: a file or a name that there is not, or, if strict, a file that cannot be used.
     """
 
     files: tuple[Path, ...] = ()
     blocked: tuple[str, ...] = ()
     preferred: tuple[str, ...] = ()
+    strict: bool = True
     infos: list[PluginInfo] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
 
@@ -81,6 +94,8 @@ class Registry(Struct, dict=True):
             if not file.is_file():
                 raise UserError(f"There is no plugin file '{file}'; give the path of a Python module with --plugin.")
             self._load(file.stem, lambda file=file: _module_from(file), "file", "", str(file))  # type: ignore[misc]
+            if self.strict:
+                self._refuse(file)
         for point in points:
             if point.name not in self.blocked:
                 outdated = (
@@ -97,6 +112,17 @@ class Registry(Struct, dict=True):
         for name in self.blocked:
             if name in self.preferred:
                 raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
+
+    def _refuse(self, file: Path) -> None:
+        """Raise UserError if the file that was loaded last cannot be used, or declares what it should not."""
+        for hook in [] if self.faults else [h for h in NAMED_BY if h in self.infos[-1].hooks]:
+            for _ in self.collect(hook):
+                pass
+        if self.faults:
+            where = "" if self.faults[0].hook == "import" else f"hook {self.faults[0].hook}: "
+            raise UserError(
+                f"The plugin file '{file}' cannot be used: {where}{self.faults[0].error}. Correct the file, or leave it out."
+            )
 
     def _load(
         self, name: str, load: Callable[[], Any], distribution: str, version: str, place: str, fault: str = ""
@@ -239,10 +265,7 @@ class Registry(Struct, dict=True):
 
     def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
         """Record a plugin's bug with the place in its own code."""
-        trace, place = error.__traceback__, ""
-        while trace is not None:
-            place, trace = f" ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})", trace.tb_next
-        fault = Fault(plugin, self._version(plugin), hook, designator, f"{type(error).__name__}: {error}{place}")
+        fault = Fault(plugin, self._version(plugin), hook, designator, said_with_place(error))
         if fault not in self.faults:
             self.faults.append(fault)
         return fault

@@ -1,4 +1,5 @@
-"""Plugins that cannot work are named, isolated and explained: the others load, and a program is still made."""
+"""Plugins that cannot work are explained. A file that somebody named ends the command; an installed plugin is isolated
+and named: the others load, and a program is still made."""
 
 from __future__ import annotations
 
@@ -11,9 +12,11 @@ import pytest
 from conftest import TASKS, Run
 
 from cramlite import Engine, UserError
+from cramlite.cli import COMMANDS
 from cramlite.registry import Registry
 
 Plugin = Callable[[str, str], Path]
+Install = Callable[..., None]
 OBJECTS = "@hookimpl\ndef resolve_object(designator, belief, context):\n    return None\n"
 THING = "@hookimpl\ndef {hook}():\n    return [{thing}]\n"
 
@@ -45,7 +48,64 @@ def test_what_cannot_be_loaded(what: str, plugin: Plugin, run: Run) -> None:
     assert f"NOT LOADED: {says}" in ran.out or says in ran.out
     assert ran.out.count("NOT LOADED") == 1  # the others are
     assert "Traceback" not in ran.out + ran.err
-    assert "soma:Grasping" in run("tasks", "--plugin", plugin("strange", body)).out
+
+
+@pytest.mark.parametrize("what", BAD_AT_LOAD)
+def test_a_file_that_cannot_be_loaded_ends_the_command(what: str, plugin: Plugin, run: Run) -> None:
+    body, says = BAD_AT_LOAD[what]
+    file = plugin("strange", body)
+    ran = run("tasks", "--plugin", file)
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+    assert f"The plugin file '{file}' cannot be used: " in ran.err
+    assert says in ran.err
+    with pytest.raises(UserError, match="cannot be used"):
+        Engine(files=[file])
+    assert "soma:Grasping" in run("tasks", "--plugin", plugin("fine", OBJECTS)).out
+
+
+@pytest.mark.parametrize("content", [b"\x89PNG\r\n\0\0", b"\xff\xfe\x80", b""])
+def test_a_file_that_is_no_module(content: bytes, run: Run, tmp_path: Path) -> None:
+    for name in ("strange.py", "strange.png"):
+        file = tmp_path / name
+        file.write_bytes(content)
+        ran = run("tasks", "--plugin", file)
+        assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+        assert f"'{file}' cannot be used: " in ran.err and "None" not in ran.err
+        assert run("plugins", "--plugin", file).out.count("NOT LOADED") == 1
+
+
+EVERY_COMMAND = {
+    "check": ("fetch_from_hanger",),
+    "controller": ("--seconds", "0.1"),
+    "execute": ("program.script", "--world", "fetch_from_hanger"),
+    "experiment": ("fetch_from_hanger",),
+    "explain": ("run",),
+    "interpret": ("episode",),
+    "new": ("task", "thing"),
+    "ontology": ("check",),
+    "perceive": ("fetch_from_hanger_camera",),
+    "query": ("SELECT ?a WHERE { ?a ?b ?c }",),
+    "record": ("fetch_from_hanger", "--out", "recorded"),
+    "resolve": ("fetch_from_hanger", "--out", "run"),
+    "schema": ("rule",),
+    "serve": (),
+    "tasks": (),
+    "view": ("run",),
+}
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS.keys() - {"plugins"}))
+def test_every_command_ends_before_any_work(
+    command: str, plugin: Plugin, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "program.script").write_text("def p():\n  sleep(0.1)\nend\n")
+    file = plugin("strange", "raise RuntimeError('no camera')\n")
+    before = set(tmp_path.iterdir())
+    monkeypatch.chdir(tmp_path)
+    ran = run(command, *EVERY_COMMAND[command], "--plugin", file)
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+    assert f"'{file}' cannot be used: RuntimeError: no camera (strange.py:4)" in ran.err
+    assert {p for p in tmp_path.iterdir() if p.name != "__pycache__"} == before
 
 
 BAD_DECLARATIONS = {
@@ -72,16 +132,20 @@ def test_what_is_declared_wrongly(what: str, plugin: Plugin, run: Run) -> None:
     assert len(faults) == 1
     assert says in next(iter(faults.values()))[0]
     assert run("plugins").code == 0
+    if what != "a name that is taken":
+        named = run("tasks", "--plugin", plugin("strange", body))
+        assert (named.code, named.out) == (2, "")
+        assert "cannot be used: hook " in named.err and says in named.err
 
 
-def test_a_bad_plugin_does_not_keep_others_from_a_program(plugin: Plugin, run: Run, tmp_path: Path) -> None:
-    files = [plugin(f"bad_{k}", body) for k, (body, _) in enumerate(BAD_AT_LOAD.values())]
-    files.append(plugin("bad_robot", BAD_DECLARATIONS["something else"][0]))
-    arguments = [x for f in files for x in ("--plugin", f)]
-    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run", *arguments)
+def test_a_bad_installed_plugin_does_not_keep_others_from_a_program(install: Install, run: Run, tmp_path: Path) -> None:
+    bodies = [body for body, _ in (*BAD_AT_LOAD.values(), BAD_DECLARATIONS["something else"])]
+    for k, body in enumerate(bodies):
+        install(f"pack-{k}", f"bad_{k}", body=body)
+    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run")
     assert ran.code == 0, ran.err
-    for file in files:
-        assert f"warning: plugin '{file.stem}'" in ran.err
+    for k in range(len(bodies)):
+        assert f"warning: plugin 'bad_{k}' 2.5" in ran.err
 
 
 # Two of one name
@@ -92,11 +156,13 @@ def test_two_files_of_one_name(plugin: Plugin, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     second = tmp_path / "other" / "twin.py"
     second.write_text(first.read_text())
-    registry = Registry((first, second))
+    registry = Registry((first, second), strict=False)
     (fault,) = registry.faults
     assert "two plugins are called 'twin'" in fault.error
     assert str(first) in fault.error
     assert [i.hooks for i in registry.infos if i.name == "twin"] == [("resolve_object",), ()]
+    with pytest.raises(UserError, match=f"'{second}' cannot be used: two plugins are called 'twin'"):
+        Registry((first, second))
 
 
 def test_a_file_with_the_name_of_an_installed_plugin(plugin: Plugin) -> None:
@@ -111,17 +177,16 @@ def test_a_file_with_the_name_of_an_installed_plugin(plugin: Plugin) -> None:
 
 # Installed packages
 
-Install = Callable[..., None]
-
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
     """A distribution as an installer would leave it: module, metadata and entry point, on the path."""
-    before = set(sys.modules)
+    written: list[str] = []
     monkeypatch.syspath_prepend(str(tmp_path))
 
     def write(distribution: str, name: str, requires: str = "", version: str = "2.5", body: str = OBJECTS) -> None:
         module = f"{distribution.replace('-', '_')}_{name}"
+        written.append(module)
         (tmp_path / f"{module}.py").write_text(f"from cramlite import *\nfrom cramlite import hookimpl\n{body}")
         info = tmp_path / f"{distribution.replace('-', '_')}-{version}.dist-info"
         info.mkdir()
@@ -130,8 +195,8 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         (info / "entry_points.txt").write_text(f"[cramlite]\n{name} = {module}\n")
 
     yield write
-    for added in set(sys.modules) - before:
-        del sys.modules[added]
+    for module in written:
+        sys.modules.pop(module, None)
 
 
 def test_two_packages_of_one_name(install: Install, run: Run) -> None:
@@ -250,12 +315,11 @@ def test_a_wrong_decomposition_is_the_plugins_bug(
     assert fault.startswith("Fault: plugin 'odd'") and says in fault and "at 1.Odd" in fault
 
 
-def test_a_file_that_was_not_loaded_is_named_before_what_follows_from_it(
+def test_a_file_that_was_not_loaded_is_named_and_not_what_follows_from_it(
     plugin: Plugin, run: Run, spoiled: Callable[..., Path]
 ) -> None:
     file = plugin("odd", TASK.format(body="yield").replace("def task_types", "def task_type"))
     ran = run("resolve", spoiled(("- ParkingArms", "- Odd")), "--plugin", file)
     assert ran.code == 2
-    first, second = ran.err.strip().split("\n")
-    assert "warning: plugin 'odd'" in first and "there is no hook 'task_type'; did you mean 'task_types'?" in first
-    assert "There is no task type 'Odd'" in second
+    (said,) = ran.err.strip().split("\n")
+    assert f"'{file}' cannot be used: there is no hook 'task_type'; did you mean 'task_types'?" in said
