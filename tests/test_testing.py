@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib.metadata
+import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 from msgspec.structs import replace
@@ -13,8 +15,10 @@ from cramlite import Action, Backend, Belief, Code, Decomposition, Expert, Locat
 from cramlite.errors import UserError
 from cramlite.phases import Predicate
 from cramlite.program import Program
-from cramlite.registry import GROUP
+from cramlite.registry import GROUP, Registry
 from cramlite.testing import (
+    KINDS,
+    RELATIONS,
     check_backend,
     check_expert,
     check_file,
@@ -22,8 +26,14 @@ from cramlite.testing import (
     check_predicate,
     check_robot,
     check_task_type,
+    sample_belief,
     sample_robot,
 )
+from cramlite_plugins.motions.kinds import KINDS as SHIPPED
+
+MOTIONS = Path(__file__).parent.parent / "docs" / "reference" / "motions.md"
+WORDS = {"corner", "end", "stage", "to", "expect", "after"}
+"""Parameters of motions that say what is meant rather than how much."""
 
 PLUGINS = sorted(p.value for p in importlib.metadata.entry_points(group=GROUP) if p.dist and p.dist.name == "cramlite")
 
@@ -59,6 +69,32 @@ def _bug(self: TaskType, action: Action, belief: Belief) -> Iterable[Decompositi
     raise KeyError("cup")
 
 
+def _to(relation: str) -> Callable[..., Iterable[Decomposition]]:
+    return _decompose(Motion("1.Fine/go", "linear", Location("place", relation, "cup")))
+
+
+def _moving(**parameters: float) -> Callable[..., Iterable[Decomposition]]:
+    return _decompose(Motion("1.Fine/go", "until_contact", Location("home", "home"), parameters))
+
+
+def _role(name: str, *features: str) -> tuple[Role]:
+    return (Role(name, features=features),)
+
+
+def _asks(where: str, name: str) -> Callable[..., Belief]:
+    """Effects that ask for a role or parameter."""
+
+    def effects(self: TaskType, action: Action, belief: Belief) -> Belief:
+        assert getattr(action, where)[name]
+        return belief
+
+    return effects
+
+
+GRIPS = _decompose(Motion("1.Fine/grip", "gripper"))
+SPEED = (Parameter("speed_m_s", 1.0, "measured"),)
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
@@ -68,6 +104,14 @@ def _bug(self: TaskType, action: Action, belief: Belief) -> Iterable[Decompositi
         ({"effects": lambda self, action, belief: None}, "effects gives a Belief, not None"),
         ({"decompose": _decompose(Motion("1.Fine/go", "linear", Location("home", "home"), may_touch="cup"))}, "a tuple of names"),  # type: ignore[arg-type]
         ({"roles": (Role("the thing"),)}, "one capitalised word"),
+        ({"roles": _role("A", "vrps:SurfaceFeeture")}, "role 'A'.*unknown class 'vrps:SurfaceFeeture'.*did you mean 'vrps:SurfaceFeature'"),
+        ({"roles": (Role("A", types="dul:Agent"),)}, "types is a tuple of classes"),  # type: ignore[arg-type]
+        ({"decompose": _to("onn")}, "no plugin answers the relation 'onn'; did you mean 'on'"),
+        ({"decompose": _moving(force=3.0)}, "'until_contact' has no parameter 'force'; did you mean 'force_n'"),
+        ({"effects": _bug}, "effects raised KeyError\\('cup'\\)"),
+        ({"effects": lambda self, action, belief: belief.nothing}, "effects raised AttributeError"),
+        ({"effects": _asks("roles", "Patent")}, "asks for a role 'Patent'; did you mean 'Patient'"),
+        ({"effects": _asks("parameters", "speed_m_s"), "parameters": SPEED}, "self.parameter\\(action, 'speed_m_s'\\)"),
         ({"rule_file": Path("/nowhere.yaml")}, "no rule file '/nowhere.yaml'"),
         ({"roles": (Role("A"), Role("A"))}, "roles repeat"),
         ({"parameters": (Parameter("speed_m_s", 1.0, ""),)}, "where its default comes from"),
@@ -81,6 +125,74 @@ def _bug(self: TaskType, action: Action, belief: Belief) -> Iterable[Decompositi
 def test_what_breaks_the_contract(changes: dict[str, object], says: str) -> None:
     with pytest.raises(AssertionError, match=says):
         check_task_type(_variant(**changes))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"roles": _role("Patient", "vrps:SurfaceFeature")},
+        {"decompose": _to("on")},
+        {"decompose": _moving(force_n=3.0)},
+        {"effects": _asks("roles", "Patient")},
+        {"effects": lambda self, action, belief: belief.related(("on", "cube", "desk"))},
+        {"effects": lambda self, action, belief: belief.related(("on", belief.held.thing, "x")), "decompose": GRIPS},
+    ],
+)  # fmt: skip
+def test_what_keeps_the_contract(changes: dict[str, object], recwarn: pytest.WarningsRecorder) -> None:
+    check_task_type(_variant(**changes))
+    assert not recwarn.list
+
+
+@pytest.mark.parametrize(
+    ("where", "name", "roles"), [("parameters", "where", ()), ("roles", "Agent", (Role("Agent", effector=True),))]
+)
+def test_what_the_sample_has_not_is_excused_and_said(where: str, name: str, roles: tuple[Role, ...]) -> None:
+    with pytest.warns(UserWarning, match=f"x:Fine: effects was not checked: it asks for '{name}'"):
+        check_task_type(_variant(effects=_asks(where, name), roles=roles))
+
+
+def test_relations_and_kinds_of_shipped_plugins() -> None:
+    registry, belief = Registry(), sample_belief()
+    for relation in RELATIONS:
+        assert list(registry.alternatives("resolve_location", Location("x", relation, "cube"), belief=belief, context=None)), relation
+    assert not list(registry.alternatives("resolve_location", Location("x", "onn", "cube"), belief=belief, context=None))
+    table = MOTIONS.read_text().split("| relation |")[1].split("\n\n")[0]
+    rows = [row.split("|")[1] for row in table.splitlines()[2:]]
+    assert {r for row in rows for r in re.findall(r"`(\w+)`", row)} == set(RELATIONS)
+    for kind in SHIPPED.values():
+        numbers = {p.name for p in kind.parameters}
+        assert numbers <= set(KINDS[kind.name]) <= numbers | WORDS, kind.name
+
+
+OWN = """
+from cramlite import *
+class Levitating(TaskType):
+    task, summary = "x:Levitating", "rise"
+    def decompose(self, action, belief):
+        yield Decomposition((Motion(action.inside("rise"), "{kind}", Location("above", "{relation}")),), "rise")
+@hookimpl
+def task_types(): return [Levitating()]
+@hookimpl
+def resolve_location(location, belief, context):
+    return iter([context.robot]) if location.relation == "above" else None
+@hookimpl
+def resolve_motion(motion): return context.robot if motion.kind == "levitate" else None
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "relation", "says"),
+    [("levitate", "above", ""), ("levitating", "above", "kind 'levitating'"), ("levitate", "abov", ""), ("linear", "abov", "'abov'")],
+)
+def test_kinds_and_relations_that_the_plugin_answers_itself(kind: str, relation: str, says: str) -> None:
+    module = ModuleType("levitating")
+    exec(OWN.format(kind=kind, relation=relation), vars(module))
+    if not says:
+        check_plugin(module)
+        return
+    with pytest.raises(AssertionError, match=says):
+        check_plugin(module)
+    check_plugin(module, kinds={**KINDS, "levitating": ()}, relations=(*RELATIONS, "abov"))
 
 
 def test_files(tmp_path: Path) -> None:
