@@ -24,7 +24,7 @@ def _undocumented(value: Any) -> list[str]:
     found = [] if _own_doc(value) else [value.__name__]
     if not inspect.isclass(value):
         return found
-    said = " ".join(_own_doc(c) for c in value.__mro__)
+    said = " ".join(_own_doc(c) for c in value.__mro__ if c not in (Struct, object))
     for name in value.__struct_fields__ if issubclass(value, Struct) else ():
         if not re.search(rf"\b{name}\b", said):
             found.append(f"field {name}")

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from typing import Any
 
 from msgspec import NODEFAULT, Struct
-from msgspec.structs import fields
 
 import cramlite
 import cramlite.testing
@@ -61,7 +60,7 @@ def described(name: str, value: Any) -> list[str]:
     if name in ALIASES:
         return [f"### {name}", "", plain(ALIASES[name])]
     if not callable(value):
-        said = json.dumps(value) if isinstance(value, str | tuple) else type(value).__name__
+        said = json.dumps(value) if isinstance(value, str | tuple | dict) else type(value).__name__
         return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
@@ -98,15 +97,18 @@ def signature(name: str, value: Any) -> list[str]:
         return ["Any object with these members will do."]
     if isinstance(value, type) and issubclass(value, Struct):
         types = {n: t for c in reversed(value.__mro__) for n, t in vars(c).get("__annotations__", {}).items()}
-        lines = [f"    {f.name}: {types[f.name]}{default(f)}" for f in fields(value)]
+        names, defaults = value.__struct_fields__, value.__struct_defaults__
+        given = (*[NODEFAULT] * (len(names) - len(defaults)), *defaults)
+        lines = [f"    {n}: {types[n]}{default(d)}" for n, d in zip(names, given, strict=True)]
         return ["```python", f"{name}(", *[line + "," for line in lines], ")", "```"]
     return ["```python", f"{name}{signature_of(value)}", "```"]
 
 
-def default(field: Any) -> str:
-    if field.default is not NODEFAULT:
-        return f" = {field.default!r}" if not callable(field.default) else " = ..."
-    return "" if field.required else " = ..."
+def default(value: Any) -> str:
+    if value is NODEFAULT:
+        return ""
+    made = callable(value) or type(value).__name__ == "Factory"
+    return " = ..." if made else f" = {value!r}"
 
 
 def signature_of(value: Any) -> str:
@@ -118,7 +120,7 @@ def signature_of(value: Any) -> str:
 
 def constant_doc(name: str) -> str:
     """The text under a constant."""
-    for module in ("errors", "testing"):
+    for module in ("errors", "task_contract"):
         source = inspect.getsource(importlib.import_module(f"cramlite.{module}"))
         if found := re.search(rf'^{name} = .*?"""(.*?)"""', source, re.MULTILINE | re.DOTALL):
             return found[1]
