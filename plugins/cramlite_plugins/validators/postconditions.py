@@ -13,12 +13,13 @@ from cramlite.belief import Relation
 from cramlite.geometry import Pose, Vector3
 from cramlite.verdict import Cost
 
+from .held_times import MOMENT, Span, held_times, said_times
+
 if TYPE_CHECKING:
     from cramlite.phases import Phase, PhaseName, Timeline
     from cramlite.rules import Clause, Rule
 
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
-MOMENT = 0.1  # how often what must have held before is looked for [s]: at 0.1 m/s the pads, 38 mm long, pass in 0.4 s
 SWING = 0.04
 """What hangs on a peg may swing by this [m/s], its hole at rest: a pendulum on a peg has nothing to brake it.
 
@@ -150,8 +151,8 @@ class TaskRules(Struct, frozen=True):
                 return  # the program ended before
             now, idle = (span[1], False) if span else (now, idle)
             if action.task in rules:
-                rule, ways = rules[action.task], _ways(timeline, *(span or (now, now)))
-                yield _judged(rule, action, ways, self.name, after_only=span is None and not idle)
+                rule, after_only = rules[action.task], span is None and not idle
+                yield _judged(rule, action, timeline, span or (now, now), self.name, after_only=after_only)
                 yield from _begun(rule, action, timeline, span[0] if span else now, self.name)
 
 
@@ -176,17 +177,20 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
         yield from ((timeline.phases(Segment(cut, end)), True) for cut in timeline.cuts if start < cut < end - PADDING)
 
 
-def _judged(rule: Rule, action: Action, ways: Iterable[Way], name: str, *, after_only: bool) -> Finding:
+def _judged(rule: Rule, action: Action, timeline: Timeline, span: Span, name: str, *, after_only: bool) -> Finding:
     phases = ("post",) if after_only else ("run", "post")
     clauses = [c for c in rule.written_order if c.phase in phases or _binds(c)]
-    clause = _unmet_in(rule, clauses, action, ways)
-    if clause is None:
+    unmet = _unmet_in(rule, clauses, action, _ways(timeline, *span))
+    if unmet is None:
         said = " and ".join(c.text for c in clauses if c.phase != "pre")
         return Finding(name, True, f"{action.name}: {said}", origin=action.name)
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
+    clause, bindings = unmet
     when = "after" if clause.phase == "post" else "during"
     said = f"{when} {action.name} '{clause.text}' does not hold" + (f" ({roles})" if roles else "")
-    return Finding(name, False, said, origin=action.name)
+    held = "" if _binds(clause) else said_times(held_times(clause, bindings, timeline))
+    ran = f"; {action.name} ran from {span[0]:.2f} to {span[1]:.2f} s"
+    return Finding(name, False, said + (f": {held}{ran}" if held else ""), origin=action.name)
 
 
 def _begun(rule: Rule, action: Action, timeline: Timeline, start: float, name: str) -> Iterator[Finding]:
@@ -202,38 +206,43 @@ def _begun(rule: Rule, action: Action, timeline: Timeline, start: float, name: s
     moments = {start, *np.arange(timeline.cuts[0], start, MOMENT).tolist(), *(c for c in timeline.cuts if c < start)}
     unmet: Clause | None = None
     for moment in sorted(moments, reverse=True):
-        clause = _unmet(before, action, rule, timeline.phases(Segment(moment, moment)))
-        if clause is None:
+        found = _unmet(before, action, rule, timeline.phases(Segment(moment, moment)))
+        if found is None:
             return
-        unmet = unmet or clause
+        unmet = unmet or found[0]
     assert unmet is not None
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
     yield Finding(name, False, f"before {action.name} '{unmet.text}' never held ({roles})", origin=action.name)
 
 
-def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Clause | None:
+Unmet = tuple["Clause", list[dict[str, Any]]]
+"""A condition that does not hold, and the fillings of variables for which it was asked."""
+
+
+def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Unmet | None:
     """None where the rule is met in one of the ways, else what the first one lacks."""
-    first: Clause | None = None
+    first: Unmet | None = None
     starts = any(c.phase == "pre" and not _binds(c) for c in rule.written_order)
     for phases, before in ways:
         if before and not starts:
             continue
-        clause = _unmet(rule.written_order if before else clauses, action, rule, phases)
-        if clause is None:
+        unmet = _unmet(rule.written_order if before else clauses, action, rule, phases)
+        if unmet is None:
             return None
-        first = first or clause
+        first = first or unmet
     return first
 
 
-def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Clause | None:
+def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Unmet | None:
     """The first condition that no filling of the open variables satisfies; roles are the objects that were meant."""
     bindings: list[dict[str, Any]] = [
         {k: _felt(o.entity or "", phases) for k, o in action.roles.items() if k in rule.roles}
     ]
     for clause in clauses:
-        bindings = [found for b in bindings for found in clause.condition.solve(phases[clause.phase], b)]
-        if not bindings:
-            return clause
+        found = [f for b in bindings for f in clause.condition.solve(phases[clause.phase], b)]
+        if not found:
+            return clause, bindings
+        bindings = found
     return None
 
 

@@ -1,0 +1,74 @@
+"""A refusal by a rule says at which times of the run its condition did hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, TASKS
+from interpretation_samples import SHOP, episode, hanger_episode, state
+
+from cramlite import Budget, Engine, Trace, read_scenario
+from cramlite.phases import Timeline
+from cramlite.rules import load_rules
+from cramlite_plugins.validators.held_times import held_times, said_times
+
+KNOWN = Engine().knowledge
+
+
+def _times(phase: str, condition: str, where: Timeline, folder: Path, bound: Mapping[str, str] | None = None) -> str:
+    file = folder / "one.yaml"
+    file.write_text(
+        f"task: soma:Holding\nroles: {{Patient: soma:Patient}}\nsource: a test\n{phase}:\n  - {condition}\nexplain: '{{Patient}}'\n"
+    )
+    (rule,) = load_rules([file], KNOWN.predicates, KNOWN.taxonomy)
+    return said_times(held_times(rule.clauses[0], [{"Patient": "product", **(bound or {})}], where))
+
+
+def _timeline() -> Timeline:
+    return Timeline(hanger_episode(), KNOWN.taxonomy)
+
+
+@pytest.mark.parametrize(
+    ("phase", "condition", "says"),
+    [
+        ("run", "grasps(Gripper, Patient)", "it held from 2.80 to 6.00 s"),
+        ("post", "grasps(Gripper, Patient)", "it held from 2.80 to 5.90 s"),  # the last moment looked at is before the end
+        ("run", "touches(Patient, Nobody)", ""),
+        ("run", "supports(_, Patient)", "it held from 0.00 to 3.50 s, from 6.40 to 8.00 s"),
+        ("run", "grasps(Nobody, Patient)", ""),
+        ("run", "isa(Patient, vrps:Peg)", ""),
+    ],
+)
+def test_times(phase: str, condition: str, says: str, tmp_path: Path) -> None:
+    assert _times(phase, condition, _timeline(), tmp_path, {"Nobody": "nobody"}) == says
+
+
+def test_many_times_are_counted(tmp_path: Path) -> None:
+    touches = [state("contact", "hand", "product", 0.5 * k, 0.5 * k + 0.2) for k in range(5)]
+    where = Timeline(episode(SHOP, [*touches, state("contact", "hanger", "basket", 0.0, 4.0)]), KNOWN.taxonomy)
+    says = _times("run", "touches(Hand, Patient)", where, tmp_path, {"Hand": "hand"})
+    assert says == "it held from 0.00 to 0.20 s, from 0.50 to 0.70 s, from 1.00 to 1.20 s and 2 times more"
+    assert said_times([(1.0, 1.0)]) == "it held at 1.00 s"
+
+
+def test_a_refused_run_says_when_it_held(tmp_path: Path) -> None:
+    """Grasping is asked to hold the thing all through, which it does only from its end on."""
+    for rule in (ROOT / "task_rules").glob("*.yaml"):
+        text = rule.read_text()
+        if rule.name == "grasping.yaml":
+            text = text.replace("post:\n", "run:\n  - grasps(Gripper, Patient)\npost:\n")
+        (tmp_path / rule.name).write_text(text)
+    trace, budget = Trace(), Budget(proofs=1)
+    assert list(Engine(rules=tmp_path).resolve(read_scenario(TASKS), budget=budget, trace=trace)) == []
+    (said,) = [e.reason for e in trace.entries if e.designator == "proof" and e.outcome == "failed"]
+    found = re.search(
+        r"during 1\.Grasping 'grasps\(Gripper, Patient\)' does not hold \(Patient = tea\): "
+        r"it held from ([\d.]+) to ([\d.]+) s; 1\.Grasping ran from ([\d.]+) to ([\d.]+) s",
+        said,
+    )
+    assert found, said
+    held, let_go, begun, ended = map(float, found.groups())
+    assert begun < held <= ended + 0.2 < let_go
