@@ -15,8 +15,9 @@ from .version import VERSION
 if TYPE_CHECKING:
     from .answers import Answers, Context, Grounding, Refused
     from .belief import Belief, Estimate, Held, initial_belief
+    from .budget import Budget
     from .designators import Action, Late, Location, Motion, Object, Place, Stand
-    from .engine import Engine, Solution
+    from .engine import Engine
     from .episode import Entity, Episode, Event, Repair, Track
     from .errors import EARLIER_TASKS, CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
     from .experts import Expert, Inputs, Judged
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     from .robots import Gripper, Platform, Robot
     from .rollout import Message, Rollout, Touch
     from .scenario import Scenario, read_scenario
-    from .search import Budget
+    from .solution import Solution
     from .tasks import Decomposition, Parameter, Role, TaskType
     from .trace import Trace
     from .verdict import Finding, Verdict
@@ -62,8 +63,9 @@ __version__ = VERSION
 _HOMES = {
     "answers": "Answers Context Grounding Refused",
     "belief": "Belief Estimate Held initial_belief",
+    "budget": "Budget",
     "designators": "Action Late Location Motion Object Place Stand",
-    "engine": "Engine Solution",
+    "engine": "Engine",
     "episode": "Entity Episode Event Repair Track",
     "errors": "EARLIER_TASKS CramliteError NoSolution PluginError Unresolvable UserError nearest",
     "experts": "Expert Inputs Judged",
@@ -77,7 +79,7 @@ _HOMES = {
     "robots": "Gripper Platform Robot",
     "rollout": "Message Rollout Touch",
     "scenario": "Scenario read_scenario",
-    "search": "Budget",
+    "solution": "Solution",
     "tasks": "Decomposition Parameter Role TaskType",
     "trace": "Trace",
     "verdict": "Finding Verdict",

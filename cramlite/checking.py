@@ -65,7 +65,9 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
     things = len(setting.world.things)
     start = _start(scenario) if scenario.spec.demonstration is not None else ""
     if scenario.spec.goal is not None:
-        plan = next(engine.plans_for_goal(scenario, setting, Trace()), None)
+        from .task_sequences import plans_for_goal
+
+        plan = next(plans_for_goal(scenario, setting, engine.knowledge, Trace()), None)
         start = f"the goal '{' and '.join(scenario.spec.goal)}', with " + (
             f"the plan {plan}" if plan else "no plan for it"
         )

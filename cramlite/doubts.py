@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .engine import Setting
     from .knowledge import Knowledge
     from .scenario import PoseSpec, Scenario
+    from .setting import Setting
 
 FAR = 20.0
 """A plain number of a position beyond it [m] is more likely in millimetres: the largest shipped world is 8 m long."""

@@ -83,7 +83,7 @@ def plan_pipeline(
     return Pipeline(query, stages, tuple(sorted(priors)), tuple(planner.refused()), reserve)
 
 
-class _Planner(Struct):
+class _Planner(Struct, dict=True):
     """The search for one query."""
 
     experts: tuple[Expert, ...]

@@ -12,11 +12,11 @@ from msgspec.structs import asdict
 from .trace import Entry, Trace
 
 if TYPE_CHECKING:
-    from .engine import Solution
     from .episode import Repair
     from .interpretation import Interpretation, Interpreted
     from .registry import Fault, PluginInfo, Registry
     from .rollout import Rollout
+    from .solution import Solution
     from .tasks import TaskType
 
 MARKS = {

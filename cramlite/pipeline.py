@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from . import __version__
+from .budget import Budget
 from .doubts import doubts
 from .errors import NoSolution, PluginError, UserError, nearest
 from .explain import as_json, failure_text, solution_text
@@ -20,14 +21,15 @@ from .resources import find_scenario
 from .run import RunDirectory, content_key, read_json
 from .scenario import read_scenario
 from .scenario_world import build_world
-from .search import Budget
 from .trace import Trace
 
 if TYPE_CHECKING:
-    from .engine import Engine, Setting, Solution
+    from .engine import Engine
     from .episode import Episode
     from .plugin_choice import PluginChoice
     from .scenario import Scenario
+    from .setting import Setting
+    from .solution import Solution
 
 
 def resolve_scenario(

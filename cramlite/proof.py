@@ -12,12 +12,12 @@ from .belief import Belief
 from .errors import UserError
 from .knowledge import Knowledge
 from .late_poses import edges
+from .nogoods import Conflict
 from .plan import Plan
 from .plugin_types import Backend, Candidate
 from .program import Program, Snapshot
 from .program_text import typed_code
 from .robots import Robot
-from .search import Conflict
 from .state import State
 from .verdict import COSTS, Finding, Verdict
 from .world import World

@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
-from .engine import LISTED, Setting
 from .errors import NoSolution, UserError
 from .explain import as_json, failure_text
 from .geometry import Pose
 from .program import MoveJoints, SetGripper, walk
 from .program_text import typed_code
+from .setting import Setting
+from .task_sequences import LISTED
 from .trace import Trace
 
 if TYPE_CHECKING:
@@ -116,9 +117,10 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     believed, trace = replace(setting, real=None), Trace()
-    from .search import Budget
+    from .attempts import attempts
+    from .budget import Budget
 
-    found = engine.attempts(plan, believed, Budget(), trace)
+    found = attempts(plan, believed, engine.knowledge, Budget(), trace)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")

@@ -17,8 +17,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
-from .engine import Engine, Solution
+from .engine import Engine
 from .errors import CramliteError, NoSolution, nearest
+from .solution import Solution
 
 LONGEST_LINE = 1_000_000
 """Characters: a scenario takes a few thousand."""

@@ -11,13 +11,13 @@ from typing import Any
 from msgspec import Struct
 from msgspec.structs import replace
 
+from .alternatives import HOOKS
 from .belief import Belief, Estimate, Held
 from .designators import Action, Late, Location, Motion, Object
 from .errors import Unresolvable, UserError, nearest
 from .geometry import Pose
 from .knowledge import Knowledge
 from .registry import Registry
-from .search import HOOKS
 from .tasks import Decomposition, TaskType
 from .world import Feature, Filling, Geom, RobotMount, Thing, World
 

@@ -7,6 +7,7 @@ from itertools import islice
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, NoSolution, Trace, read_scenario
+from cramlite.attempts import attempts
 from cramlite.goals import plan_from_tasks
 from cramlite.plugin_types import Candidate
 from cramlite.resources import find_scenario
@@ -85,6 +86,6 @@ def attempt(
     except NoSolution as nowhere:  # the camera cannot be brought to where it is to look
         return None, None, str(nowhere)
     plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
-    for candidate, verdict in islice(engine.attempts(plan, setting, Budget(proofs=1), trace), 1):
+    for candidate, verdict in islice(attempts(plan, setting, engine.knowledge, Budget(proofs=1), trace), 1):
         return candidate, verdict, "" if verdict.passed else verdict.reason
     return None, None, "; ".join(e.reason for e in trace.entries)

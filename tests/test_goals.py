@@ -11,9 +11,10 @@ from conftest import Run
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Pose, Trace, UserError, read_scenario
-from cramlite.engine import Setting
 from cramlite.operators import Grounder, facts_of
 from cramlite.resources import find_scenario
+from cramlite.setting import Setting
+from cramlite.task_sequences import plans_for_goal
 
 ENGINE = Engine()
 SHELF = str(find_scenario("place_on_shelf"))
@@ -24,7 +25,7 @@ def _setting(name: str) -> Setting:
 
 
 def _plans(scenario: str, *says: str) -> list[str]:
-    return [str(plan) for plan in ENGINE.plans_for_goal(Goal(says), _setting(scenario), Trace())]
+    return [str(plan) for plan in plans_for_goal(Goal(says), _setting(scenario), ENGINE.knowledge, Trace())]
 
 
 @pytest.mark.parametrize(
@@ -68,7 +69,7 @@ def test_every_task_is_applicable_where_it_stands() -> None:
 
 def test_why_each_task_is_there() -> None:
     trace = Trace()
-    next(ENGINE.plans_for_goal(Goal(("block on shelf",)), _setting("place_on_shelf"), trace))
+    next(plans_for_goal(Goal(("block on shelf",)), _setting("place_on_shelf"), ENGINE.knowledge, trace))
     reasons = [e.reason for e in trace.entries]
     assert "grasps(gripper, block), as PickingUp(Locatum=block, Relatum=floor) needs" in reasons[0]
     assert "as the goal needs" in reasons[-1]
@@ -114,11 +115,11 @@ def test_goals_that_no_tasks_achieve(goal: str, says: str) -> None:
 
 def test_a_goal_beside_something_becomes_the_place_of_the_task_that_chooses_it() -> None:
     setting, trace = _setting("hang_onto_hanger"), Trace()
-    plan = next(ENGINE.plans_for_goal(Goal(("tin on counter right of coffee",)), setting, trace))
+    plan = next(plans_for_goal(Goal(("tin on counter right of coffee",)), setting, ENGINE.knowledge, trace))
     wheres = {a.task: a.parameters["where"] for a in plan.actions if "where" in a.parameters}
     assert [(t, w["right_of"]) for t, w in wheres.items()] == [("soma:Placing", "coffee")]
     with pytest.raises(UserError, match="holds already"):  # it stands there: without a side there is nothing to do
-        next(ENGINE.plans_for_goal(Goal(("tin on counter",)), setting, Trace()))
+        next(plans_for_goal(Goal(("tin on counter",)), setting, ENGINE.knowledge, Trace()))
 
 
 def test_a_goal_beside_something_far_away_is_refused_with_the_distance() -> None:
@@ -186,7 +187,8 @@ def test_a_further_plugin_does_not_change_what_goals_do(plugin: Callable[[str, s
     file = plugin("stamping", STAMPING)
     file.with_suffix(".yaml").write_text(RULE)
     engine, goal = Engine(files=[str(file)]), Goal(("block on shelf",))
-    plans = [str(p) for p in engine.plans_for_goal(goal, engine.setting(read_scenario(SHELF)), Trace())]
+    setting = engine.setting(read_scenario(SHELF))
+    plans = [str(p) for p in plans_for_goal(goal, setting, engine.knowledge, Trace())]
     assert plans[0] == "Grasping -> PickingUp -> Placing -> Retracting"
     assert any("Stamping" in p for p in plans)  # it is a way, but not before one that is shipped
 

@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 from conftest import ROOT
 
-from cramlite import Engine, read_scenario
-from cramlite.engine import Solution
+from cramlite import Engine, Solution, read_scenario
 from cramlite.errors import UserError
 from cramlite.geometry import Pose
 from cramlite.late_poses import parametric

@@ -10,8 +10,11 @@ from typing import Any
 import pytest
 
 from cramlite import Action, Belief, Budget, Context, Location, Object, RobotMount, Trace, UserError, World
+from cramlite.choice_point import CAPS
 from cramlite.registry import GROUP, Registry
-from cramlite.search import CAPS, Search, State, derive_seed
+from cramlite.search import Search
+from cramlite.seeds import derive_seed
+from cramlite.state import State
 from cramlite.tasks import task_type
 
 Plugin = Callable[[str, str], Path]

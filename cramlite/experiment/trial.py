@@ -14,8 +14,10 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from ..attempts import attempts
+from ..budget import Budget
 from ..coherence import candidates
-from ..engine import Engine, Setting
+from ..engine import Engine
 from ..episode import Episode
 from ..errors import UserError
 from ..pipeline import record_episode
@@ -25,7 +27,8 @@ from ..plugin_types import Candidate
 from ..proof import judge
 from ..ranking import TaskSequence
 from ..scenario import Scenario, read_scenario
-from ..search import Budget, derive_seed
+from ..seeds import derive_seed
+from ..setting import Setting
 from ..trace import Trace
 from ..verdict import Verdict
 from .executor import Executor
@@ -222,7 +225,7 @@ def _attempts(
         return
     setting = replace(engine.setting(place.scenario, seed=0), seed=seed)
     plan = plan_from_episode(setting.name, calls, episode)
-    found = engine.attempts(plan, setting, Budget(**spec.budget), trace)
+    found = attempts(plan, setting, engine.knowledge, Budget(**spec.budget), trace)
     while True:
         with place.watch("plan"):  # what is simulated and detected in it is told apart
             candidate, verdict = next(found, (None, None))

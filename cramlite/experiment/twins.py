@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..engine import Setting
 from ..plugin_types import Candidate
 from ..rollout import Rollout
-from ..search import derive_seed
+from ..seeds import derive_seed
+from ..setting import Setting
 from ..twin import twin
 from ..world import World
 from .executor import ExecutorDied

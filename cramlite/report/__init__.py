@@ -15,12 +15,14 @@ from msgspec import Struct
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
-    from ..engine import Engine, Setting, Solution
+    from ..engine import Engine
     from ..episode import Episode
     from ..interpretation import Interpretation
     from ..plugin_types import ReportSection
     from ..run import RunDirectory
     from ..scene import Scene
+    from ..setting import Setting
+    from ..solution import Solution
     from ..trace import Trace
 
 __all__ = ["Finished", "Part", "template", "write_page", "write_report"]

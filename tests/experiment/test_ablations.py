@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import pytest
 
+from cramlite.attempts import attempts
+from cramlite.budget import Budget
 from cramlite.coherence import candidates
 from cramlite.experiment.spec import find_experiment
 from cramlite.experiment.trial import bench
 from cramlite.plan import TaskCall, plan_from_episode
 from cramlite.resources import find_scenario
-from cramlite.search import Budget
 from cramlite.trace import Trace
 from cramlite_plugins.motions.kinds import KINDS
 
@@ -25,7 +26,7 @@ def steps(name: str, without: str | None) -> set[str]:
     sequence = next(candidates(engine.interpret(episode), engine.knowledge.rules))
     calls = [TaskCall(engine.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
     setting = engine.setting(place.scenario, seed=0)
-    found = engine.attempts(plan_from_episode(setting.name, calls, episode), setting, Budget(proofs=1), Trace())
+    found = attempts(plan_from_episode(setting.name, calls, episode), setting, engine.knowledge, Budget(proofs=1), Trace())
     return {type(step).__name__ for step in next(found)[0].program.steps}
 
 
@@ -47,7 +48,7 @@ def test_what_cannot_be_meant_is_given_up_at_once() -> None:
     assert "soma:PickingUp" in {m.task for m in sequence.matches}
     calls = [TaskCall(engine.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
     setting = engine.setting(place.scenario, seed=0)
-    found = engine.attempts(plan_from_episode(setting.name, calls, episode), setting, Budget(proofs=1, asks=150), trace)
+    found = attempts(plan_from_episode(setting.name, calls, episode), setting, engine.knowledge, Budget(proofs=1, asks=150), trace)
     assert next(found)[0].code is not None
     refused = [e for e in trace.entries if "constrains more than one degree of freedom" in e.reason]
     assert 1 <= len(refused) <= 4  # once for each choice of the other things

@@ -13,9 +13,9 @@ from typing import Any
 import py_trees
 
 from cramlite import CramliteError, Engine, Goal, Solution, Trace
-from cramlite.engine import Setting
 from cramlite.explain import nearest_miss
 from cramlite.scenario import RuleSpec, TaskSpec
+from cramlite.setting import Setting
 
 Work = Goal | TaskSpec | RuleSpec | list[TaskSpec | RuleSpec]
 

@@ -12,10 +12,10 @@ from typing import Any
 from msgspec import Struct
 
 from cramlite import Engine, Goal, Solution, Trace, UserError
-from cramlite.engine import Setting
 from cramlite.explain import nearest_miss
 from cramlite.goal_plans import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
 from cramlite.operators import Fact, Grounder, Operator, Pattern, facts_of, matches
+from cramlite.setting import Setting
 
 Planner = Callable[[Any], "list[str] | None"]
 """From a unified-planning problem to the names of the actions of a plan; None where there is none."""

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from cramlite import Engine, Goal, UserError, read_scenario
-from cramlite.engine import Setting
 from cramlite.resources import find_scenario
+from cramlite.setting import Setting
 
 pytest.importorskip("unified_planning")
 pytest.importorskip("up_pyperplan")

@@ -1,0 +1,53 @@
+"""A solution: a program whose text ran and was judged."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+
+from .trace import Trace
+
+if TYPE_CHECKING:
+    from .episode import Episode
+    from .interpretation import Interpretation
+    from .plan import Plan
+    from .plugin_types import Candidate
+    from .setting import Setting
+    from .verdict import Verdict
+
+
+class Solution(Struct, frozen=True):
+    """A program whose text ran and was judged, with everything that led to it.
+
+    Args:
+        number: which candidate task sequence it came from, from 1.
+        candidate: plan, program, code, bindings and rollout.
+        verdict: what the validators found.
+        trace: every decision of the search so far.
+        setting: where it was proven.
+        interpretation, episode: what the plan came from; None when it did not come from a demonstration.
+        seed: that gives this solution again.
+    """
+
+    number: int
+    candidate: Candidate
+    verdict: Verdict
+    trace: Trace
+    setting: Setting
+    interpretation: Interpretation | None = None
+    episode: Episode | None = None
+
+    @property
+    def plan(self) -> Plan:
+        return self.candidate.plan
+
+    @property
+    def program(self) -> Any:
+        return self.candidate.program
+
+    @property
+    def code(self) -> str:
+        """The text that was proven."""
+        assert self.candidate.code is not None
+        return self.candidate.code.text
