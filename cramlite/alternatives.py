@@ -6,7 +6,6 @@ import heapq
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .answers import Context, Grounding, Refused
@@ -19,6 +18,7 @@ from .registry import Registry
 from .seeds import derive_seed
 from .state import Effect, State, ground_roles
 from .tasks import Decomposition, TaskType
+from .value import Value
 
 HOOKS: dict[type, str] = {
     Action: "resolve_action",
@@ -31,7 +31,7 @@ Alternative = tuple[str, Grounding]
 """A plugin, and what it offers."""
 
 
-class Alternatives(Struct, frozen=True):
+class Alternatives(Value):
     """Whom to ask.
 
     Args:

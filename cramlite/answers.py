@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from .belief import Belief
 from .designators import Designator
 from .robots import Robot
+from .value import Value
 from .world import RobotMount
 
 if TYPE_CHECKING:
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from .world import Camera
 
 
-class Grounding(Struct, frozen=True):
+class Grounding(Value):
     """One alternative.
 
     Args:
@@ -36,7 +35,7 @@ class Grounding(Struct, frozen=True):
     key: str = ""
 
 
-class Refused(Struct, frozen=True):
+class Refused(Value):
     """An alternative that was considered and dropped: it appears in explanations.
 
     Args:
@@ -57,7 +56,7 @@ Answer = Grounding | Refused
 Answers = Iterable[Answer] | None
 
 
-class Context(Struct, frozen=True):
+class Context(Value):
     """What a plugin may know besides the designator and the belief.
 
     Args:

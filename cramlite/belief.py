@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from .geometry import Pose
+from .value import Value
 from .world import Feature, Thing, World
 
 
-class Estimate(Struct, frozen=True):
+class Estimate(Value):
     """A pose with its uncertainty and provenance.
 
     Args:
@@ -25,7 +26,7 @@ class Estimate(Struct, frozen=True):
     source: str = "known from the scenario"
 
 
-class Held(Struct, frozen=True):
+class Held(Value):
     """A thing in the gripper.
 
     Args:
@@ -45,7 +46,7 @@ class Held(Struct, frozen=True):
 Relation = tuple[str, str, str]
 
 
-class Belief(Struct, frozen=True):
+class Belief(Value):
     """State of the world as the engine believes it; frozen.
 
     Args:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from msgspec import Struct
+from .value import Value
 
 
-class Budget(Struct, frozen=True):
+class Budget(Value):
     """Counted work: the same seed gives the same program on any machine.
 
     Args:

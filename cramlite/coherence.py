@@ -18,20 +18,19 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from itertools import islice
 
-from msgspec import Struct
-
 from .conditions import Atom, Every, Not, Variable, atoms
 from .interpretation import Interpretation
 from .matching import Match
 from .phases import PhaseName
 from .ranking import TaskSequence, best_first
 from .rules import Rule
+from .value import Value
 
 Fact = tuple[str, ...]
 """A predicate and its arguments; "_" stands for anything that is no role of the task."""
 
 
-class Claims(Struct, frozen=True):
+class Claims(Value):
     """What one reading of an action says about the relations that rules change.
 
     Args:

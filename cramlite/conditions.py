@@ -10,14 +10,13 @@ import operator
 from collections.abc import Iterator
 from typing import Union
 
-from msgspec import Struct
-
 from .phases import Phase, Predicate, Row
+from .value import Value
 
 Binding = dict[str, str | float]
 
 
-class Variable(Struct, frozen=True):
+class Variable(Value):
     """A capitalised name; ``_`` stands for a new variable each time."""
 
     name: str
@@ -36,7 +35,7 @@ OPERATORS = {
 }
 
 
-class Atom(Struct, frozen=True):
+class Atom(Value):
     """``predicate(term, ...)``."""
 
     predicate: Predicate
@@ -66,7 +65,7 @@ class Atom(Struct, frozen=True):
         return frozenset(t.name for t in self.terms if isinstance(t, Variable) and t.name != "_")
 
 
-class Not(Struct, frozen=True):
+class Not(Value):
     """Negation as failure: nothing known makes the inner condition hold."""
 
     inner: Condition
@@ -76,7 +75,7 @@ class Not(Struct, frozen=True):
             yield binding
 
 
-class Every(Struct, frozen=True):
+class Every(Value):
     """Whatever makes the first condition hold makes the second hold."""
 
     given: Condition
@@ -87,7 +86,7 @@ class Every(Struct, frozen=True):
             yield binding
 
 
-class Compare(Struct, frozen=True):
+class Compare(Value):
     """A value, or a variable, against a number or a variable."""
 
     left: Atom | Variable
@@ -108,7 +107,7 @@ class Compare(Struct, frozen=True):
         return [row[-1] for row in phase.rows(self.left.predicate, self.left.arguments(binding))]
 
 
-class Or(Struct, frozen=True):
+class Or(Value):
     """One of several conditions."""
 
     options: tuple[Condition, ...]
@@ -122,7 +121,7 @@ class Or(Struct, frozen=True):
                     yield found
 
 
-class And(Struct, frozen=True):
+class And(Value):
     """All of several conditions; variables are passed on from left to right."""
 
     parts: tuple[Condition, ...]

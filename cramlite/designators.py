@@ -10,13 +10,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from .geometry import Pose
+from .value import Value
 
 
-class Object(Struct, frozen=True):
+class Object(Value):
     """Something in the world that plays a role.
 
     Args:
@@ -47,7 +48,7 @@ class Object(Struct, frozen=True):
         return replace(self, types=self.types or other.types, features=features, affords=affords)
 
 
-class Location(Struct, frozen=True):
+class Location(Value):
     """Where the hand, or what it holds, should be.
 
     Args:
@@ -67,7 +68,7 @@ class Location(Struct, frozen=True):
         return f"{self.relation} of {self.of}" if self.of else self.relation
 
 
-class Place(Struct, frozen=True):
+class Place(Value):
     """A grounded location: TCP poses in the robot's base frame.
 
     Args:
@@ -89,7 +90,7 @@ class Place(Struct, frozen=True):
     values: Mapping[str, float] = field(default_factory=dict)
 
 
-class Stand(Struct, frozen=True):
+class Stand(Value):
     """A grounded location of the robot itself.
 
     Args:
@@ -101,7 +102,7 @@ class Stand(Struct, frozen=True):
     thing: str = ""
 
 
-class Motion(Struct, frozen=True):
+class Motion(Value):
     """A movement without its trajectory.
 
     Args:
@@ -125,7 +126,7 @@ class Motion(Struct, frozen=True):
         return f"{self.kind} to {self.to}" if self.to else self.kind
 
 
-class Action(Struct, frozen=True):
+class Action(Value):
     """A task to be executed.
 
     Args:
@@ -150,7 +151,7 @@ class Action(Struct, frozen=True):
         return f"{self.name}/{name}"
 
 
-class Late(Struct, frozen=True):
+class Late(Value):
     """An object whose pose is bound at RUN time.
 
     Args:

@@ -13,13 +13,14 @@ from itertools import accumulate
 from typing import Literal
 
 import numpy as np
-from msgspec import Struct, field
+from msgspec import field
 
 from .geometry import Floats, Pose, Vector3
+from .value import Value
 from .world import Geom
 
 
-class Entity(Struct, frozen=True):
+class Entity(Value):
     """A thing, part, feature or effector of the semantic map.
 
     Args:
@@ -41,7 +42,7 @@ class Entity(Struct, frozen=True):
     properties: dict[str, float] = field(default_factory=dict)
 
 
-class Event(Struct, frozen=True):
+class Event(Value):
     """A state, action or situation of the timeline.
 
     Args:
@@ -64,7 +65,7 @@ class Event(Struct, frozen=True):
     inferred: bool = False
 
 
-class Track(Struct, frozen=True):
+class Track(Value):
     """The poses of one frame over time, world frame.
 
     Args:
@@ -83,7 +84,7 @@ class Track(Struct, frozen=True):
         return Pose(tuple(row[:3]), tuple(row[3:]))
 
 
-class Repair(Struct, frozen=True):
+class Repair(Value):
     """Something a reader or smoother changed, and how to undo it.
 
     Args:
@@ -104,7 +105,7 @@ class Repair(Struct, frozen=True):
     recorded: tuple[tuple[float, ...], ...] = ()
 
 
-class Episode(Struct, frozen=True, dict=True):
+class Episode(Value, dict=True):
     """One demonstration or run.
 
     Args:

@@ -10,6 +10,7 @@ from msgspec import Struct
 from .errors import CramliteError, did_you_mean
 from .experts import OBJECTS, SEGMENT, SEGMENTS, Expert
 from .object_query import UNKNOWN, Check, ObjectQuery
+from .value import Value
 
 INFINITE = float("inf")
 
@@ -20,7 +21,7 @@ class NoPipeline(CramliteError):
     exit_code = 1
 
 
-class Stage(Struct, frozen=True):
+class Stage(Value):
     """One value of a pipeline, and who may make it.
 
     Args:
@@ -34,7 +35,7 @@ class Stage(Struct, frozen=True):
     cost_ms: float
 
 
-class Pipeline(Struct, frozen=True):
+class Pipeline(Value):
     """The values on the way to an answer, in the order in which they are made.
 
     Args:

@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Literal
 
-from msgspec import Struct, field
+from msgspec import field
 
 from .tasks import Parameter
+from .value import Value
 
 VIEW, SEGMENTS, SEGMENT, OBJECTS = "view", "segments", "segment", "objects"
 """Names with a meaning for the engine: the picture, what splits it into objects, one object's part, all objects."""
@@ -24,7 +25,7 @@ Scope = Literal["view", "object", "scene"]
 Domain = tuple[str, ...] | Callable[[Mapping[str, Any]], tuple[str, ...]]
 
 
-class Judged(Struct, frozen=True):
+class Judged(Value):
     """A value that an expert says, how sure it is, and what it was weighed against.
 
     Args:
@@ -44,7 +45,7 @@ class Judged(Struct, frozen=True):
             raise ValueError(f"a confidence is between 0 and 1, not {self.confidence}")
 
 
-class Inputs(Struct, frozen=True):
+class Inputs(Value):
     """What an expert is given: the values it declared, and nothing else.
 
     Args:
@@ -69,7 +70,7 @@ class Inputs(Struct, frozen=True):
         return found if isinstance(found, Judged) else Judged(found)
 
 
-class Expert(Struct, frozen=True):
+class Expert(Value):
     """Something that can be said about a view, and what it takes.
 
     Args:

@@ -15,16 +15,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .designators import Action, Designator, Motion
+from .value import Value
 
 Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "repeat", "monitor"]
 Branch = tuple[Designator, ...]
 
 
-class Compound(Action, frozen=True):
+class Compound(Action):
     """Designators under one rule; made by the functions below.
 
     Args:
@@ -45,7 +45,7 @@ class Compound(Action, frozen=True):
         return self.kind not in ("sequence", "try_in_order")
 
 
-class Mark(Struct, frozen=True):
+class Mark(Value):
     """Stands in the agenda where a branch of a compound begins; after the last one, where the compound ends."""
 
     compound: Compound
@@ -114,7 +114,7 @@ def monitor(
     return compound("monitor", name, (parts,), **watched)
 
 
-class Way(Struct, frozen=True):
+class Way(Value):
     """One way to do a compound, as a ``Decomposition`` is of an action: what goes on the agenda, why, and its cost."""
 
     steps: tuple[Designator | Mark, ...]

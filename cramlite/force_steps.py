@@ -13,7 +13,7 @@ from .geometry import Pose, Vector3
 from .step import Joints, Step
 
 
-class MoveUntilContact(Step, frozen=True):
+class MoveUntilContact(Step):
     """Straight TCP motion that ends on contact: guarded motion.
 
     Args:
@@ -35,7 +35,7 @@ class MoveUntilContact(Step, frozen=True):
     joints: Joints = ()
 
 
-class ForceMove(Step, frozen=True):
+class ForceMove(Step):
     """Straight TCP motion along waypoints while some axes comply: force mode around linear motion.
 
     Args:
@@ -61,7 +61,7 @@ class ForceMove(Step, frozen=True):
     joints: Joints = ()
 
 
-class SpiralSearch(Step, frozen=True):
+class SpiralSearch(Step):
     """Look for an opening by touch: press along an axis and move across it on an Archimedean spiral until it gives way,
     or until a rim holds it: a force across of more than twice ``force``, which the friction of no face explains.
 
@@ -90,7 +90,7 @@ class SpiralSearch(Step, frozen=True):
     joints: Joints = ()
 
 
-class ForceInsert(Step, frozen=True):
+class ForceInsert(Step):
     """Push along an axis with a force, giving way sideways, until a depth is reached.
 
     Nothing is commanded but forces: what guides the tool is what it is pushed along. Aborts when the force limit is
@@ -115,7 +115,7 @@ class ForceInsert(Step, frozen=True):
     joints: Joints = ()
 
 
-class ForceExtract(Step, frozen=True):
+class ForceExtract(Step):
     """Pull along an axis with a force, giving way sideways, until it is out.
 
     Nothing is commanded but forces: what guides the tool is what it is pulled along, so that the pull can never be
@@ -142,7 +142,7 @@ class ForceExtract(Step, frozen=True):
     joints: Joints = ()
 
 
-class CompliantSlide(Step, frozen=True):
+class CompliantSlide(Step):
     """Straight TCP motion along waypoints on a surface, pressing on it with a force and following its height.
 
     Aborts when the force limit is exceeded (what slides is stuck), when the contact is lost for longer than ``lost``

@@ -11,9 +11,10 @@ from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import force_setattr
 from numpy.typing import ArrayLike, NDArray
+
+from .value import Value
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -22,7 +23,7 @@ HALF_TURN = 1e-7
 """Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
 
 
-class Pose(Struct, frozen=True, dict=True):
+class Pose(Value, dict=True):
     """A rigid transform: the pose of a child frame in its parent.
 
     Args:

@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from .errors import UserError, nearest
@@ -21,6 +21,7 @@ from .operators import GRIPPER, Fact, Grounder, Operator, Pattern, contents, mat
 from .scenario import ObjectSpec
 from .scenario_tasks import TaskSpec, WhereSpec
 from .tasks import TaskType
+from .value import Value
 
 LONGEST = 10
 """Tasks of a sequence: goals of this kind take three to six."""
@@ -46,7 +47,7 @@ _GOAL = re.compile(
 )
 
 
-class Wanted(Struct, frozen=True):
+class Wanted(Value):
     """What must hold in the end, and what may not.
 
     Args:
@@ -61,7 +62,7 @@ class Wanted(Struct, frozen=True):
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
 
 
-class TaskPlan(Struct, frozen=True):
+class TaskPlan(Value):
     """Operators that lead to a goal, each with why it is there."""
 
     steps: tuple[Operator, ...]

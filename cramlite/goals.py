@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .designators import Object
@@ -14,13 +13,14 @@ from .plan import Call, Plan, RuleCall, TaskCall, build_plan, task_calls
 from .scenario import ObjectSpec, Scenario
 from .scenario_tasks import Path, RuleSpec, TaskSpec
 from .tasks import TaskType, task_type
+from .value import Value
 from .world import World
 
 Entry = TaskSpec | RuleSpec
 Tasks = Scenario | Sequence[Entry] | Entry
 
 
-class Goal(Struct, frozen=True):
+class Goal(Value):
     """What should hold, in words, for ``Engine.resolve``.
 
     Args:

@@ -7,7 +7,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from .collector import paused_collector
@@ -20,11 +20,12 @@ from .ontology import Taxonomy
 from .phases import PADDING, Segment, Timeline
 from .ranking import DEFAULT_CAP, TaskSequence, best_first
 from .rules import Rule
+from .value import Value
 
 __all__ = ["Interpretation", "Interpreted", "Match", "Rejection", "TaskSequence", "interpret"]
 
 
-class Interpreted(Struct, frozen=True, dict=True, eq=False):
+class Interpreted(Value, dict=True, eq=False):
     """One action and everything it may have been.
 
     Args:
@@ -63,7 +64,7 @@ class Interpreted(Struct, frozen=True, dict=True, eq=False):
         return tuple(m for m in self.matches if m.task == task)
 
 
-class Interpretation(Struct, frozen=True, eq=False):
+class Interpretation(Value, eq=False):
     """All that an episode may mean.
 
     Args:
@@ -176,7 +177,7 @@ def interpret(
         return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
 
 
-class _Judge(Struct, frozen=True):
+class _Judge(Value):
     """The matcher with its rules and facts."""
 
     timeline: Timeline

@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .belief import Estimate, Relation, initial_belief
@@ -22,6 +21,7 @@ from .perception import Perceived, perceive
 from .recognised import SIGMA, believed, estimate, facts, renamed, surety
 from .scenario import Scenario
 from .scenario_world import camera_of
+from .value import Value
 from .world import Camera, Thing, World
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ SURE, VIEWS = 0.6, 3
 wrong (docs/explanation/figures.md)."""
 
 
-class Picture(Struct, frozen=True):
+class Picture(Value):
     """A view of the real world.
 
     Args:
@@ -56,7 +56,7 @@ class Picture(Struct, frozen=True):
     perceived: Perceived | None = None
 
 
-class Look(Struct, frozen=True):
+class Look(Value):
     """What was seen, and what is believed since.
 
     Args:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct
-
 from .conditions import Atom, Binding, Compare, Not, atoms
 from .phases import Phase, PhaseName
 from .rules import Clause, Rule
+from .value import Value
 
 Phases = Mapping[PhaseName, Phase]
 
@@ -18,7 +17,7 @@ LISTED = 8
 _WHEN: dict[PhaseName, str] = {"pre": "just before it", "run": "while it lasts", "post": "just after it"}
 
 
-class Match(Struct, frozen=True):
+class Match(Value):
     """An action is a task.
 
     Args:
@@ -36,7 +35,7 @@ class Match(Struct, frozen=True):
     changes: int = 0
 
 
-class Rejection(Struct, frozen=True):
+class Rejection(Value):
     """An action is not a task.
 
     Args:

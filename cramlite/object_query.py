@@ -6,12 +6,12 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .designators import Object
 from .errors import UserError, nearest
 from .experts import SEGMENTS, Judged
+from .value import Value
 
 if TYPE_CHECKING:
     from .ontology import Taxonomy
@@ -30,7 +30,7 @@ POSSIBLE = 0.05
 """A lost hypothesis of less confidence than this keeps no object in the running."""
 
 
-class Condition(Struct, frozen=True):
+class Condition(Value):
     """One demand on an object.
 
     Args:
@@ -63,7 +63,7 @@ class Condition(Struct, frozen=True):
         return self.holds(judged, taxonomy) or any(self.holds(o, taxonomy) for o in rest)
 
 
-class ObjectQuery(Struct, frozen=True):
+class ObjectQuery(Value):
     """What to look for.
 
     Args:

@@ -18,9 +18,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct, field
+from msgspec import field
 
 from .errors import UserError, nearest
+from .value import Value
 
 PREFIXES = {
     "dul": "http://www.ontologydesignpatterns.org/ont/dul/DUL.owl#",
@@ -40,7 +41,7 @@ _CACHE_FORMAT = "3"
 """Part of the cache key: raise it when what is extracted changes."""
 
 
-class Restriction(Struct, frozen=True):
+class Restriction(Value):
     """``subject subClassOf (property some|value filler)``; the filler is a class as a CURIE, or a number or text.
 
     Args:
@@ -56,7 +57,7 @@ class Restriction(Struct, frozen=True):
     order: int = 0
 
 
-class Taxonomy(Struct, frozen=True, dict=True):
+class Taxonomy(Value, dict=True):
     """What the engine needs of a set of ontologies. All classes are CURIEs (IRIs where no prefix fits).
 
     Args:

@@ -12,9 +12,10 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct, to_builtins
+from msgspec import to_builtins
 
 from .ontology import Taxonomy, cache_folder, load_taxonomy, ontology_files, write_cache
+from .value import Value
 
 _ERROR = "http://www.daml.org/2002/03/agents/agent-ont#error"
 """What owlrl links its reports of contradictions with."""
@@ -23,7 +24,7 @@ ORIGINALS = ("soma:", "dul:")
 """Namespaces whose names must exist in the originals. artm: and vrps: come from the paper's own files."""
 
 
-class OntologyReport(Struct, frozen=True):
+class OntologyReport(Value):
     """What a check found. Every list is empty when all is well.
 
     Args:

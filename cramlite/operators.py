@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
-from msgspec import Struct
-
 from .conditions import OPERATORS, And, Atom, Compare, Condition, Every, Not, Or, Variable
 from .ontology import Taxonomy
 from .rules import Rule
 from .tasks import TaskType
+from .value import Value
 from .world import Thing, World
 
 GRIPPER = "gripper"
@@ -34,7 +33,7 @@ GUIDED_DOF = 4.0
 """Degrees of freedom that a peg takes from a thing with a hole; all else that supports takes one (rule of PickingUp)."""
 
 
-class Operator(Struct, frozen=True):
+class Operator(Value):
     """One task with fillers: what must hold, what may not, and what changes.
 
     Args:

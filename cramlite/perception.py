@@ -13,13 +13,14 @@ from .expert_plan import Pipeline, plan_pipeline
 from .experts import OBJECTS, SEGMENT, SEGMENTS, VIEW, Expert, Inputs, Judged
 from .object_query import Condition, ObjectQuery
 from .ontology import Taxonomy
+from .value import Value
 
 OnFault = Callable[[str, Exception], str]
 NEAR = 0.1
 """Two answers whose confidences differ by less than this are not told apart."""
 
 
-class Said(Struct, frozen=True):
+class Said(Value):
     """A value and the expert that said it."""
 
     judged: Judged
@@ -30,7 +31,7 @@ class Said(Struct, frozen=True):
         return self.judged.value
 
 
-class Percept(Struct, frozen=True):
+class Percept(Value):
     """An object that was seen.
 
     Args:
@@ -56,7 +57,7 @@ class Percept(Struct, frozen=True):
         return tuple(dict.fromkeys(s.expert for s in self.values.values()))
 
 
-class Run(Struct, frozen=True):
+class Run(Value):
     """One expert that ran, or failed: over how many objects, CPU time [ms], and what went wrong."""
 
     expert: str
@@ -66,7 +67,7 @@ class Run(Struct, frozen=True):
     failures: tuple[str, ...] = ()
 
 
-class Perceived(Struct, frozen=True):
+class Perceived(Value):
     """The answers to a query, best first, and everything that led to them.
 
     Args:

@@ -12,11 +12,10 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any, Literal
 
-from msgspec import Struct
-
 from .episode import Entity, Episode, Event
 from .ontology import Taxonomy
 from .state_index import StateIndex
+from .value import Value
 
 PhaseName = Literal["pre", "run", "post"]
 Row = tuple[str | float, ...]
@@ -25,7 +24,7 @@ PADDING = 0.2
 """How long after a labelled action its effects may appear [s]: the published rule base's value."""
 
 
-class Predicate(Struct, frozen=True):
+class Predicate(Value):
     """A relation that rule conditions may ask for.
 
     Args:
@@ -60,7 +59,7 @@ class Predicate(Struct, frozen=True):
     doc: str = ""
 
 
-class Segment(Struct, frozen=True):
+class Segment(Value):
     """An action of the timeline: a recorded one, or a gap between boundaries (``event`` is None)."""
 
     start: float

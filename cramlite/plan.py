@@ -6,18 +6,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import count
 from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .designators import Action, Designator, Location, Object
 from .episode import Entity, Episode
 from .flow import Compound, Kind, compound, retry
 from .tasks import TaskType
+from .value import Value
 
 HOME = Location("home", "home")
 
 
-class Plan(Struct, frozen=True):
+class Plan(Value):
     """An underspecified plan.
 
     Args:
@@ -42,7 +42,7 @@ def _title(action: Action) -> str:
     return f"{action.kind}({parts})"
 
 
-class TaskCall(Struct, frozen=True):
+class TaskCall(Value):
     """A task with fillers for its roles: one step of an interpreted sequence or of a scenario."""
 
     task: TaskType
@@ -51,7 +51,7 @@ class TaskCall(Struct, frozen=True):
     where: Mapping[str, Any] | None = None
 
 
-class RuleCall(Struct, frozen=True):
+class RuleCall(Value):
     """Calls under a rule of the plan language.
 
     Args:

@@ -6,9 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from .errors import UserError, nearest
+from .value import Value
 
 if TYPE_CHECKING:
     from .engine import Engine
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from .scenario import Scenario
 
 
-class PluginChoice(Struct, frozen=True):
+class PluginChoice(Value):
     """A choice among plugins; a plain value that any process can be given.
 
     Args:

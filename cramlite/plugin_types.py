@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from msgspec import Struct
+from .value import Value
 
 if TYPE_CHECKING:
     from .belief import Belief
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .world import Camera, Thing, World
 
 
-class Candidate(Struct, frozen=True):
+class Candidate(Value):
     """A fully grounded plan on its way to being proven.
 
     Args:
@@ -136,7 +136,7 @@ class Simulator(Protocol):
         ...
 
 
-class ModelMaker(Struct, frozen=True):
+class ModelMaker(Value):
     """A parametric object model.
 
     Args:
@@ -155,7 +155,7 @@ class ModelMaker(Struct, frozen=True):
     product: bool = False
 
 
-class ReportSection(Struct, frozen=True):
+class ReportSection(Value):
     """A part of the report page.
 
     Args:

@@ -10,11 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import Literal
 
-from msgspec import Struct
-
 from .force_steps import CompliantSlide, ForceExtract, ForceInsert, ForceMove, MoveUntilContact, SpiralSearch
 from .geometry import Pose, Vector3
 from .step import Joints, Step
+from .value import Value
 
 __all__ = [
     "AnyStep", "Code", "CompliantSlide", "Control", "Drive", "ForceExtract", "ForceInsert", "ForceMove", "Joints", "LatePose", "Monitor",
@@ -24,7 +23,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-class MoveJoints(Step, frozen=True):
+class MoveJoints(Step):
     """Joint-space motion through via points; the path was checked as straight joint-space lines with rounded corners.
 
     Args:
@@ -40,7 +39,7 @@ class MoveJoints(Step, frozen=True):
     radii: tuple[float, ...] = ()
 
 
-class MoveLinear(Step, frozen=True):
+class MoveLinear(Step):
     """Straight TCP motion. ``joints`` is the inverse solution at the target, for checks.
 
     Args:
@@ -54,7 +53,7 @@ class MoveLinear(Step, frozen=True):
     joints: Joints = ()
 
 
-class SetGripper(Step, frozen=True):
+class SetGripper(Step):
     """Move the gripper and wait.
 
     Args:
@@ -72,7 +71,7 @@ class SetGripper(Step, frozen=True):
     timeout: float = 3.0
 
 
-class SetPayload(Step, frozen=True):
+class SetPayload(Step):
     """Tell the controller what hangs on the flange: gripper and object.
 
     Args:
@@ -84,11 +83,11 @@ class SetPayload(Step, frozen=True):
     center: Vector3
 
 
-class ZeroSensor(Step, frozen=True):
+class ZeroSensor(Step):
     """Tare the force-torque sensor; the arm must stand still."""
 
 
-class Wait(Step, frozen=True):
+class Wait(Step):
     """Stand still.
 
     Args:
@@ -98,7 +97,7 @@ class Wait(Step, frozen=True):
     duration: float
 
 
-class Drive(Step, frozen=True):
+class Drive(Step):
     """Drive the platform along straight legs; it may turn on each, and stops where they meet.
 
     Args:
@@ -115,7 +114,7 @@ class Drive(Step, frozen=True):
     turn_acceleration: float
 
 
-class TryInOrder(Step, frozen=True):
+class TryInOrder(Step):
     """Branches, tried one after the other while the program runs, until one succeeds.
 
     A branch fails when one of its steps would have aborted the program. Each branch but the first begins with the steps
@@ -125,7 +124,7 @@ class TryInOrder(Step, frozen=True):
     branches: tuple[tuple[AnyStep, ...], ...]
 
 
-class Parallel(Step, frozen=True):
+class Parallel(Step):
     """Branches that run at the same time; one at most moves the arm, one at most the gripper.
 
     The ``branches`` begin together. ``until`` "all": it succeeds when all have; the first failure stops the others.
@@ -136,14 +135,14 @@ class Parallel(Step, frozen=True):
     until: Literal["all", "first"] = "all"
 
 
-class Repeat(Step, frozen=True):
+class Repeat(Step):
     """Steps ``count`` times over; they end where they begin. The first failure ends it, as a failure."""
 
     steps: tuple[AnyStep, ...]
     count: int
 
 
-class Monitor(Step, frozen=True):
+class Monitor(Step):
     """Steps while something is watched; when it happens they are stopped, and this fails with what was seen.
 
     Args:
@@ -208,7 +207,7 @@ def walk(steps: Iterable[AnyStep]) -> Iterator[AnyStep]:
                 yield from walk(branch)
 
 
-class Section(Struct, frozen=True):
+class Section(Value):
     """The steps of one task: ``steps`` [first, last).
 
     Args:
@@ -222,7 +221,7 @@ class Section(Struct, frozen=True):
     last: int
 
 
-class Snapshot(Struct, frozen=True):
+class Snapshot(Value):
     """A pose that the program relies on: snapshot mode states each in the code's header.
 
     Args:
@@ -238,7 +237,7 @@ class Snapshot(Struct, frozen=True):
     age: float = 0.0
 
 
-class LatePose(Struct, frozen=True):
+class LatePose(Value):
     """A pose that the program asks for when it runs: parametric mode.
 
     Args:
@@ -252,7 +251,7 @@ class LatePose(Struct, frozen=True):
     tolerance: tuple[float, float]
 
 
-class Program(Struct, frozen=True):
+class Program(Value):
     """A program for one robot.
 
     Args:
@@ -282,7 +281,7 @@ class Program(Struct, frozen=True):
     late: tuple[LatePose, ...] = ()
 
 
-class Code(Struct, frozen=True):
+class Code(Value):
     """A program's text.
 
     Args:

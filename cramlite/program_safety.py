@@ -11,8 +11,6 @@ import itertools
 import math
 from collections.abc import Callable, Iterator
 
-from msgspec import Struct
-
 from .program import (
     AnyStep,
     CompliantSlide,
@@ -34,6 +32,7 @@ from .program import (
     walk,
 )
 from .robots import Robot
+from .value import Value
 
 FASTEST, FEELING, STRONGEST = 1.5, 0.25, 150.0
 LONGEST = 600.0  # no single step of a handling task waits longer [s]
@@ -42,7 +41,7 @@ SLACK = 1e-6
 Felt = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
 
-class Objection(Struct, frozen=True):
+class Objection(Value):
     """Why a program is refused: the rule, the step's origin ("" for the program), and a clause with numbers."""
 
     rule: str

@@ -18,6 +18,7 @@ from msgspec.structs import asdict, fields
 
 from .errors import UserError, nearest
 from .program import Code, Program, Step, walk
+from .value import Value
 
 FORMAT = "cramlite program 1"
 TAG = "step"
@@ -25,7 +26,7 @@ SILENT = ("origin", "comment", "relative", "late")
 """Left out where they are empty; every number is there."""
 
 
-class ProgramText(Struct, frozen=True):
+class ProgramText(Value):
     """A program that was read.
 
     Args:
@@ -108,7 +109,7 @@ def _broken(value: Any) -> bool:
 # Reading: the text with the line of every value beside it
 
 
-class _Where(Struct, frozen=True):
+class _Where(Value):
     """The line of a value, and those of what is in it, by key or index."""
 
     line: int

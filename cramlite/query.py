@@ -6,11 +6,10 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from .episode import Episode
 from .errors import UserError
 from .ontology import PREFIXES, curie, ontology_files
+from .value import Value
 
 if TYPE_CHECKING:
     import rdflib
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from .registry import Registry
 
 
-class Answer(Struct, frozen=True):
+class Answer(Value):
     """The solutions of a query.
 
     Args:

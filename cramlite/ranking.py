@@ -18,10 +18,9 @@ import heapq
 import itertools
 from collections.abc import Iterator, Sequence
 
-from msgspec import Struct
-
 from .matching import Match
 from .ontology import Taxonomy
+from .value import Value
 
 PER_CONDITION = 0.25
 PER_CHANGE = 4.0
@@ -32,7 +31,7 @@ DEFAULT_CAP = 100_000
 """Unfinished sequences kept: about 20 MB."""
 
 
-class TaskSequence(Struct, frozen=True):
+class TaskSequence(Value):
     """One task for every explained action.
 
     Args:

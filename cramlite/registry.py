@@ -25,12 +25,13 @@ from .plugin_faults import (
     said_with_place,
     why_not_loaded,
 )
+from .value import Value
 
 GROUP = "cramlite"
 OWN_DISTRIBUTION = "cramlite"
 
 
-class PluginInfo(Struct, frozen=True):
+class PluginInfo(Value):
     """What is known of a plugin: for ``cramlite plugins`` and for messages."""
 
     name: str
@@ -42,7 +43,7 @@ class PluginInfo(Struct, frozen=True):
     fault: str = ""
 
 
-class Fault(Struct, frozen=True):
+class Fault(Value):
     """A plugin's bug: where it happened and what it was."""
 
     plugin: str
@@ -276,7 +277,7 @@ def plugin_names(files: Iterable[Path] = ()) -> set[str]:
     return {p.name for p in importlib.metadata.entry_points(group=GROUP)} | {f.stem for f in files}
 
 
-class _Point(Struct, frozen=True):
+class _Point(Value):
     """An entry point with the name and version of its distribution, which takes long to read."""
 
     name: str

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .errors import NoSolution, UserError
@@ -22,6 +21,7 @@ from .program_text import typed_code
 from .setting import Setting
 from .task_sequences import LISTED
 from .trace import Trace
+from .value import Value
 
 if TYPE_CHECKING:
     from .engine import Engine
@@ -37,7 +37,7 @@ SLOW = 0.5  # and how fast [rad/s]
 Say = Callable[[str], None]
 
 
-class Attempt(Struct, frozen=True):
+class Attempt(Value):
     """A program, what it is for, and where it runs.
 
     Args:
@@ -52,7 +52,7 @@ class Attempt(Struct, frozen=True):
     world: World
 
 
-class Round(Struct, frozen=True):
+class Round(Value):
     """A run and how it ended."""
 
     attempt: Attempt

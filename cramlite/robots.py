@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from .geometry import Pose
+from .value import Value
 
 if TYPE_CHECKING:
     from .world import RobotMount
 
 
-class Gripper(Struct, frozen=True):
+class Gripper(Value):
     """A parallel gripper.
 
     Args:
@@ -37,7 +36,7 @@ class Gripper(Struct, frozen=True):
     speed: tuple[float, float]
 
 
-class Platform(Struct, frozen=True):
+class Platform(Value):
     """A mobile base that carries an arm: it drives on the floor in any direction, and turns.
 
     Its frame is in the middle of it on the floor, x forwards, z up.
@@ -60,7 +59,7 @@ class Platform(Struct, frozen=True):
     acceleration: tuple[float, float]
 
 
-class Robot(Struct, frozen=True):
+class Robot(Value):
     """A robot arm with its gripper.
 
     Args:

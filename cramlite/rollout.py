@@ -6,13 +6,14 @@ event detection turns either into an episode.
 
 from __future__ import annotations
 
-from msgspec import Struct, field
+from msgspec import field
 
 from .geometry import Floats, Vector3
+from .value import Value
 from .world import World
 
 
-class Touch(Struct, frozen=True):
+class Touch(Value):
     """A contact between two bodies at one sample.
 
     Args:
@@ -28,7 +29,7 @@ class Touch(Struct, frozen=True):
     lift: float
 
 
-class Message(Struct, frozen=True):
+class Message(Value):
     """A line of the program's own log.
 
     Args:
@@ -42,7 +43,7 @@ class Message(Struct, frozen=True):
     line: int = 0
 
 
-class Rollout(Struct, frozen=True):
+class Rollout(Value):
     """Samples at a constant rate.
 
     Args:

@@ -17,13 +17,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct
-
 from .condition_text import ConditionError, parse_condition
 from .conditions import Atom, Condition, Every, Not, atoms, binds, mentions, tests
 from .errors import UserError, nearest
 from .ontology import Taxonomy
 from .phases import Phase, PhaseName, Predicate
+from .value import Value
 from .yaml_file import line_of, load_yaml
 
 __all__ = ["PHASES", "Clause", "Phase", "Predicate", "Rule", "RuleBook", "load_rules"]
@@ -32,7 +31,7 @@ PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
 _KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
 
 
-class Clause(Struct, frozen=True, dict=True):
+class Clause(Value, dict=True):
     """One condition of a rule, where it is asked, as it was written, and where."""
 
     phase: PhaseName
@@ -51,7 +50,7 @@ class Clause(Struct, frozen=True, dict=True):
         return all(a.predicate.steady or a.predicate.timeless for a in atoms(self.condition))
 
 
-class Rule(Struct, frozen=True, dict=True):
+class Rule(Value, dict=True):
     """When an action counts as a task.
 
     Args:

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from msgspec import Struct
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from .errors import UserError
 from .geometry import Pose
 from .quantities import Angle, Length
 from .scenario_tasks import RuleSpec, TaskEntry, TaskSpec
+from .value import Value
 from .view import D435, Intrinsics
 from .yaml_file import explain_validation, line_of, load_yaml
 
@@ -211,7 +211,7 @@ class ScenarioSpec(_Spec):
         return self
 
 
-class Scenario(Struct, frozen=True):
+class Scenario(Value):
     """A scenario file that was read and checked.
 
     Args:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from msgspec import Struct
-
 from .geometry import Floats
+from .value import Value
 
 
-class Solid(Struct, frozen=True):
+class Solid(Value):
     """A rigid piece of a body, as triangles.
 
     Args:
@@ -26,7 +25,7 @@ class Solid(Struct, frozen=True):
     colour: tuple[float, float, float, float]
 
 
-class Scene(Struct, frozen=True):
+class Scene(Value):
     """Shapes in motion.
 
     Args:

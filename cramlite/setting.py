@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from .belief import initial_belief
 from .errors import UserError
 from .geometry import Pose
 from .state import State
+from .value import Value
 
 if TYPE_CHECKING:
     from .belief import Belief, Relation
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from .world import World
 
 
-class Setting(Struct, frozen=True):
+class Setting(Value):
     """Where a plan is to be carried out.
 
     Args:

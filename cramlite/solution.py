@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from .trace import Trace
+from .value import Value
 
 if TYPE_CHECKING:
     from .episode import Episode
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from .verdict import Verdict
 
 
-class Solution(Struct, frozen=True):
+class Solution(Value):
     """A program whose text ran and was judged, with everything that led to it.
 
     Args:

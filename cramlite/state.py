@@ -9,12 +9,13 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from .designators import Action, Designator, Location, Motion, Place, Stand
 from .flow import Compound, Mark
 from .program import Section, SetGripper, walk
+from .value import Value
 
 if TYPE_CHECKING:
     from .answers import Grounding
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from .tasks import TaskType
 
 
-class Effect(Struct, frozen=True):
+class Effect(Value):
     """Stands in the agenda behind an action's steps: its effects on the belief come about here."""
 
     action: Action
@@ -32,7 +33,7 @@ class Effect(Struct, frozen=True):
 Item = Designator | Effect | Mark
 
 
-class Frame(Struct, frozen=True):
+class Frame(Value):
     """A compound that is open: where the steps of each branch begin, and the beliefs before and after them."""
 
     compound: Compound
@@ -41,7 +42,7 @@ class Frame(Struct, frozen=True):
     ends: tuple[Belief, ...] = ()
 
 
-class State(Struct, frozen=True):
+class State(Value):
     """A node of the search: what is done, and what is still to do.
 
     Args:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from msgspec import Struct
+from .value import Value
 
 Joints = tuple[float, ...]
 
 
-class Step(Struct, frozen=True, kw_only=True):
+class Step(Value, kw_only=True):
     """Common to all steps.
 
     Args:

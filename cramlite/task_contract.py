@@ -8,7 +8,6 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from .alternatives import HOOKS
@@ -19,6 +18,7 @@ from .geometry import Pose
 from .knowledge import Knowledge
 from .registry import Registry
 from .tasks import Decomposition, TaskType
+from .value import Value
 from .world import Feature, Filling, Geom, RobotMount, Thing, World
 
 FORCE, LINE = ("force_n", "force_limit_n"), ("speed_m_s", "acceleration_m_s2")
@@ -58,7 +58,7 @@ class _Sample(dict[str, Any]):
         raise _Missing(key)
 
 
-class _Known(Struct, frozen=True):
+class _Known(Value):
     """What designators may name."""
 
     kinds: Mapping[str, Iterable[str]]

@@ -7,14 +7,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import ClassVar
 
-from msgspec import Struct
-
 from .belief import Belief
 from .designators import Action, Designator, Location, Object
 from .errors import UserError, nearest
+from .value import Value
 
 
-class Role(Struct, frozen=True):
+class Role(Value):
     """A role of a task type.
 
     Args:
@@ -38,7 +37,7 @@ class Role(Struct, frozen=True):
         return designator.merged(Object(designator.name, (), self.features, self.affords))
 
 
-class Decomposition(Struct, frozen=True):
+class Decomposition(Value):
     """One way to do a task: designators in order.
 
     Args:
@@ -52,7 +51,7 @@ class Decomposition(Struct, frozen=True):
     cost: float = 0.0
 
 
-class Parameter(Struct, frozen=True):
+class Parameter(Value):
     """A number that a task uses.
 
     Args:

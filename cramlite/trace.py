@@ -7,10 +7,12 @@ from typing import Any, Literal
 
 from msgspec import Struct, field, to_builtins
 
+from .value import Value
+
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven"]
 
 
-class Entry(Struct, frozen=True):
+class Entry(Value):
     """One line of the trace.
 
     Args:

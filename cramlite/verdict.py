@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Literal
 
-from msgspec import Struct
+from .value import Value
 
 Cost = Literal["facts", "ik", "path", "rollout"]
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 
 
-class Finding(Struct, frozen=True):
+class Finding(Value):
     """What one validator says.
 
     Args:
@@ -30,7 +30,7 @@ class Finding(Struct, frozen=True):
     origin: str = ""
 
 
-class Verdict(Struct, frozen=True):
+class Verdict(Value):
     """All findings about one candidate."""
 
     findings: tuple[Finding, ...]

@@ -6,12 +6,12 @@ import math
 from functools import cached_property
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import force_setattr
 from numpy.typing import NDArray
 
 from .errors import UserError
 from .geometry import Pose
+from .value import Value
 
 Image = NDArray[np.uint8]
 Depth = NDArray[np.float32]
@@ -19,7 +19,7 @@ Mask = NDArray[np.bool_]
 Points = NDArray[np.float64]
 
 
-class Intrinsics(Struct, frozen=True, dict=True):
+class Intrinsics(Value, dict=True):
     """A pinhole camera without distortion.
 
     The centre of the pixel (column u, row v) is at image coordinates (u, v); a point (x, y, z) of the optical frame is
@@ -93,7 +93,7 @@ D435 = Intrinsics(385.0, 385.0, 319.5, 239.5, 640, 480)
 "Depth field of view"; focal length as measured, docs/explanation/perception.md)."""
 
 
-class View(Struct, frozen=True, eq=False, dict=True):
+class View(Value, eq=False, dict=True):
     """One frame of a depth camera, colour and depth registered to each other; frozen, its arrays read-only.
 
     Args:

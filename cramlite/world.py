@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from typing import Literal
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from .geometry import Pose, Vector3
+from .value import Value
 from .view import D435, Intrinsics
 
 
-class Geom(Struct, frozen=True):
+class Geom(Value):
     """One convex part of a thing's shape.
 
     Args:
@@ -38,7 +39,7 @@ class Geom(Struct, frozen=True):
     corners: tuple[Vector3, ...] = ()
 
 
-class Inertia(Struct, frozen=True):
+class Inertia(Value):
     """How a thing's mass is spread, where its geoms do not say it well enough.
 
     Args:
@@ -50,7 +51,7 @@ class Inertia(Struct, frozen=True):
     moments: tuple[float, float, float, float, float, float]
 
 
-class MeshFile(Struct, frozen=True):
+class MeshFile(Value):
     """The fine shape of a thing, for eyes: its geoms are what collides.
 
     Args:
@@ -62,7 +63,7 @@ class MeshFile(Struct, frozen=True):
     scale: float = 1.0
 
 
-class Feature(Struct, frozen=True):
+class Feature(Value):
     """A functional part of a thing: a hole, a peg, its tip, a surface, a cavity.
 
     Args:
@@ -79,7 +80,7 @@ class Feature(Struct, frozen=True):
     size: dict[str, float] = field(default_factory=dict)
 
 
-class Joint(Struct, frozen=True):
+class Joint(Value):
     """How a thing moves against what carries it: a drawer slides, a door turns.
 
     Args:
@@ -112,7 +113,7 @@ class Joint(Struct, frozen=True):
         return step.position[2] if self.kind == "slide" else float(step.rotvec[2])
 
 
-class Filling(Struct, frozen=True):
+class Filling(Value):
     """Loose stuff in a thing's cavity at the start, as small balls.
 
     Args:
@@ -128,7 +129,7 @@ class Filling(Struct, frozen=True):
     friction: float = 0.4
 
 
-class Thing(Struct, frozen=True):
+class Thing(Value):
     """An object of the world.
 
     Args:
@@ -167,7 +168,7 @@ class Thing(Struct, frozen=True):
         return next((f for f in self.features if f.type == type_), None)
 
 
-class RobotMount(Struct, frozen=True):
+class RobotMount(Value):
     """A robot in a world: which model, and where it is bolted down.
 
     Args:
@@ -185,7 +186,7 @@ class RobotMount(Struct, frozen=True):
     opening: float | None = None
 
 
-class Physics(Struct, frozen=True):
+class Physics(Value):
     """Physics settings that scenarios and negative controls may change.
 
     Defaults and their measured reasons: docs/explanation/simulation.md.
@@ -205,7 +206,7 @@ class Physics(Struct, frozen=True):
     pad_friction: float = 0.9
 
 
-class Disturbance(Struct, frozen=True):
+class Disturbance(Value):
     """What a real robot has and a planned one has not; drawn by cramlite/twin.py, applied by the simulator.
 
     Args:
@@ -219,7 +220,7 @@ class Disturbance(Struct, frozen=True):
     links: tuple[Vector3, ...] = ()
 
 
-class Camera(Struct, frozen=True):
+class Camera(Value):
     """A depth camera.
 
     Args:
@@ -242,7 +243,7 @@ class Camera(Struct, frozen=True):
         return f"{self.mount or 'world'}/camera"
 
 
-class World(Struct, frozen=True):
+class World(Value):
     """Everything a simulator needs, and nothing about how it is solved.
 
     Args:

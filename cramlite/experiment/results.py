@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from msgspec import Struct, field
+from msgspec import field
+
+from ..value import Value
 
 
-class Execution(Struct, frozen=True):
+class Execution(Value):
     """A text that ran in a twin.
 
     Args:
@@ -23,7 +25,7 @@ class Execution(Struct, frozen=True):
     picture: str = ""
 
 
-class Attempt(Struct, frozen=True):
+class Attempt(Value):
     """A complete program for a candidate.
 
     Args:
@@ -39,7 +41,7 @@ class Attempt(Struct, frozen=True):
     peak_force: float = 0.0
 
 
-class CandidateResult(Struct, frozen=True):
+class CandidateResult(Value):
     """What became of one candidate task sequence.
 
     Args:
@@ -65,7 +67,7 @@ class CandidateResult(Struct, frozen=True):
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-class DemonstrationResult(Struct, frozen=True):
+class DemonstrationResult(Value):
     """What became of one demonstration.
 
     Args:

@@ -13,14 +13,13 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct
-
 from .. import __version__
 from ..errors import UserError
 from ..plugin_choice import INSTALLED, PluginChoice
 from ..resources import find_scenario
 from ..run import RunDirectory, content_key
 from ..scenario import read_scenario
+from ..value import Value
 from .results import DemonstrationResult
 from .spec import Demonstration, Experiment
 from .store import LOCK, Store, code_key, locked
@@ -30,7 +29,7 @@ DEATHS = 2
 """A demonstration whose worker died this often is given up, and counts as failed."""
 
 
-class Order(Struct, frozen=True):
+class Order(Value):
     """What is to be run.
 
     Args:

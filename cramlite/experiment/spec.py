@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..errors import UserError, nearest
 from ..resources import data_folder
 from ..twin import TwinSpec
+from ..value import Value
 from ..yaml_file import explain_validation, load_yaml
 
 FILE = "experiment.yaml"
@@ -100,7 +100,7 @@ class ExperimentSpec(_Spec):
         return self
 
 
-class Demonstration(Struct, frozen=True):
+class Demonstration(Value):
     """One demonstration to record.
 
     Args:
@@ -114,7 +114,7 @@ class Demonstration(Struct, frozen=True):
     seed: int
 
 
-class Experiment(Struct, frozen=True):
+class Experiment(Value):
     """An experiment file that was read and checked."""
 
     path: Path

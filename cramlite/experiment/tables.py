@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from msgspec import Struct
-
+from ..value import Value
 from .results import CandidateResult, DemonstrationResult
 from .spec import PublishedSpec
 
@@ -15,7 +14,7 @@ STAGES = ("planned", "simulated", "executed")
 ALL = "all"
 
 
-class Share(Struct, frozen=True):
+class Share(Value):
     """So many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927).
 
     Args:
@@ -46,7 +45,7 @@ class Share(Struct, frozen=True):
         return self.published is None or self.hits * self.published[1] >= self.published[0] * self.total
 
 
-class Row(Struct, frozen=True):
+class Row(Value):
     """A row of the table: an object, or all of them.
 
     Args:
@@ -71,7 +70,7 @@ class Row(Struct, frozen=True):
     peak_force: float
 
 
-class Confusion(Struct, frozen=True):
+class Confusion(Value):
     """What the filter said against what execution in the twin said, over all programs with a text."""
 
     accepted_succeeded: int
@@ -90,7 +89,7 @@ class Confusion(Struct, frozen=True):
         return Share(self.refused_succeeded, self.refused_succeeded + self.refused_failed)
 
 
-class Tables(Struct, frozen=True):
+class Tables(Value):
     """Everything that is reported about a run.
 
     Args:

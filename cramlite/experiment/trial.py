@@ -11,7 +11,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct, field
+from msgspec import field
 from msgspec.structs import replace
 
 from ..attempts import attempts
@@ -30,6 +30,7 @@ from ..scenario import Scenario, read_scenario
 from ..seeds import derive_seed
 from ..setting import Setting
 from ..trace import Trace
+from ..value import Value
 from ..verdict import Verdict
 from .executor import Executor
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
@@ -39,7 +40,7 @@ from .store import Store
 from .twins import execute_in_twin
 
 
-class Trial(Struct, frozen=True):
+class Trial(Value):
     """What a worker is given: plain values, so that any process can do it.
 
     Args:
@@ -59,7 +60,7 @@ class Trial(Struct, frozen=True):
     plugins: PluginChoice = INSTALLED
 
 
-class Bench(Struct, frozen=True):
+class Bench(Value):
     """What one process needs for all its trials of an experiment."""
 
     experiment: Experiment

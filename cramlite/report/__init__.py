@@ -10,7 +10,7 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
+from ..value import Value
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["Finished", "Part", "template", "write_page", "write_report"]
 
 
-class Finished(Struct, frozen=True):
+class Finished(Value):
     """What the ``render`` of a ReportSection is given.
 
     Args:
@@ -69,7 +69,7 @@ class Finished(Struct, frozen=True):
         return knowledge.simulator.scene(self.solution.candidate.rollout, knowledge.robots, samples)  # type: ignore[arg-type]
 
 
-class Part(Struct, frozen=True):
+class Part(Value):
     """A rendered section: ``html`` is empty when its plugin broke, and ``fault`` then says how."""
 
     anchor: str

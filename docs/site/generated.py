@@ -9,10 +9,9 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from msgspec import NODEFAULT, Struct
-
 import cramlite
 import cramlite.testing
+from cramlite.value import Value
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -60,7 +59,7 @@ def described(name: str, value: Any) -> list[str]:
     if name in ALIASES:
         return [f"### {name}", "", plain(ALIASES[name])]
     if not callable(value):
-        said = json.dumps(value) if isinstance(value, str | tuple | dict) else type(value).__name__
+        said = json.dumps(value) if isinstance(value, str | tuple) else type(value).__name__
         return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
@@ -95,20 +94,17 @@ def methods(value: Any) -> list[tuple[str, Any]]:
 def signature(name: str, value: Any) -> list[str]:
     if getattr(value, "_is_protocol", False):
         return ["Any object with these members will do."]
-    if isinstance(value, type) and issubclass(value, Struct):
-        types = {n: t for c in reversed(value.__mro__) for n, t in vars(c).get("__annotations__", {}).items()}
-        names, defaults = value.__struct_fields__, value.__struct_defaults__
-        given = (*[NODEFAULT] * (len(names) - len(defaults)), *defaults)
-        lines = [f"    {n}: {types[n]}{default(d)}" for n, d in zip(names, given, strict=True)]
+    if isinstance(value, type) and issubclass(value, Value):
+        lines = [f"    {p.name}: {p.annotation}{default(p)}" for p in inspect.signature(value).parameters.values()]
         return ["```python", f"{name}(", *[line + "," for line in lines], ")", "```"]
     return ["```python", f"{name}{signature_of(value)}", "```"]
 
 
-def default(value: Any) -> str:
-    if value is NODEFAULT:
+def default(parameter: inspect.Parameter) -> str:
+    if parameter.default is inspect.Parameter.empty:
         return ""
-    made = callable(value) or type(value).__name__ == "Factory"
-    return " = ..." if made else f" = {value!r}"
+    made = callable(parameter.default) or "Factory" in type(parameter.default).__name__
+    return " = ..." if made else f" = {parameter.default!r}"
 
 
 def signature_of(value: Any) -> str:
@@ -120,7 +116,7 @@ def signature_of(value: Any) -> str:
 
 def constant_doc(name: str) -> str:
     """The text under a constant."""
-    for module in ("errors", "task_contract"):
+    for module in ("errors", "testing"):
         source = inspect.getsource(importlib.import_module(f"cramlite.{module}"))
         if found := re.search(rf'^{name} = .*?"""(.*?)"""', source, re.MULTILINE | re.DOTALL):
             return found[1]

@@ -9,19 +9,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from msgspec import Struct
-
 from cramlite import Engine, Goal, Solution, Trace, UserError
 from cramlite.explain import nearest_miss
 from cramlite.goal_plans import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
 from cramlite.operators import Fact, Grounder, Operator, Pattern, facts_of, matches
 from cramlite.setting import Setting
+from cramlite.value import Value
 
 Planner = Callable[[Any], "list[str] | None"]
 """From a unified-planning problem to the names of the actions of a plan; None where there is none."""
 
 
-class Problem(Struct, frozen=True):
+class Problem(Value):
     """What holds, what is wanted, and what could be done."""
 
     facts: frozenset[Fact]
@@ -29,7 +28,7 @@ class Problem(Struct, frozen=True):
     operators: tuple[Operator, ...]
 
 
-class Planned(Struct, frozen=True):
+class Planned(Value):
     """How it went.
 
     Args:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from msgspec import Struct
-
 from cramlite import Backend, Code, Program, Robot, hookimpl
+from cramlite.value import Value
 
 
-class Rapid(Struct, frozen=True):
+class Rapid(Value):
     """RAPID modules for ABB arms. No controller runs them here: every text and every result says so."""
 
     name: str

@@ -12,14 +12,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from msgspec import Struct
-
 from cramlite.robots import Robot
+from cramlite.value import Value
 
 CB3, E_SERIES, X = "CB3", "e-Series", "PolyScope X"
 
 
-class Capability(Struct, frozen=True):
+class Capability(Value):
     """A function, and the first PolyScope version that has it on each controller: "" none that is known of, "?" unknown."""
 
     function: str

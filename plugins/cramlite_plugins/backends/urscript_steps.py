@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from msgspec import Struct
-
 from cramlite.geometry import Pose
 from cramlite.program import (
     AnyStep,
@@ -24,6 +22,7 @@ from cramlite.program import (
     ZeroSensor,
 )
 from cramlite.robots import Gripper
+from cramlite.value import Value
 
 from . import urscript_search
 from .names import Names
@@ -39,7 +38,7 @@ HEIGHT = 0.01
 LEAST = 0.25  # share of the pressing force below which a slide has lost its contact: CompliantSlide says so
 
 
-class Leaf(Struct, frozen=True):
+class Leaf(Value):
     """A step as text.
 
     Args:

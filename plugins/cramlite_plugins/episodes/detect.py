@@ -25,12 +25,12 @@ from __future__ import annotations
 from collections import defaultdict
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.episode import Episode, Event, Track
 from cramlite.geometry import Floats
 from cramlite.rollout import Rollout
+from cramlite.value import Value
 
 from ..experts.contents import where
 from .entities import (
@@ -88,7 +88,7 @@ HELD = (0.1, 0.05)
 GRAVITY = 9.81
 
 
-class _Pair(Struct, frozen=True):
+class _Pair(Value):
     """Force and lift of one pair of entities, per sample."""
 
     force: Floats

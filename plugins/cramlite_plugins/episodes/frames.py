@@ -5,11 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from cramlite.episode import Repair, Track
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 #: Quaternions of a length this near to 1 are left as they are; float32 writers are within it.
 UNIT = 1e-5
@@ -17,7 +17,7 @@ UNIT = 1e-5
 FARTHEST = 6.4e6
 
 
-class Rows(Struct, frozen=True):
+class Rows(Value):
     """The recorded transforms of one child frame.
 
     Args:

@@ -10,12 +10,12 @@ Recordings are sparse and often written on change only, so the last pose is held
 from __future__ import annotations
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from cramlite.episode import Entity, Episode, Event, Repair, Track
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 from .frames import compose
 from .standing import resting
@@ -42,7 +42,7 @@ LONGEST = 6 * 3600.0
 Flags = NDArray[np.bool_]
 
 
-class _Motion(Struct, frozen=True):
+class _Motion(Value):
     """Hand and object on one grid.
 
     Args:

@@ -12,16 +12,16 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.episode import Episode, Event, Repair, Track
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 from .vanish import signature
 
 
-class Handover(Struct, frozen=True):
+class Handover(Value):
     """A thing that two hands hold for a while.
 
     Args:

@@ -10,17 +10,17 @@ import itertools
 from collections.abc import Iterable
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.episode import Entity, Episode
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 from .entities import bounds
 
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-class OrientedBox(Struct, frozen=True):
+class OrientedBox(Value):
     """A box anywhere in the world.
 
     Args:

@@ -17,11 +17,11 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.episode import Episode, Event, Repair, Track
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 
 from .frames import compose
 
@@ -39,7 +39,7 @@ STAYED = 0.005
 MOVED = 0.02
 
 
-class Absence(Struct, frozen=True):
+class Absence(Value):
     """A thing that was gone.
 
     Args:

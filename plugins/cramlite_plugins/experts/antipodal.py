@@ -13,11 +13,11 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Geom, Pose
 from cramlite.geometry import Floats
 from cramlite.robots import Gripper
+from cramlite.value import Value
 
 from ..shapes.hull import hull_planes
 from .crossing import SKIN, crosses
@@ -32,7 +32,7 @@ DEEP = 0.004  # what stays between the palm and the near side [m]
 ANGLES = 8  # side grasps around a cylinder
 
 
-class Pinch(Struct, frozen=True):
+class Pinch(Value):
     """A contact pair between two pads.
 
     Args:
@@ -46,7 +46,7 @@ class Pinch(Struct, frozen=True):
     slant: float
 
 
-class Body(Struct, frozen=True):
+class Body(Value):
     """Geoms with the balls around them: centres (n, 3) and radii (n,) [m]; most are far from any question."""
 
     geoms: tuple[Geom, ...]

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite import (
@@ -31,6 +30,7 @@ from cramlite import (
 )
 from cramlite.geometry import Floats
 from cramlite.robots import Gripper
+from cramlite.value import Value
 
 from ..shapes.hull import hull_planes, hull_volume
 from . import antipodal, surfaces
@@ -45,7 +45,7 @@ AGAIN = 0.008  # [m]
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 
 
-class Grip(Struct, frozen=True):
+class Grip(Value):
     """A candidate in the thing's frame.
 
     Args:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import (
     EARLIER_TASKS,
@@ -21,6 +20,7 @@ from cramlite import (
     hookimpl,
 )
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
@@ -28,7 +28,7 @@ SAME = 0.002  # a thing this near to where it was has not been moved: grasping s
 PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
 
 
-class Peg(Struct, frozen=True):
+class Peg(Value):
     """A peg and a hole, vectors in the base frame.
 
     Args:

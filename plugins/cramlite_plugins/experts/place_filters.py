@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Belief, Context, Feature, Pose, Thing
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 from . import antipodal
 
@@ -22,7 +22,7 @@ ASIDE = 0.02  # what is left of a thing is so by at least this [m]
 SEEN = 0.5  # share of a thing that others may not hide
 
 
-class Spot(Struct, frozen=True):
+class Spot(Value):
     """A candidate: where the thing would be, and the TCP poses that bring it there.
 
     Args:
@@ -36,7 +36,7 @@ class Spot(Struct, frozen=True):
     height: float
 
 
-class Wanted(Struct, frozen=True):
+class Wanted(Value):
     """What is asked for.
 
     Args:

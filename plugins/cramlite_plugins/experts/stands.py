@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Action, Answers, Belief, Context, Grounding, Location, Pose, Refused, Stand, Unresolvable, hookimpl
+from cramlite.value import Value
 
 if TYPE_CHECKING:
     from cramlite.geometry import Vector3
@@ -34,7 +34,7 @@ DRIVES = "soma:Navigating"
 FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is reached
 
 
-class Target(Struct, frozen=True):
+class Target(Value):
     """What must be reached: a variable, its thing, and whether it is to be grasped."""
 
     variable: str

@@ -11,11 +11,11 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Geom, Pose
 from cramlite.geometry import Floats
 from cramlite.robots import Gripper
+from cramlite.value import Value
 
 from ..shapes.hull import hull_planes
 from . import antipodal
@@ -28,7 +28,7 @@ LEVEL = math.radians(5)  # faces that lean more than this are also gripped level
 WIDE = 0.022  # faces wider than this are sampled off their middle too [m]
 
 
-class Line(Struct, frozen=True):
+class Line(Value):
     """A contact pair: the middle, the unit closing direction, the distance of the faces [m], and a cost [m]."""
 
     middle: Floats

@@ -16,9 +16,9 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 from .timing import leading
 
@@ -30,7 +30,7 @@ Joints = Sequence[float] | Floats
 Tcp = Callable[[Floats], Floats]
 
 
-class Straight(Struct, frozen=True):
+class Straight(Value):
     """A line from one speed to another: accelerate, cruise, brake; speeds are of the leading axis [rad/s, rad/s2]."""
 
     start: Floats
@@ -61,7 +61,7 @@ class Straight(Struct, frozen=True):
         return min(self.top, self.first + self.acceleration * time, self.last + self.acceleration * rest)
 
 
-class Corner(Struct, frozen=True):
+class Corner(Value):
     """A parabola from one line to the next in ``length`` seconds.
 
     Args:

@@ -19,10 +19,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Pose, Vector3
 from cramlite.robots import Robot
+from cramlite.value import Value
 from cramlite.world import World
 
 from ..simulation.build import Carried
@@ -40,7 +40,7 @@ HALF = 3.0  # legs that turn by more are halved [rad]
 ROBOT, THING = 1, 2
 
 
-class Ground(Struct, frozen=True):
+class Ground(Value):
     """A robot on the floor; make one with ``ground``.
 
     Args:
@@ -146,7 +146,7 @@ def way(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoWay:
     return found if isinstance(found, NoWay) else _halved(_shortened(floor, found))
 
 
-class NoWay(Struct, frozen=True):
+class NoWay(Value):
     """Why there is none; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
 
     reason: str

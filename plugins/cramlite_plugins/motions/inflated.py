@@ -13,9 +13,9 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 CORNER = 3**0.5  # a corner of a grown box moves further out than its faces
 MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
@@ -27,7 +27,7 @@ GROWS[int(mujoco.mjtGeom.mjGEOM_SPHERE), :1] = GROWS[int(mujoco.mjtGeom.mjGEOM_C
 GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_BOX), :3] = 1.0
 
 
-class Inflated(Struct, frozen=True):
+class Inflated(Value):
     """A model whose shapes are bigger.
 
     Args:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from msgspec import Struct
-
 from cramlite import Motion, Parameter
+from cramlite.value import Value
 
 FORCE, LATE = "force # N > # N", "not done within # s"
 SIMULATED = "docs/explanation/simulation.md"
 
 
-class MotionKind(Struct, frozen=True):
+class MotionKind(Value):
     """What a motion of this kind is.
 
     Args:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite import Belief, Context, Motion, Thing, Unresolvable
+from cramlite.value import Value
 
 from .kinds import KINDS, value
 
@@ -25,7 +25,7 @@ LIMITS = {
 MASS = "cram:minimumMass"
 
 
-class Known(Struct, frozen=True):
+class Known(Value):
     """A value that an ontology says of a class.
 
     Args:

@@ -6,14 +6,14 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
 
 
-class Rates(Struct, frozen=True):
+class Rates(Value):
     """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
 
     between: Floats

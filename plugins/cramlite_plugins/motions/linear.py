@@ -12,10 +12,9 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
-from msgspec import Struct
-
 from cramlite.geometry import Pose
 from cramlite.robots import Robot
+from cramlite.value import Value
 
 from .kinematics import Joints, condition, forward, nearest_branch, out_of_limits, reach_shortfall
 from .planner import Refusal
@@ -31,7 +30,7 @@ way to forces, finds no inverse solution some millimetres aside. Of ten programs
 with 0.017 and less needed up to four attempts, those with 0.08 and more none (tests/benchmarks/hang_onto_hanger.py)."""
 
 
-class JointPath(Struct, frozen=True):
+class JointPath(Value):
     """A straight motion, sampled.
 
     Args:

@@ -18,9 +18,9 @@ from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 from .round_off import blended
 from .shorten import shortened
@@ -61,7 +61,7 @@ class Space(Protocol):
         """The same scene, asking near each of these positions for no more clearance than there is at it."""
 
 
-class Path(Struct, frozen=True):
+class Path(Value):
     """A checked path.
 
     Args:
@@ -81,7 +81,7 @@ class Path(Struct, frozen=True):
     radii: tuple[float, ...] = ()
 
 
-class Refusal(Struct, frozen=True):
+class Refusal(Value):
     """Why there is no path, as a clause with numbers.
 
     Args:

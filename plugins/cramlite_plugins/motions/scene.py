@@ -22,11 +22,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
+from cramlite.value import Value
 from cramlite.world import World
 
 from ..simulation.build import Carried
@@ -50,7 +50,7 @@ FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
 
 
-class Scene(Struct, frozen=True):
+class Scene(Value):
     """A robot among things; make one with ``scene``.
 
     Args:

@@ -12,9 +12,9 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Belief, Context, Grounding, Motion, MoveJoints, MoveLinear, Place, Pose, Unresolvable
+from cramlite.value import Value
 
 from .kinematics import forward
 from .linear import interpolate, sampled, straight
@@ -31,7 +31,7 @@ SPEED, ACCELERATION = 0.2, 0.5  # of the tcp [m/s, m/s2]: a level surface then t
 SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one: the servo's lag is below 7 mrad
 
 
-class Load(Struct, frozen=True):
+class Load(Value):
     """What is carried, and how upright it has to stay.
 
     Args:

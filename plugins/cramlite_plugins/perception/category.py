@@ -6,10 +6,9 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from cramlite import Expert, Judged, Parameter, hookimpl
 from cramlite.object_query import UNKNOWN
+from cramlite.value import Value
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,7 +24,7 @@ def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
     return (*dict.fromkeys(m.type for m in known), UNKNOWN)
 
 
-class Known(Struct, frozen=True, eq=False):
+class Known(Value, eq=False):
     """What a model looks like: its largest geom's red and green shares, sorted extents of the box around it [m]."""
 
     model: Thing

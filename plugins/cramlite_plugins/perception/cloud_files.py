@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from cramlite.errors import UserError
+from cramlite.value import Value
 from cramlite.view import Points
 
 MOST = 20_000_000
@@ -23,7 +23,7 @@ TYPES = {("F", 4): "<f4", ("F", 8): "<f8", ("U", 1): "u1", ("U", 2): "<u2", ("U"
          ("I", 1): "i1", ("I", 2): "<i2", ("I", 4): "<i4"}  # fmt: skip
 
 
-class Cloud(Struct, frozen=True, eq=False):
+class Cloud(Value, eq=False):
     """Points (N, 3) [m], all finite, and their colours (N, 3) uint8 where the file has them."""
 
     points: Points

@@ -12,8 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 
+from cramlite.value import Value
 from cramlite.view import Mask
 
 from .models import Floats32, PoseModel
@@ -25,7 +25,7 @@ _DAMPING = 0.004 * np.diag(np.array([0.05, 0.05, 0.05, 1, 1, 1], np.float32) ** 
 """Of the strongest constraint; a product's half length, 5 cm, makes turns of shifts [m]."""
 
 
-class Stage(Struct, frozen=True):
+class Stage(Value):
     """One stage of registration, from coarse to fine.
 
     Args:
@@ -44,7 +44,7 @@ class Stage(Struct, frozen=True):
     weight: float = 0.5
 
 
-class Starts(Struct, frozen=True, eq=False):
+class Starts(Value, eq=False):
     """Poses of the camera's optical frame in the model's: x_model = turn x + shift; (H, 3, 3) and (H, 3)."""
 
     turn: Batch

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy import ndimage
@@ -21,6 +20,7 @@ from scipy.spatial import cKDTree
 
 from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 from cramlite.world import Feature, Thing
 
 from ..shapes.files import closed
@@ -42,7 +42,7 @@ SAME = 0.0012
 """Two surfaces nearer than this everywhere are one to the camera [m]: half its noise at 0.6 m."""
 
 
-class NearestGrid(Struct, frozen=True, eq=False):
+class NearestGrid(Value, eq=False):
     """Which surface point is nearest, precomputed for the cells of a box.
 
     Args:
@@ -66,7 +66,7 @@ class NearestGrid(Struct, frozen=True, eq=False):
         return np.asarray(np.minimum(np.maximum(cell, 0), self.index.shape[axis] - 1))
 
 
-class PoseModel(Struct, frozen=True, eq=False, dict=True):
+class PoseModel(Value, eq=False, dict=True):
     """A thing's surface for pose estimation, in the thing's frame.
 
     Args:

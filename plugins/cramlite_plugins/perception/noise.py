@@ -5,15 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 from scipy import ndimage
 
+from cramlite.value import Value
 from cramlite.view import Intrinsics, Mask, Points
 
 Generator = Any  # numpy.random.Generator
 
 
-class Noise(Struct, frozen=True):
+class Noise(Value):
     """Parameters of the noise; the defaults are a D435's at 640 x 480.
 
     Disparity, not depth, is what a stereo camera measures: d = focal * baseline / z. Its noise, its steps and its

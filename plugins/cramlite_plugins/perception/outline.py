@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from cramlite.value import Value
 from cramlite.view import Intrinsics, Mask, View
 
 from .models import Floats32
@@ -17,7 +17,7 @@ BORDER = 24
 """Pixels around the mask that are looked at: 37 mm at 0.6 m."""
 
 
-class Outline(Struct, frozen=True, eq=False, dict=True):
+class Outline(Value, eq=False, dict=True):
     """The image around a mask.
 
     Args:

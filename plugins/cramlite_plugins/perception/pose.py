@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose, Vector3
+from cramlite.value import Value
 from cramlite.view import Mask, View
 
 from .icp import Stage, Starts, register
@@ -34,7 +34,7 @@ edge. Below it all parts together come first: of 95 such views among the HARD de
 all parts and 80 by the largest one, which scores below ``DOUBT`` 12 times; of the 45 others 43 are right by either."""
 
 
-class Alignment(Struct, frozen=True):
+class Alignment(Value):
     """One of some axes of the object is near one of some directions of the world.
 
     Args:
@@ -48,7 +48,7 @@ class Alignment(Struct, frozen=True):
     after: float = float(np.radians(40))
 
 
-class Prior(Struct, frozen=True):
+class Prior(Value):
     """What is known of an orientation before looking: all of the alignments hold. None: anything goes."""
 
     alignments: tuple[Alignment, ...] = ()
@@ -58,7 +58,7 @@ UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
 """What hangs or stands: the model's z axis points up, within 60 degrees before and 40 after (docs/explanation)."""
 
 
-class PoseHypothesis(Struct, frozen=True):
+class PoseHypothesis(Value):
     """A pose, and why it is believed as far as it is.
 
     Args:

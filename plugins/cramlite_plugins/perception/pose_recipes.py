@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 from cramlite.view import Mask, View
 
 from .icp import spread
@@ -27,7 +27,7 @@ FIT = 0.005
 ITERATIONS = 40
 
 
-class Fit(Struct, frozen=True, eq=False):
+class Fit(Value, eq=False):
     """A result of ICP: scene to model, with the share of points that fit and their mean distance [m]."""
 
     scene_to_model: Pose

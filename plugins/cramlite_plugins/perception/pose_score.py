@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from msgspec import Struct
 
+from cramlite.value import Value
 from cramlite.view import Mask
 
 from .icp import Starts, dot, match, spread
@@ -17,7 +17,7 @@ ENOUGH = 0.45
 """Share of the visible side that must be seen for full confidence."""
 
 
-class Scores(Struct, frozen=True):
+class Scores(Value):
     """Of each hypothesis, all (H,).
 
     Args:

@@ -6,10 +6,10 @@ import itertools
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import Struct
 from scipy import ndimage
 
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 from cramlite.view import Mask, View
 
 from .icp import Starts
@@ -29,7 +29,7 @@ product, and the grid of voxels stays small."""
 STARTS = 24
 
 
-class Scene(Struct, frozen=True, eq=False):
+class Scene(Value, eq=False):
     """Points taken for the object's: (N, 3), the optical frame [m]; and the mask without what is not."""
 
     points: Floats32

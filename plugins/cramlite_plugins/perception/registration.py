@@ -6,15 +6,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from cramlite import Expert, Inputs, Judged, Parameter, Pose, Thing, hookimpl
+from cramlite.value import Value
 
 if TYPE_CHECKING:
     from .models import PoseModel
 
 
-class Fit(Struct, frozen=True):
+class Fit(Value):
     """One model at one pose.
 
     Args:
@@ -67,7 +66,7 @@ def _fits(inputs: Inputs, tried: Sequence[Judged], method: Method, prior: Any) -
     return sorted(found, key=lambda f: -f.score)
 
 
-class _Key(Struct, frozen=True, eq=False):
+class _Key(Value, eq=False):
     """A model as the key of a cache: its text decides."""
 
     text: str

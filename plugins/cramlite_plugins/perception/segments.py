@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite import Expert, Inputs, Parameter, Unresolvable, hookimpl
 from cramlite.experts import SEGMENTS
+from cramlite.value import Value
 
 from .dimensions import extents
 
@@ -93,7 +93,7 @@ def _shifted(axis: int) -> tuple[tuple[slice, slice], tuple[slice, slice]]:
     return ((tail, all_), (head, all_)) if axis == 0 else ((all_, tail), (all_, head))
 
 
-class _Part(Struct, frozen=True, eq=False):
+class _Part(Value, eq=False):
     """A label with what merging looks at: colour, points (a sample), front plane."""
 
     labels: tuple[int, ...]

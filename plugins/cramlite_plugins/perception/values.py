@@ -6,8 +6,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
+
+from cramlite.value import Value
 
 if TYPE_CHECKING:
     from cramlite.view import Mask
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 Points32 = NDArray[np.float32]
 
 
-class Box(Struct, frozen=True):
+class Box(Value):
     """An axis-aligned box of the world frame: lower and upper corner [m]."""
 
     low: tuple[float, float, float]
@@ -27,14 +28,14 @@ class Box(Struct, frozen=True):
         return np.asarray(inside.all(axis=-1))
 
 
-class Cloud(Struct, frozen=True, eq=False):
+class Cloud(Value, eq=False):
     """A cut-out of a view: (height, width, 3) points of the world frame, and which of them are meant."""
 
     points: Points32
     mask: Mask
 
 
-class Plane(Struct, frozen=True, eq=False):
+class Plane(Value, eq=False):
     """n . p = offset, the normal pointing to the camera; ``share`` of the points lies on it, over ``extent`` [m]."""
 
     normal: Points32
@@ -47,7 +48,7 @@ class Plane(Struct, frozen=True, eq=False):
         return np.asarray(points @ self.normal.astype(points.dtype) - points.dtype.type(self.offset))
 
 
-class Segment(Struct, frozen=True, eq=False, dict=True):
+class Segment(Value, eq=False, dict=True):
     """A part of the image that may be one object: a mask of the whole image."""
 
     mask: Mask
@@ -57,7 +58,7 @@ class Segment(Struct, frozen=True, eq=False, dict=True):
         return int(np.count_nonzero(self.mask))
 
 
-class Extents(Struct, frozen=True):
+class Extents(Value):
     """How large something looks, along the vertical and in the horizontal plane [m].
 
     Args:

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Pose
+from cramlite.value import Value
 from cramlite.view import Depth, Image, Intrinsics, Points, View
 
 from .cloud_files import Cloud, read_cloud
@@ -51,7 +51,7 @@ class _Camera(BaseModel):
     camera: _Pose = _Pose()
 
 
-class CameraFile(Struct, frozen=True):
+class CameraFile(Value):
     """What a camera's JSON says: intrinsics, where the camera was, and metres per unit of a 16 bit depth image."""
 
     intrinsics: Intrinsics

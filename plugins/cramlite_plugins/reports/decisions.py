@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
+from cramlite.value import Value
 
 if TYPE_CHECKING:
     from cramlite import Trace
@@ -16,14 +16,14 @@ PROOF = ("proof", "budget", "sequences")
 """Designators of entries that are about a whole candidate."""
 
 
-class Branch(Struct, frozen=True):
+class Branch(Value):
     """An alternative that was tried: what was decided below it, and what became of it."""
 
     entry: Entry
     decisions: tuple[Decision, ...]
 
 
-class Decision(Struct, frozen=True):
+class Decision(Value):
     """One designator that came up.
 
     Args:
@@ -41,7 +41,7 @@ class Decision(Struct, frozen=True):
     failed: Entry | None
 
 
-class Attempt(Struct, frozen=True):
+class Attempt(Value):
     """One candidate task sequence: its decisions in order, and what was said about it as a whole."""
 
     number: int

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from cramlite import ReportSection, hookimpl
+from cramlite.value import Value
 
 from .readings import chosen_sequence, pair_up
 from .shared import fill, short
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from cramlite.report import Finished
 
 
-class Bar(Struct, frozen=True):
+class Bar(Value):
     """Something that lasted: left edge and width in percent of the demonstration, and words."""
 
     left: float
@@ -28,7 +27,7 @@ class Bar(Struct, frozen=True):
     colour: str = "t0"
 
 
-class Row(Struct, frozen=True):
+class Row(Value):
     """All that happened of one kind to one pair of things."""
 
     kind: str

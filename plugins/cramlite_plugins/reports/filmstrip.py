@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import Struct
+
+from cramlite.value import Value
 
 if TYPE_CHECKING:
     from cramlite.geometry import Floats
@@ -24,7 +25,7 @@ QUALITY = 80
 """WebP quality: about 4 kB a picture at this size."""
 
 
-class Frame(Struct, frozen=True):
+class Frame(Value):
     """A picture as a data URI, when it was [s], and the task that ended then; "" at the start."""
 
     uri: str

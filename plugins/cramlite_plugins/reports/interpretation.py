@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
+from cramlite.value import Value
 
 from .readings import chosen_sequence, first_sequences, pair_up
 from .shared import fill, short
@@ -22,7 +21,7 @@ UNTRIED = 4
 """Readings shown beyond those that were tried."""
 
 
-class Cell(Struct, frozen=True):
+class Cell(Value):
     """An action against a task: "chosen", "match" or "no", and the sentence."""
 
     kind: str
@@ -33,7 +32,7 @@ Row = tuple[str, list[Cell]]
 """A task with a cell for each action."""
 
 
-class Reading(Struct, frozen=True):
+class Reading(Value):
     """A candidate sequence and its outcome in words."""
 
     number: int

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from cramlite import ReportSection, hookimpl
+from cramlite.value import Value
 
 from .links import targets
 from .shared import fill
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from cramlite.report import Finished
 
 
-class Measured(Struct, frozen=True):
+class Measured(Value):
     """A finding with its numbers in units that people read, and how much of the limit was used."""
 
     finding: Finding

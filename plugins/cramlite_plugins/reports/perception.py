@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from cramlite import ReportSection, hookimpl
+from cramlite.value import Value
 
 from .filmstrip import as_uri
 from .links import lines_of, look_name, steps_of
@@ -23,7 +22,7 @@ QUALITY = 78
 """WebP quality: 25 kB for an overlay of 848 x 480 pixels."""
 
 
-class Seen(Struct, frozen=True):
+class Seen(Value):
     """An object of a picture: its number in it, what it was taken for and how surely, or why it was left out.
 
     Args:
@@ -39,7 +38,7 @@ class Seen(Struct, frozen=True):
     answer: bool
 
 
-class Shot(Struct, frozen=True):
+class Shot(Value):
     """A picture with its query: data URIs of what was recognised, of the colours and of the depth."""
 
     task: str

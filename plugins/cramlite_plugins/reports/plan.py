@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from cramlite import Action, ReportSection, hookimpl
 from cramlite.flow import Compound
+from cramlite.value import Value
 
 from .decisions import attempts
 from .links import lines_of, steps_of
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from .decisions import Decision
 
 
-class Row(Struct, frozen=True):
+class Row(Value):
     """A line of the diagram: an object whose lane begins, a rule, or a task.
 
     Args:

@@ -6,7 +6,8 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from msgspec import Struct
+
+from cramlite.value import Value
 
 if TYPE_CHECKING:
     from cramlite.geometry import Floats
@@ -15,14 +16,14 @@ POINTS = 360
 """Points of a curve at most."""
 
 
-class Curve(Struct, frozen=True):
+class Curve(Value):
     """A named curve: an SVG path in a box of 1000 x 100."""
 
     name: str
     path: str
 
 
-class Plot(Struct, frozen=True):
+class Plot(Value):
     """Curves of one quantity.
 
     Args:

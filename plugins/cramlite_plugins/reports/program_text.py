@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from cramlite import ReportSection, hookimpl
+from cramlite.value import Value
 
 from .links import COMMENTS, steps_of, target, targets
 from .shared import fill
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
     from cramlite.report import Finished
 
 
-class Line(Struct, frozen=True):
+class Line(Value):
     """One line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
 
     Args:
@@ -32,7 +31,7 @@ class Line(Struct, frozen=True):
     leads: str = ""
 
 
-class Block(Struct, frozen=True):
+class Block(Value):
     """Lines that belong together: a task's code, or what is written before and around the tasks."""
 
     task: str

@@ -7,10 +7,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
-
 from cramlite import ReportSection, hookimpl
 from cramlite.explain import nearest_miss
+from cramlite.value import Value
 
 from .decisions import attempts
 from .links import lines_of, steps_of
@@ -24,14 +23,14 @@ if TYPE_CHECKING:
     from .decisions import Attempt, Decision
 
 
-class Stage(Struct, frozen=True):
+class Stage(Value):
     """A task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
 
     name: str
     state: str
 
 
-class Bar(Struct, frozen=True):
+class Bar(Value):
     """A decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
 
     designator: str
@@ -40,7 +39,7 @@ class Bar(Struct, frozen=True):
     text: str
 
 
-class Row(Struct, frozen=True):
+class Row(Value):
     """A candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
 
     attempt: Attempt

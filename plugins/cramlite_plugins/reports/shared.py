@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from msgspec import Struct
-
 from cramlite.report import template
+from cramlite.value import Value
 
 from .links import target
 
@@ -21,7 +20,7 @@ COLOURS = 8
 """Task colours of the page: the classes t1 to t8, t0 for what belongs to no task."""
 
 
-class Span(Struct, frozen=True):
+class Span(Value):
     """A task under execution: [start, end) in seconds."""
 
     task: str

@@ -11,14 +11,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from msgspec import Struct, field
+from msgspec import field
 
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 
 Row = tuple[float, float, float]
 
 
-class Cylinder(Struct, frozen=True):
+class Cylinder(Value):
     """A cylinder of a link between two points of the link's body frame [m]."""
 
     start: tuple[float, float, float]
@@ -27,7 +28,7 @@ class Cylinder(Struct, frozen=True):
     rgba: str = "0.82 0.83 0.85 1"
 
 
-class Link(Struct, frozen=True):
+class Link(Value):
     """One moving link.
 
     Args:

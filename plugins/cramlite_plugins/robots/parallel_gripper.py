@@ -6,10 +6,10 @@ coupled, and one actuator pulls on their mean. Tool frame: z is the approach dir
 
 from __future__ import annotations
 
-from msgspec import Struct
+from cramlite.value import Value
 
 
-class Jaws(Struct, frozen=True):
+class Jaws(Value):
     """The moving part of a parallel gripper; lengths in metres.
 
     Args:

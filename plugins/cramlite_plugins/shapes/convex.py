@@ -19,9 +19,9 @@ from typing import Any
 
 import manifold3d
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats
+from cramlite.value import Value
 
 MOST = 72  # parts of one mesh
 DEPTH = 0.0015  # how far a hull may fill in a hollow [m], and
@@ -34,7 +34,7 @@ EVEN = 0.2  # how much the worst half counts beside the sum of both
 FINEST = 1e-6  # coordinates are rounded to this [m]
 
 
-class Bore(Struct, frozen=True):
+class Bore(Value):
     """A round through hole: its centre, unit axis, radius and how far it reaches to either side [m]."""
 
     centre: Floats

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.errors import UserError, nearest
+from cramlite.value import Value
 
 KINDS = ("stl", "obj", "ply", "off")
 MOST_FACES = 500_000  # a scan of a product has 10,000 to 200,000; cutting more takes minutes
@@ -16,7 +16,7 @@ MOST_BYTES = 100_000_000
 LARGEST, SMALLEST, FLAT = 5.0, 0.002, 1e-4  # sides of the box around a shape [m]
 
 
-class Closed(Struct, frozen=True):
+class Closed(Value):
     """A mesh that encloses a volume.
 
     Args:

@@ -12,9 +12,9 @@ from typing import Any
 
 import manifold3d
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 from cramlite.world import Feature
 
 from .convex import Bore, solid
@@ -26,7 +26,7 @@ BAR = 0.030  # material beside an opening up to this thickness is a handle [m]
 FACET = 0.05  # a face of this share of the surface gives an axis to look along
 
 
-class Opening(Struct, frozen=True):
+class Opening(Value):
     """A hole in a silhouette: where it is, how large, and the handle beside it if there is one."""
 
     bore: Bore

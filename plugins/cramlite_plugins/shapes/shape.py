@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import DecodeError, Struct, json
+from msgspec import DecodeError, json
 from msgspec.structs import replace
 
 from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 from cramlite.world import Feature, Geom
 
 VERSION = 4  # of what is kept: raise it when parts or features of the same file change
@@ -23,7 +24,7 @@ FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they ar
 SIMPLER = 1e-4  # [m]
 
 
-class Shape(Struct, frozen=True):
+class Shape(Value):
     """What follows from a mesh file alone.
 
     Args:

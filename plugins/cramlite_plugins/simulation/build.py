@@ -13,12 +13,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import mujoco
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Pose
 from cramlite.robots import Robot
+from cramlite.value import Value
 from cramlite.world import Geom, Inertia, Joint, Physics, RobotMount, Thing, World
 
 from ..shapes.hull import hull_volume
@@ -40,7 +40,7 @@ SOLREF = (0.005, 1.0)
 CONES = {"elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC, "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL}
 
 
-class Carried(Struct, frozen=True):
+class Carried(Value):
     """A thing that a planning model fixes to a robot's tool.
 
     Args:

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import mujoco
-from msgspec import Struct
 
 from cramlite.geometry import Pose, Vector3
 from cramlite.robots import Robot
+from cramlite.value import Value
 from cramlite.world import RobotMount, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
@@ -35,7 +35,7 @@ def unstable(data: Data) -> str:
     return ""
 
 
-class Compiled(Struct, frozen=True):
+class Compiled(Value):
     """A model with its addresses.
 
     Args:

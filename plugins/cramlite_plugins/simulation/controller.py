@@ -12,11 +12,11 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
+from cramlite.value import Value
 
 from .compile import unstable
 from .force_mode import ForceMode
@@ -33,7 +33,7 @@ STEPS = 4  # physics steps of one control cycle
 ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]
 
 
-class Safety(Struct, frozen=True):
+class Safety(Value):
     """The controller's safety configuration: what ends in a protective stop.
 
     Args:

@@ -12,12 +12,12 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Floats, Pose
 from cramlite.rollout import Rollout
+from cramlite.value import Value
 from cramlite.world import Feature, Thing, World
 
 from .compile import Compiled, compile_world
@@ -36,7 +36,7 @@ ATTEMPTS = 5
 SQUEEZE = 10000.0
 
 
-class Scene(Struct, frozen=True):
+class Scene(Value):
     """What the person sees: an object with a hole, a peg, and where the object goes to, or stands at the start.
 
     Args:
@@ -311,7 +311,7 @@ def let_go(person: Person, scene: Scene) -> None:
 Act = Callable[[Person, Scene, Pose], None]
 
 
-class Script(Struct, frozen=True):
+class Script(Value):
     """What a demonstration consists of.
 
     Args:

@@ -11,11 +11,11 @@ some (measured over the development seeds: docs/explanation/figures.md).
 from __future__ import annotations
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose
 from cramlite.rollout import Rollout, Touch
+from cramlite.value import Value
 from cramlite.world import Feature, Thing
 
 from .demonstration import Scene, close, extent, featured, half_extents
@@ -35,7 +35,7 @@ DROP = (0.0, 0.006)
 BLIND = (0.04, 0.5)
 
 
-class Habits(Struct, frozen=True):
+class Habits(Value):
     """What one person does in one demonstration; the other hand is idle, "busy", or takes over ("hand_over")."""
 
     second_look: bool

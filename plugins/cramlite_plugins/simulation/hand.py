@@ -29,7 +29,7 @@ HANDS = ("hand", "other_hand")
 FARTHEST = math.radians(170)
 
 
-class HandIndex(EffectorIndex, frozen=True):
+class HandIndex(EffectorIndex):
     """The hand in the model.
 
     Args:

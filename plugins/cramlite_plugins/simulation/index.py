@@ -6,16 +6,16 @@ import math
 from typing import Any, Literal
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Pose
 from cramlite.robots import Robot
+from cramlite.value import Value
 
 Model = Any  # mujoco.MjModel; MuJoCo's bindings have no complete types
 Data = Any  # mujoco.MjData
 
 
-class Owner(Struct, frozen=True):
+class Owner(Value):
     """What a geom belongs to.
 
     Args:
@@ -36,7 +36,7 @@ class Owner(Struct, frozen=True):
         return f"{self.name}/{self.part}" if self.part else self.name
 
 
-class ThingIndex(Struct, frozen=True):
+class ThingIndex(Value):
     """A thing's body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
     address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with."""
 
@@ -47,7 +47,7 @@ class ThingIndex(Struct, frozen=True):
     grains: tuple[tuple[int, int], ...] = ()
 
 
-class EffectorIndex(Struct, frozen=True):
+class EffectorIndex(Value):
     """What the gripper of a robot and a hand have in common.
 
     Args:
@@ -91,7 +91,7 @@ class EffectorIndex(Struct, frozen=True):
         return site_pose(data, self.tcp)
 
 
-class PlatformIndex(Struct, frozen=True):
+class PlatformIndex(Value):
     """A platform in the model: its body, and the qpos addresses and actuators of its joints x, y and turn."""
 
     body: int
@@ -113,7 +113,7 @@ def flat(pose: Pose) -> tuple[float, float, float]:
     return pose.position[0], pose.position[1], 2.0 * math.atan2(z, w)
 
 
-class RobotIndex(EffectorIndex, frozen=True):
+class RobotIndex(EffectorIndex):
     """A robot in the model.
 
     Args:

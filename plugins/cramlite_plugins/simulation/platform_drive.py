@@ -20,7 +20,7 @@ TRACKING = 0.05, 0.05
 """[m, rad] off its command: something holds it. In free motion it stays below 2 mm and 2 mrad (measured)."""
 
 
-class Leg(Law, frozen=True):
+class Leg(Law):
     """A straight leg, as a share of the way from ``start`` to ``goal`` (3,); both start and end at rest."""
 
     start: Floats

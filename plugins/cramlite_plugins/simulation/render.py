@@ -7,10 +7,10 @@ from functools import lru_cache
 
 import mujoco
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from cramlite.geometry import Floats, Pose, Vector3
+from cramlite.value import Value
 
 from .index import Data, Model
 
@@ -20,7 +20,7 @@ LIGHT = np.array([-0.45, -0.55, 0.85]) / np.linalg.norm([-0.45, -0.55, 0.85])
 AMBIENT, FILL = 0.42, 0.16
 
 
-class Camera(Struct, frozen=True):
+class Camera(Value):
     """A pinhole camera.
 
     Args:

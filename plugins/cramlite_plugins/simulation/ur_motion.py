@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 
 from ..motions.blends import Section, Tcp, rounded, zone
 from ..motions.timing import along, trapezoid
@@ -31,7 +31,7 @@ class Motion(Protocol):
     def rate(self, time: float) -> float: ...
 
 
-class Law(Struct, frozen=True):
+class Law(Value):
     """A trapezoid over ``way``; speed and acceleration in the same unit."""
 
     way: float
@@ -54,7 +54,7 @@ class Law(Struct, frozen=True):
         return min(self.speed, self.acceleration * time, self.acceleration * rest)
 
 
-class JointMotion(Law, frozen=True):
+class JointMotion(Law):
     """movej: all joints start and stop together; speed and acceleration are the leading axis's."""
 
     start: Floats
@@ -64,7 +64,7 @@ class JointMotion(Law, frozen=True):
         return self.start + self.share(time) * (self.goal - self.start)
 
 
-class BlendedMotion(Struct, frozen=True):
+class BlendedMotion(Value):
     """Several movej whose corners are rounded."""
 
     sections: Sequence[Section]
@@ -86,7 +86,7 @@ class BlendedMotion(Struct, frozen=True):
         return self.sections[-1], min(time, self.sections[-1].length)
 
 
-class LinearMotion(Law, frozen=True):
+class LinearMotion(Law):
     """movel: the TCP on a straight line, its rotation at a constant axis (slerp)."""
 
     start: Pose
@@ -103,7 +103,7 @@ class LinearMotion(Law, frozen=True):
         return Pose(position, turned.quaternion)
 
 
-class Slowed(Struct, frozen=True):
+class Slowed(Value):
     """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
 
     motion: Motion

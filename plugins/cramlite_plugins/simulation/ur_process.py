@@ -14,9 +14,9 @@ from itertools import accumulate, pairwise
 from typing import Protocol
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 
 from .ur_motion import Law
 
@@ -31,7 +31,7 @@ class Part(Protocol):
     def at(self, share: float) -> tuple[Floats, float]: ...
 
 
-class Line(Struct, frozen=True):
+class Line(Value):
     """Between two places; ``legs`` are done at its start and at its end."""
 
     start: Floats
@@ -46,7 +46,7 @@ class Line(Struct, frozen=True):
         return self.start + share * (self.goal - self.start), self.legs[0] + share * (self.legs[1] - self.legs[0])
 
 
-class Arc(Line, frozen=True):
+class Arc(Line):
     """A circle around ``centre`` from ``start``, along the unit vector ``along`` at first, by ``angle`` [rad]."""
 
     centre: Floats
@@ -65,7 +65,7 @@ class Arc(Line, frozen=True):
         return place, middle + ((2 * share - 1) * (before if share < 0.5 else after))
 
 
-class ProcessMotion(Law, frozen=True):
+class ProcessMotion(Law):
     """Lines and circles, from rest to rest, in between at one speed; ``ends`` are the ways [m] to the end of each part."""
 
     poses: Sequence[Pose]

@@ -12,9 +12,10 @@ from collections.abc import Generator
 from typing import Any
 
 import numpy as np
-from msgspec import Struct, field
+from msgspec import field
 
 from cramlite.geometry import Floats, Pose
+from cramlite.value import Value
 
 from .controller import Controller
 from .ur_motion import Slowed
@@ -26,7 +27,7 @@ STREAMING = ("speedj", "speedl", "servoj", "servoc")
 GAIN = 300.0
 
 
-class JointSpeed(Struct, frozen=True):
+class JointSpeed(Value):
     """Joint speeds (n,) [rad/s] that change from ``before`` to ``wanted`` within ``ramp`` seconds, and stay."""
 
     start: Floats
@@ -50,7 +51,7 @@ class JointSpeed(Struct, frozen=True):
         return float(np.abs(self.before + share * (self.wanted - self.before)).max())
 
 
-class ToolSpeed(JointSpeed, frozen=True):
+class ToolSpeed(JointSpeed):
     """The same for the tool: (6,) [m/s, rad/s], base axes; ``start`` is unused, ``place`` is where it began."""
 
     place: Pose = field(default_factory=Pose)
@@ -62,7 +63,7 @@ class ToolSpeed(JointSpeed, frozen=True):
         return Pose((x, y, z), turned.quaternion)
 
 
-class Servo(Struct, frozen=True):
+class Servo(Value):
     """The arm on its way to a joint target (n,) that may be replaced at any time."""
 
     start: Floats

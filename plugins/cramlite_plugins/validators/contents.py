@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from msgspec import Struct
-
 from cramlite import Candidate, Finding, Validator, hookimpl
+from cramlite.value import Value
 from cramlite.verdict import Cost
 from cramlite_plugins.experts.contents import SHARE, SPILLED, where
 
 
-class Poured(Struct, frozen=True):
+class Poured(Value):
     """Enough of what was poured is in the destination at the end."""
 
     name: str = "poured"
@@ -31,7 +30,7 @@ class Poured(Struct, frozen=True):
                 yield Finding(self.name, share >= wanted, said, share, wanted, "", action.name)
 
 
-class Spilled(Struct, frozen=True):
+class Spilled(Value):
     """What was in a vessel is in a vessel at the end, this one or another."""
 
     name: str = "spilled"

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Candidate, Finding, MoveJoints, Validator, hookimpl
 from cramlite.program import AnyStep, Joints, walk
+from cramlite.value import Value
 from cramlite.verdict import Cost
 
 OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
 
 
-class JointLimits(Struct, frozen=True):
+class JointLimits(Value):
     """Every joint target of the program lies within the robot's limits."""
 
     name: str = "joint_limits"
@@ -43,7 +43,7 @@ def _targets(step: AnyStep) -> tuple[Joints, ...]:
     return (joints,) if joints else ()
 
 
-class JointSpeeds(Struct, frozen=True):
+class JointSpeeds(Value):
     """The arm stayed within its joint limits and speeds while the text ran."""
 
     name: str = "joint_speeds"

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Candidate, Finding, Rollout, Validator, hookimpl
+from cramlite.value import Value
 from cramlite.verdict import Cost
 
 SLIP = 0.012  # a held thing may settle this far between the pads [m]: half the pad width of a 2F-85
@@ -20,7 +20,7 @@ def task_at(candidate: Candidate, sample: int) -> str:
     return candidate.code.task_of(int(candidate.rollout.lines[sample]))
 
 
-class Execution(Struct, frozen=True):
+class Execution(Value):
     """The text ran to its end."""
 
     name: str = "execution"
@@ -41,7 +41,7 @@ class Execution(Struct, frozen=True):
             yield Finding(self.name, False, reason, origin=task_at(candidate, last))
 
 
-class Collision(Struct, frozen=True):
+class Collision(Value):
     """The arm touched nothing, and the hand and what it held only what its task is about."""
 
     name: str = "collision"
@@ -84,7 +84,7 @@ def _whole(name: str) -> str:
     return name.split("/")[0]
 
 
-class ForcePeak(Struct, frozen=True):
+class ForcePeak(Value):
     """The force at the sensor stayed under the program's limit."""
 
     name: str = "force_peak"
@@ -102,7 +102,7 @@ class ForcePeak(Struct, frozen=True):
         yield Finding(self.name, bool(force[k] <= limit), reason, float(force[k]), limit, "N", task_at(candidate, k))
 
 
-class GraspSlip(Struct, frozen=True):
+class GraspSlip(Value):
     """What was grasped did not move in the hand until it was let go."""
 
     name: str = "grasp_slip"

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from msgspec import Struct
 
 from cramlite import Action, Candidate, Finding, Rollout, Thing, Validator, hookimpl
 from cramlite.belief import Relation
 from cramlite.geometry import Pose, Vector3
+from cramlite.value import Value
 from cramlite.verdict import Cost
 
 from .held_times import MOMENT, Span, held_times, said_times
@@ -31,7 +31,7 @@ letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in
 """
 
 
-class EndState(Struct, frozen=True):
+class EndState(Value):
     """Every relation that the plan predicts holds in physics at the end, with its thing at rest and let go."""
 
     name: str = "end_state"
@@ -124,7 +124,7 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
     return way / (float(np.ptp(rollout.times[recent])) or 1.0)
 
 
-class TaskRules(Struct, frozen=True):
+class TaskRules(Value):
     """What each task's rule, the one that interprets demonstrations, asks for while its code ran and afterwards, holds.
 
     Runtime conditions count, too: an arm that stood at the park state all along has not been parked. A task that has

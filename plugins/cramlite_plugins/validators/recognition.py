@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from msgspec import Struct
-
 from cramlite import Candidate, Finding, Validator, hookimpl
+from cramlite.value import Value
 from cramlite.verdict import Cost
 
 
-class Recognised(Struct, frozen=True):
+class Recognised(Value):
     """The things that play a role exist, and are of the class that they were believed to be."""
 
     name: str = "recognised"

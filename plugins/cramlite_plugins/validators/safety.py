@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from msgspec import Struct
-
 from cramlite import Candidate, Finding, Validator, hookimpl
+from cramlite.value import Value
 from cramlite.verdict import Cost
 
 
-class ProgramSafety(Struct, frozen=True):
+class ProgramSafety(Value):
     """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.program_safety``."""
 
     name: str = "program_safety"

@@ -431,7 +431,10 @@ def test_the_way_of_a_movep_has_no_jumps(places: list[tuple[float, float, float]
     assert math.dist(found[0].position, places[0]) < 1e-9 and math.dist(found[-1].position, places[-1]) < 1e-9
     assert found[-1].distance(poses[-1])[1] < 1e-6
     step = float(times[1])
+    corners = [math.acos(max(-1.0, min(1.0, float(a @ b)))) for a, b in pairwise(np.diff(places, axis=0) / np.reshape(lengths, (-1, 1)))]
+    shorter = max(2 * math.tan(c / 2) / c if c > 1e-3 else 1.0 for c in corners)  # two halves of a line against the arc
+    fastest = math.hypot(*turn) / 2 * shorter
     for a, b in pairwise(found):
         way, angle = a.distance(b)
         assert way <= 0.25 * step + 1e-9
-        assert angle <= 4 * 0.25 * step / min(lengths) + 1e-6
+        assert angle <= 1.01 * fastest * 0.25 * step / min(lengths) + 1e-6

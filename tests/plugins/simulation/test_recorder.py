@@ -121,6 +121,6 @@ def test_a_hand_says_when_it_cannot_turn_that_far() -> None:
 
 
 def standing_world_without_robot(physics: Physics) -> Any:
-    from dataclasses import replace
+    from msgspec.structs import replace
 
     return replace(standing_world(physics), robots=())

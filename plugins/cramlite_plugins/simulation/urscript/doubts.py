@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 
-from msgspec import Struct
+from cramlite.value import Value
 
 from .check import functions, nodes
 from .syntax import (
@@ -46,7 +46,7 @@ CLOCKS = {"get_steptime", "get_time"}
 Body = tuple[Statement, ...]
 
 
-class Doubt(Struct, frozen=True):
+class Doubt(Value):
     """One thing to look at."""
 
     line: int

@@ -10,10 +10,10 @@ from collections.abc import Callable, Generator
 from types import CodeType
 from typing import Any
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from cramlite.errors import UserError
+from cramlite.value import Value
 
 from . import values
 from .builtins import PURE, Library
@@ -32,7 +32,7 @@ _HELPERS = (
 )  # fmt: skip
 
 
-class Limits(Struct, frozen=True):
+class Limits(Value):
     """What stops a program that would never end.
 
     Args:
@@ -46,7 +46,7 @@ class Limits(Struct, frozen=True):
     threads: int = 50
 
 
-class Loaded(Struct, frozen=True):
+class Loaded(Value):
     """A program that was parsed and checked: its tree and its compiled form."""
 
     tree: Function

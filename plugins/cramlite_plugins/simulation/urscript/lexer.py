@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from msgspec import Struct
-
 from cramlite.errors import UserError
+from cramlite.value import Value
 
 KEYWORDS = frozenset((
     "def", "thread", "sec", "end", "if", "elif", "else", "while", "local", "global", "return", "break", "continue",
@@ -25,7 +24,7 @@ _TOKEN = re.compile(
 )
 
 
-class Token(Struct, frozen=True):
+class Token(Value):
     """A word of the text; ``kind`` is number, name, keyword, text, operator or end; ``column`` counts from 0."""
 
     kind: str

@@ -2,30 +2,30 @@
 
 from __future__ import annotations
 
-from msgspec import Struct
+from cramlite.value import Value
 
 
-class Number(Struct, frozen=True):
+class Number(Value):
     value: float | int
     line: int
 
 
-class Text(Struct, frozen=True):
+class Text(Value):
     value: str
     line: int
 
 
-class Truth(Struct, frozen=True):
+class Truth(Value):
     value: bool
     line: int
 
 
-class Name(Struct, frozen=True):
+class Name(Value):
     name: str
     line: int
 
 
-class ListOf(Struct, frozen=True):
+class ListOf(Value):
     """``[...]``, or ``p[...]`` when ``pose``."""
 
     items: tuple[Expression, ...]
@@ -33,7 +33,7 @@ class ListOf(Struct, frozen=True):
     line: int
 
 
-class Item(Struct, frozen=True):
+class Item(Value):
     """``value[index]``."""
 
     value: Expression
@@ -41,20 +41,20 @@ class Item(Struct, frozen=True):
     line: int
 
 
-class Unary(Struct, frozen=True):
+class Unary(Value):
     operator: str
     operand: Expression
     line: int
 
 
-class Binary(Struct, frozen=True):
+class Binary(Value):
     operator: str
     left: Expression
     right: Expression
     line: int
 
 
-class Call(Struct, frozen=True):
+class Call(Value):
     """``function(arguments, name=value)``."""
 
     function: str
@@ -63,7 +63,7 @@ class Call(Struct, frozen=True):
     line: int
 
 
-class Run(Struct, frozen=True):
+class Run(Value):
     """``run thread()``: its value is the thread's handle."""
 
     call: Call
@@ -73,7 +73,7 @@ class Run(Struct, frozen=True):
 Expression = Number | Text | Truth | Name | ListOf | Item | Unary | Binary | Call | Run
 
 
-class Assign(Struct, frozen=True):
+class Assign(Value):
     """``[local|global] target = value``; ``scope`` is "local", "global" or "" (found by the rules of scope)."""
 
     target: Name | Item
@@ -82,38 +82,38 @@ class Assign(Struct, frozen=True):
     line: int
 
 
-class Evaluate(Struct, frozen=True):
+class Evaluate(Value):
     """An expression as a statement: a call."""
 
     value: Expression
     line: int
 
 
-class If(Struct, frozen=True):
+class If(Value):
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...]
     line: int
 
 
-class While(Struct, frozen=True):
+class While(Value):
     condition: Expression
     body: tuple[Statement, ...]
     line: int
 
 
-class Jump(Struct, frozen=True):
+class Jump(Value):
     """``break`` or ``continue``."""
 
     word: str
     line: int
 
 
-class Return(Struct, frozen=True):
+class Return(Value):
     value: Expression | None
     line: int
 
 
-class ThreadOrder(Struct, frozen=True):
+class ThreadOrder(Value):
     """``kill handle`` or ``join handle``."""
 
     word: str
@@ -121,14 +121,14 @@ class ThreadOrder(Struct, frozen=True):
     line: int
 
 
-class Critical(Struct, frozen=True):
+class Critical(Value):
     """``enter_critical`` or ``exit_critical``."""
 
     word: str
     line: int
 
 
-class Function(Struct, frozen=True):
+class Function(Value):
     """``def``, ``thread`` or ``sec``, with its parameters (name, default or None)."""
 
     word: str

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from msgspec import Struct
+from cramlite.value import Value
 
 FORMATS = {
     "BOOL": "?", "UINT8": "B", "UINT32": "I", "UINT64": "Q", "INT32": "i", "DOUBLE": "d",
@@ -65,7 +65,7 @@ def type_of(name: str, *, output: bool) -> str:
     return (OUTPUTS if output else INPUTS).get(name, "NOT_FOUND")
 
 
-class Recipe(Struct, frozen=True):
+class Recipe(Value):
     """Fields that travel together.
 
     Args:
