@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite import Action, Belief, Decomposition, Motion, Role, TaskType, hookimpl
+from cramlite_plugins.motions.hand import empty_hand
 
 
 class CloseGripperTask(TaskType):
@@ -14,8 +15,7 @@ class CloseGripperTask(TaskType):
     summary = "close the empty gripper where it is"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is not None:
-            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
+        empty_hand(belief)
         yield Decomposition(
             (
                 Motion(

@@ -4,19 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Location,
-    Motion,
-    Parameter,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
+from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, hookimpl
+from cramlite_plugins.motions.hand import empty_hand
+from cramlite_plugins.motions.places import grasp_of
 
 IN_PLACE = 0.01  # standard deviation [m] up to which a thing that was let go may still be between the fingers
 
@@ -34,8 +24,7 @@ class Grasping(TaskType):
     )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is not None:
-            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
+        empty_hand(belief)
         grasp = self.begins_at(action)
         patient = action.roles["Patient"].name
         speed = self.parameter(action, "approach_speed_m_s")
@@ -66,8 +55,7 @@ class Grasping(TaskType):
         yield Decomposition(steps, "pre-grasp, straight approach, close on the object", 1.0)
 
     def begins_at(self, action: Action) -> Location:
-        patient = action.roles["Patient"].name
-        return Location(f"grasp({patient})", "grasp", patient)
+        return grasp_of(action.roles["Patient"])
 
 
 @hookimpl

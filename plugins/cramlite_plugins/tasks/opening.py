@@ -4,43 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Location,
-    Parameter,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
-from cramlite_plugins.motions.by_handle import by_handle, handle_of
+from cramlite import Action, Location, Parameter, TaskType, hookimpl
+from cramlite_plugins.motions.by_handle import FORCES, SPEED, ByHandle
 
 
-class Opening(TaskType):
+class Opening(ByHandle):
     task = "soma:Opening"
     aliases = ("Open", "OpenContainer")
-    roles = (Role("Patient", features=("cram:Handle",)),)
     summary = "open a drawer or a door by its handle"
-    parameters = (
-        Parameter("speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25"),
-        Parameter("share", 0.8, "of the joint's range; open is what is open by 0.2"),
-        Parameter("force_n", 50.0, "as for grasping"),
-        Parameter("force_limit_n", 25.0, "rails of 1 N and damping of 5 N s/m took under 10 N in simulation"),
-    )
+    parameters = (SPEED, Parameter("share", 0.8, "of the joint's range; open is what is open by 0.2"), *FORCES)
+    stroke = "pull"
 
-    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is not None:
-            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
+    def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
-        way = Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share")})
-        values = {p.name: self.parameter(action, p.name) for p in self.parameters}
-        yield by_handle(action, way, "pull", values)
-
-    def begins_at(self, action: Action) -> Location:
-        return handle_of(action)
+        return Location(f"opened({patient})", "opened", patient, {"share": self.parameter(action, "share")})
 
 
 @hookimpl

@@ -4,18 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Location,
-    Object,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
+from cramlite import Action, Belief, Decomposition, Location, Role, TaskType, hookimpl
+from cramlite_plugins.motions.hand import empty_hand
+from cramlite_plugins.motions.places import grasp_of
 
 
 class PickAndPlace(TaskType):
@@ -26,15 +17,12 @@ class PickAndPlace(TaskType):
     summary = "grasp an object, lift it, put it onto a surface"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is not None:
-            raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
+        empty_hand(belief)
         thing = action.roles["Locatum"]
-        parts: tuple[tuple[str, dict[str, Object]], ...] = (
-            ("soma:Grasping", {"Patient": thing}), ("soma:PickingUp", {"Locatum": thing}), ("soma:Placing", dict(action.roles)),
-        )  # fmt: skip
-        steps = tuple(
-            Action(action.inside(p.split(":")[-1]), p, roles, parameters=action.parameters if p == "soma:Placing" else {})
-            for p, roles in parts
+        steps = (
+            Action(action.inside("Grasping"), "soma:Grasping", {"Patient": thing}),
+            Action(action.inside("PickingUp"), "soma:PickingUp", {"Locatum": thing}),
+            Action(action.inside("Placing"), "soma:Placing", action.roles, parameters=action.parameters),
         )
         yield Decomposition(steps, "grasp, pick up, place")
 
@@ -42,8 +30,7 @@ class PickAndPlace(TaskType):
         return belief.related(("on", action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""))
 
     def begins_at(self, action: Action) -> Location:
-        thing = action.roles["Locatum"].name
-        return Location(f"grasp({thing})", "grasp", thing)
+        return grasp_of(action.roles["Locatum"])
 
 
 @hookimpl

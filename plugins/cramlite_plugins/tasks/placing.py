@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Location, Role, TaskType, Unresolvable, hookimpl
+from cramlite import Action, Belief, Decomposition, Location, Role, TaskType, hookimpl
+from cramlite_plugins.motions.hand import what_is_held
+from cramlite_plugins.motions.places import spot
 
 
 class Placing(TaskType):
@@ -15,8 +17,7 @@ class Placing(TaskType):
     summary = "lower a held object onto a surface, open, withdraw"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is None:
-            raise Unresolvable("nothing is held that could be placed", because=(EARLIER_TASKS,))
+        what_is_held(belief, "placed")
         parts = ("soma:PuttingDown", "soma:Releasing", "soma:Retracting")
         steps = tuple(
             Action(action.inside(p.split(":")[-1]), p, action.roles, parameters=action.parameters) for p in parts
@@ -27,8 +28,7 @@ class Placing(TaskType):
         return belief.related(("on", action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""))
 
     def begins_at(self, action: Action) -> Location:
-        surface = action.roles["Relatum"].name
-        return Location(f"on({surface})", "on", surface, action.parameters.get("where", {}))
+        return spot("on", action)
 
 
 @hookimpl

@@ -4,19 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Location,
-    Motion,
-    Parameter,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
+from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, hookimpl
+from cramlite_plugins.motions.hand import what_is_held
+from cramlite_plugins.motions.places import spot
 
 
 class PuttingDown(TaskType):
@@ -31,8 +21,7 @@ class PuttingDown(TaskType):
     )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is None:
-            raise Unresolvable("nothing is held that could be put down", because=(EARLIER_TASKS,))
+        what_is_held(belief, "put down")
         place, surface = self.begins_at(action), action.roles["Relatum"]
         guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n")}
         steps = (
@@ -48,8 +37,7 @@ class PuttingDown(TaskType):
         return belief.unrelated("on", locatum).related(("on", locatum, relatum.split("/")[0]))
 
     def begins_at(self, action: Action) -> Location:
-        surface = action.roles["Relatum"].name
-        return Location(f"on({surface})", "on", surface, action.parameters.get("where", {}))
+        return spot("on", action)
 
 
 @hookimpl

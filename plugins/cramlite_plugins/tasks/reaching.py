@@ -17,6 +17,7 @@ from cramlite import (
     hookimpl,
 )
 from cramlite_plugins.experts.near import at_or_near
+from cramlite_plugins.motions.places import grasp_of
 
 HOME = Location("home", "home")  # where a free motion leads when nothing follows it
 # After a fast motion the arm is up to 5 mm behind, for up to 0.2 s [s]: measured, validators/postconditions.py. What follows
@@ -40,8 +41,7 @@ class Reaching(TaskType):
         rest = Motion(action.inside("rest"), "hold", parameters={"duration_s": REST}, reason="the arm comes to rest")
         led = goal.relation != "near"  # what follows says where, and goes on with this motion
         if not led:  # where it could be grasped is better than just near it
-            name = action.roles["Goal"].name
-            grasp = Location(f"grasp({name})", "grasp", name)
+            grasp = grasp_of(action.roles["Goal"])
             move = Motion(action.inside("move"), "transfer", grasp, reason=f"to the stand-off of {grasp}")
             yield Decomposition((grasp, move, rest), f"collision-free motion to {grasp}")
         move = Motion(action.inside("move"), "transfer", goal, reason=f"to the stand-off of {goal}")

@@ -9,6 +9,7 @@ from cramlite import (
     Action,
     Belief,
     Decomposition,
+    Held,
     Location,
     Motion,
     Role,
@@ -17,6 +18,7 @@ from cramlite import (
     hookimpl,
 )
 from cramlite_plugins.experts.near import near
+from cramlite_plugins.motions.hand import what_is_held
 
 
 class Releasing(TaskType):
@@ -26,13 +28,12 @@ class Releasing(TaskType):
     summary = "open the fingers; what they held stays with what supports it, and is put down there first if it does not"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is None:
-            raise Unresolvable("nothing is held that could be released", because=(EARLIER_TASKS,))
+        held = what_is_held(belief, "released")
         steps = (
             Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
         )
-        if _rests(action, belief):
+        if _rests(action, held, belief):
             yield Decomposition(steps, "open the fingers here")
         else:
             down = Action(action.inside("PuttingDown"), "soma:PuttingDown", action.roles)
@@ -43,11 +44,10 @@ class Releasing(TaskType):
         return near(action.roles["Relatum"]) if "Relatum" in action.roles else None
 
 
-def _rests(action: Action, belief: Belief) -> bool:
+def _rests(action: Action, held: Held, belief: Belief) -> bool:
     """Whether what is held is where it would stay: not moved since it was grasped, known to rest there, or nothing that
     it could be put down on is named."""
-    held, relatum = belief.held, action.roles.get("Relatum")
-    assert held is not None
+    relatum = action.roles.get("Relatum")
     if relatum is None or relatum.entity is None:
         return True
     there = relatum.entity.split("/")[0]

@@ -17,6 +17,7 @@ from cramlite import (
     hookimpl,
 )
 from cramlite_plugins.experts.near import at_or_near
+from cramlite_plugins.motions.hand import what_is_held
 
 
 class Transporting(TaskType):
@@ -27,15 +28,13 @@ class Transporting(TaskType):
     leads_on = True
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is None:
-            raise Unresolvable("nothing is held that could be carried", because=(EARLIER_TASKS,))
+        held = what_is_held(belief, "carried")
         there = action.roles.get("Destination")
-        if hanger := belief.relates("hangs_on", belief.held.thing):
+        if hanger := belief.relates("hangs_on", held.thing):
             if there is None or hanger.split("/")[0] != (there.entity or "").split("/")[0]:
-                held = tuple(o.name for o in action.roles.values())
+                about = tuple(o.name for o in action.roles.values())
                 raise Unresolvable(
-                    f"'{belief.held.thing}' hangs on '{hanger}' and must be pulled off first",
-                    because=(EARLIER_TASKS, *held),
+                    f"'{held.thing}' hangs on '{hanger}' and must be pulled off first", because=(EARLIER_TASKS, *about)
                 )
             yield Decomposition((), f"it hangs on '{hanger}' already")
             return

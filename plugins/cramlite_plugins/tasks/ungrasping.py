@@ -4,18 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Location,
-    Motion,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
+from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, hookimpl
+from cramlite_plugins.motions.hand import what_is_held
+from cramlite_plugins.motions.places import spot
 
 
 class Ungrasping(TaskType):
@@ -26,8 +17,7 @@ class Ungrasping(TaskType):
     summary = "carry a held object into a container's opening and let go"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        if belief.held is None:
-            raise Unresolvable("nothing is held that could be let go", because=(EARLIER_TASKS,))
+        what_is_held(belief, "let go")
         place, container = self.begins_at(action), action.roles["Relatum"].entity
         steps = (
             place,
@@ -49,8 +39,7 @@ class Ungrasping(TaskType):
         return belief.related(("in", locatum, relatum))
 
     def begins_at(self, action: Action) -> Location:
-        container = action.roles["Relatum"].name
-        return Location(f"in({container})", "in", container, action.parameters.get("where", {}))
+        return spot("in", action)
 
 
 @hookimpl
