@@ -76,7 +76,8 @@ class ChoicePoint(Struct):
     def exhausted(self, tried: int) -> None:
         """Say that none of its alternatives led on."""
         causes = ", ".join(sorted(self.conflict)) or "nothing before it"
-        self.say("failed", "engine", f"{tried} alternatives failed; it depends on {causes}")
+        what = "1 alternative" if tried == 1 else f"{tried} alternatives"
+        self.say("failed", "engine", f"{what} failed; it depends on {causes}")
 
 
 def key_of(value: Any) -> str:

@@ -288,9 +288,10 @@ def _view(arguments: argparse.Namespace) -> int:
 
 
 def _explain(arguments: argparse.Namespace) -> int:
-    from .explain import as_json, trace_text
+    from .explain import as_json
     from .run import read_json
     from .trace import Trace
+    from .trace_text import trace_text
 
     path = arguments.directory / "trace.json"
     data = read_json(path, "trace")

@@ -19,11 +19,6 @@ if TYPE_CHECKING:
     from .solution import Solution
     from .tasks import TaskType
 
-MARKS = {
-    "asked": "?", "chosen": "+", "refused": "-", "impossible": "x", "failed": "x", "nogood": "-", "capped": "!", "fault": "!!",
-    "proven": "OK",
-}  # fmt: skip
-
 
 def as_json(value: Any) -> str:
     """Indented JSON of plain data, structs and arrays."""
@@ -100,22 +95,6 @@ def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
     while entry.parent in entries:
         entry, depth = entries[entry.parent], depth + 1
     return depth
-
-
-def trace_text(trace: Trace, designator: str | None = None) -> str:
-    """The tree of a search, or everything about one designator."""
-    entries = list(trace.about(designator)) if designator else trace.entries
-    known = {e.number: e for e in trace.entries} if designator is None else {}
-    lines = []
-    for entry in entries:
-        cost = f" (cost {entry.cost:.3g})" if entry.cost is not None else ""
-        text = entry.text if entry.outcome in ("asked", "chosen", "refused") else ""
-        said = ": ".join(x for x in ("" if text == entry.reason else text, entry.reason) if x)
-        who = "" if entry.plugin == "engine" else f"  [{entry.plugin}]"
-        lines.append(
-            f"{'  ' * min(_depth(known, entry), 20)}{MARKS[entry.outcome]:2} {entry.designator} {said}{cost}{who}"
-        )
-    return "\n".join(lines)
 
 
 def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
