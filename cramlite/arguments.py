@@ -68,7 +68,7 @@ def _running(add: Add) -> None:
     """Programs, and files that are only checked."""
     execute = add("execute", "run a program's text in a world")
     execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
-    execute.add_argument("--world", required=True, help="world.json of a run directory, or a scenario")
+    execute.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
     execute.add_argument(
         "--replan", metavar="SCENARIO", help="where the program stops, look again and resolve the rest of this scenario"
@@ -81,7 +81,7 @@ def _running(add: Add) -> None:
     controller.add_argument(
         "--world",
         default="grasp_one_thing",
-        help="world.json of a run directory, or a scenario (default grasp_one_thing)",
+        help="a run directory, its world.json, or a scenario (default grasp_one_thing)",
     )
     controller.add_argument("--host", default="127.0.0.1", help="a loopback address (default 127.0.0.1)")
     controller.add_argument(
@@ -125,10 +125,11 @@ def _asking(add: Add) -> None:
     tasks = add("tasks", "list the task types")
     tasks.add_argument("--json", action="store_true")
     plugins = add("plugins", "list the plugins, with their faults")
-    plugins.add_argument("--json", action="store_true")
+    plugins.add_argument("--all", action="store_true", help="the shipped ones one by one, too")
+    plugins.add_argument("--json", action="store_true", help="all of them, with file, load time and faults")
     view = add("view", "look at a run in an interactive 3D viewer")
     view.add_argument("directory", type=Path, metavar="RUN", help="a folder of 'resolve --out' or 'execute --out'")
-    view.add_argument("--world", help="world.json or a scenario, where RUN holds no world; default RUN/world.json")
+    view.add_argument("--world", help="a run directory, its world.json, or a scenario, where RUN holds no world; default RUN/world.json")
     view.add_argument("--seed", type=int, default=0, help="of a scenario's world (default 0)")
     view.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
     view.add_argument("--port", type=int, default=8080, help="the first port to try (default 8080)")

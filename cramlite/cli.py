@@ -266,7 +266,7 @@ def _plugins(arguments: argparse.Namespace) -> int:
 
     registry = _plugin_choice(arguments).registry(strict=False)
     registry.examine()
-    print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry))
+    print(as_json(plugins_json(registry)) if arguments.json else plugins_text(registry, every=arguments.all))
     return 3 if registry.faults else 0
 
 

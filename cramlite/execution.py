@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +38,7 @@ def execute_program(
 
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
-        world: the ``world.json`` of a run directory, or a scenario, whose world with this seed is taken.
+        world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
         out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
     Returns:
@@ -53,7 +55,8 @@ def execute_program(
     text, place = _text(program), read_world(world, knowledge, seed)
     if not place.robots:
         raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
-    rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
+    with naming(program):
+        rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
     if out is not None:
         _write(out, rollout, program.stem, knowledge, episode=episode)
     print(as_json(rollout_json(rollout)) if json_output else rollout_text(rollout))
@@ -168,14 +171,16 @@ def serve_controller(
 
 
 def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
-    """A world from a JSON file, or the world that the programs of a scenario really run in.
+    """A world from a JSON file or from the run directory that holds it, or the world that a scenario's programs really run in.
 
     Raises:
         UserError: neither can be read.
     """
     path = Path(name)
+    if (path / "world.json").is_file():
+        path = path / "world.json"
     if path.suffix != ".json":
-        scenario = read_scenario(find_scenario(name))
+        scenario = read_scenario(_scenario_or_run(name))
         spec = scenario.spec
         world, relations = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
         return real_world(scenario, world, relations, seed)
@@ -191,6 +196,26 @@ def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
         raise UserError(
             f"'{path}' holds no world: {error}. Give the world.json of a run directory, or a scenario."
         ) from error
+
+
+def _scenario_or_run(name: str) -> Path:
+    try:
+        return find_scenario(name)
+    except UserError as error:
+        if not Path(name).is_dir():
+            raise
+        raise UserError(
+            f"'{name}' is a folder that holds no world.json; give a run directory, its world.json, or a scenario."
+        ) from error
+
+
+@contextmanager
+def naming(program: Path) -> Iterator[None]:
+    """What is wrong with a text is said with its file; the simulator is given the text alone."""
+    try:
+        yield
+    except UserError as error:
+        raise UserError(f"{program}: {error}") from error
 
 
 def _text(program: Path) -> str:

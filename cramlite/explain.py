@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
@@ -178,10 +180,19 @@ def tasks_json(tasks: Iterable[TaskType]) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def plugins_text(registry: Registry) -> str:
-    """Each plugin with where it comes from, how long it took to load, its hooks, and what is wrong with it."""
+def plugins_text(registry: Registry, *, every: bool = True) -> str:
+    """Each plugin with where it comes from, how long it took to load, its hooks, and what is wrong with it.
+
+    Args:
+        every: also shipped plugins that nothing is wrong with; else their names by folder.
+    """
+    from .registry import OWN_DISTRIBUTION
+
+    shipped = [i for i in registry.infos if i.distribution == OWN_DISTRIBUTION and not i.fault and not _later(registry, i)]
     lines = []
     for info in registry.infos:
+        if info in shipped and not every:
+            continue
         lines.append(
             f"{info.name} ({info.distribution} {info.version}) {info.load_ms:.1f} ms: {', '.join(info.hooks) or 'no hooks'}"
         )
@@ -189,7 +200,19 @@ def plugins_text(registry: Registry) -> str:
         if info.fault:
             lines.append(f"    NOT LOADED: {info.fault}")
         lines += [f"    FAULT in {f.hook}: {f.error}" for f in _later(registry, info)]
-    return "\n".join(lines)
+    return "\n".join(lines if every else [*lines, *_shipped(shipped)])
+
+
+def _shipped(infos: Sequence[PluginInfo]) -> Iterable[str]:
+    """How many, and their names by the folder that they are in."""
+    if infos:
+        took = sum(i.load_ms for i in infos)
+        yield f"{len(infos)} plugins of cramlite {infos[0].version}, loaded in {took:.0f} ms; --all says more of each:"
+    rooms: dict[str, list[str]] = {}
+    for info in infos:
+        rooms.setdefault(Path(info.file).parent.name, []).append(info.name)
+    for room, names in sorted(rooms.items()):
+        yield textwrap.fill(f"{room}: {', '.join(sorted(names))}", 110, initial_indent="  ", subsequent_indent="      ")
 
 
 def plugins_json(registry: Registry) -> list[dict[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -126,8 +127,18 @@ def _build(
             thing = replace(thing, pose=_hang(spec, thing, built, maker))
     except (UserError, TypeError, ValueError) as error:
         said = str(error).removeprefix(f"thing '{spec.name}': ")
-        raise UserError(f"{place}: thing '{spec.name}': {said}") from error
+        raise UserError(f"{_where_said(scenario, spec, said) or place}: thing '{spec.name}': {said}") from error
     return replace(thing, pose=_shifted(thing.pose, change, rng)) if change else thing
+
+
+def _where_said(scenario: Scenario, spec: ThingSpec, said: str) -> str:
+    """ "file:line" of the parameter that a complaint names first; empty where it names none that was written."""
+    found = {k: re.search(rf"'{re.escape(k)}'|^{re.escape(k)}\b", said) for k in spec.parameters}
+    named = sorted((m.start(), k) for k, m in found.items() if m is not None)
+    things = [t.get("name") for t in scenario.data["things"]]
+    if not named or spec.name not in things:
+        return ""
+    return scenario.where("things", things.index(spec.name), "with", named[0][1])
 
 
 def _hang(spec: ThingSpec, thing: Thing, built: Mapping[str, Thing], maker: ModelMaker) -> Pose:

@@ -61,13 +61,42 @@ def explain_validation(path: Path, data: Any, error: ValidationError, fields: Se
     clauses = []
     for problem in error.errors()[:3]:
         location = [part for part in problem["loc"] if isinstance(part, int | str)]
-        line, key = line_of(data, location), ".".join(str(p) for p in location)
+        line, key = line_of(data, location), _in_words(data, location)
         if problem["type"] == "extra_forbidden":
             clauses.append(f"{path}:{line}: unknown key '{location[-1]}'; {nearest(str(location[-1]), fields)}")
         elif problem["type"] == "missing":
-            clauses.append(f"{path}:{line}: '{key}' is missing")
+            clauses.append(f"{path}:{line}: {key} is missing")
         else:
             said = problem["msg"].removeprefix("Value error, ")
-            clauses.append(f"{path}:{line}: '{key}': {said}" if key else f"{path}:{line}: {said}")
+            clauses.append(f"{path}:{line}: {key}: {said}" if key else f"{path}:{line}: {said}")
     more = error.error_count() - len(clauses)
     return UserError("; ".join(clauses) + (f"; and {more} more." if more > 0 else "."))
+
+
+ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")
+
+
+def _in_words(data: Any, location: Sequence[str | int]) -> str:
+    """A place as a person counts it: "'hangs_on.depth' of the third thing 'tea'"; empty for the whole."""
+    said, keys, here, listed = "", list[str](), data, "entry"
+    for step in location:
+        inside = here[step] if _has(here, step) else None
+        if isinstance(step, int):
+            name = inside.get("name") if isinstance(inside, dict) else None
+            item = listed.removesuffix("s") if isinstance(name, str) else f"value of '{'.'.join(keys)}'" if keys else "value"
+            said = f"the {_ordinal(step)} {item}" + (f" '{name}'" if isinstance(name, str) else "") + (f" of {said}" if said else "")
+            keys = []
+        elif inside is not None or step is location[-1]:  # else it is a name that pydantic gives a choice
+            keys.append(step)
+            listed = step
+        here = here if inside is None and isinstance(step, str) else inside
+    last = f"'{'.'.join(keys)}'" if keys else ""
+    return f"{last} of {said}" if last and said else last or said
+
+
+def _has(data: Any, step: str | int) -> bool:
+    return (isinstance(data, dict) and step in data) or (isinstance(data, list) and isinstance(step, int) and step < len(data))
+
+
+def _ordinal(index: int) -> str:
+    return ORDINALS[index] if index < len(ORDINALS) else f"{index + 1}th"

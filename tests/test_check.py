@@ -10,7 +10,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 import yaml
-from conftest import ROOT
+from conftest import ROOT, Run
 
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 RULES = sorted((ROOT / "task_rules").glob("*.yaml"))
@@ -148,3 +148,36 @@ def test_check_doubts_speeds_recursion_and_force_mode_that_is_left_on(tmp_path: 
         sound = sound.replace(old, new)
     path.write_text(sound)
     assert "no doubts" in cramlite("check", path).stdout
+
+
+BLOCK = """\
+scenario: block
+tasks: [{task: Grasping, Patient: block}]
+robot: {type: ur5e}
+things:
+  - name: block
+    model: block
+    at: {position: [0.5, 0.2, 51 mm]}
+    with:
+      size: [50 mm, 50 mm, 100 mm]
+      mass: 0.1 kg
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "says"),
+    [
+        ("0.1 kg", "3 mm", 10, "thing 'block': parameter 'mass' is '3 mm'"),
+        ("mass:", "mas:", 10, "no parameter 'mas'; did you mean 'mass'?"),
+        ("[50 mm, 50 mm, 100 mm]", "[50 mm, 100 mm]", 9, "parameter 'size' is ('50 mm', '100 mm'): 3 values are needed"),
+        ("model: block", "model: blok", 5, "no object model 'blok'; did you mean 'block'"),
+    ],
+)
+def test_a_wrong_parameter_has_its_own_line(old: str, new: str, line: int, says: str, tmp_path: Path, run: Run) -> None:
+    path = tmp_path / "block.yaml"
+    path.write_text(BLOCK)
+    assert run("check", path).code == 0
+    path.write_text(BLOCK.replace(old, new))
+    ran = run("check", path)
+    assert ran.code == 2
+    assert f"{path}:{line}: " in ran.err and says in ran.err

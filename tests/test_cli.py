@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -57,7 +58,11 @@ def test_tasks(run: Run) -> None:
 def test_plugins(run: Run) -> None:
     rows = json.loads(run("plugins", "--json").out)
     assert {"name", "distribution", "version", "file", "hooks", "load_ms", "fault"} <= set(rows[0])
-    assert "grasping (cramlite" in run("plugins").out
+    every, short = run("plugins", "--all").out, run("plugins").out
+    assert "grasping (cramlite" in every and "grasping (cramlite" not in short
+    assert all(re.search(rf"[ ,]{r['name']}[,\n]", short) for r in rows)
+    assert f"{len(rows)} plugins of cramlite" in short
+    assert len(short.splitlines()) < 40 < len(every.splitlines())
 
 
 def test_interpret(run: Run) -> None:

@@ -36,6 +36,8 @@ def test_a_text_runs_in_the_world_of_a_scenario(program: Path, tmp_path: Path) -
     assert said["outcome"] == "finished" and [m["text"] for m in said["messages"]] == ["there"]
     assert json.loads((tmp_path / "out" / "execution.json").read_text()) == said
     assert any((tmp_path / "out" / "episode").iterdir())
+    again = execute(program, "--world", tmp_path / "out", "--json")
+    assert again.returncode == 0 and json.loads(again.stdout)["poses"].keys() == said["poses"].keys()
 
 
 def test_a_program_that_stops_fails_with_its_own_words(program: Path) -> None:
@@ -51,6 +53,8 @@ def test_a_program_that_stops_fails_with_its_own_words(program: Path) -> None:
         (SHORT, "no_such_scenario", "no_such_scenario"),
         (SHORT, "BROKEN.json", "holds no world"),
         (SHORT, "missing.json", "cannot be read"),
+        (SHORT, "FOLDER", "is a folder that holds no world.json"),
+        (SHORT.replace("movej", "moovej"), "grasp_one_thing", "p.script: URScript, line 2: there is no function"),
         (None, "grasp_one_thing", "cannot be read"),
         ("\x00\ufffd".encode("utf-16"), "grasp_one_thing", "no text"),
     ],
@@ -60,7 +64,8 @@ def test_what_cannot_be_used_is_explained(tmp_path: Path, text: str | bytes | No
     broken.write_text('{"things": 3}')
     if text is not None:
         program.write_bytes(text if isinstance(text, bytes) else text.encode())
-    done = execute(program, "--world", str(broken) if world == "BROKEN.json" else world)
+    places = {"BROKEN.json": broken, "FOLDER": tmp_path}
+    done = execute(program, "--world", places.get(world, world))
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import BaseModel, ValidationError
 
 from cramlite import UserError
-from cramlite.yaml_file import line_of, load_yaml
+from cramlite.yaml_file import explain_validation, line_of, load_yaml
 
 SCALARS = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(st.characters(codec="ascii"))
 DATA = st.recursive(SCALARS, lambda d: st.lists(d, max_size=4) | st.dictionaries(st.text("abcxyz", max_size=4), d, max_size=4))
@@ -71,3 +73,60 @@ def test_what_is_refused(tmp_path: Path, text: str, said: tuple[int | None, str]
     line, words = said
     with pytest.raises(UserError, match=rf"file\.yaml{f':{line}' if line else ''}: not valid YAML: .*{words}"):
         loaded(text, tmp_path)
+
+
+# Places as a person counts them
+
+THINGS = """\
+goal: [a on b, {g}]
+things:
+  - {{name: floor, at: [1, 2, {x}]}}
+  - {{at: [1, 2, 3]}}
+  - name: tea
+    hangs_on: {{depth: {d}}}
+"""
+
+
+class _Hangs(BaseModel):
+    depth: float = 0.0
+
+
+class _Part(BaseModel):
+    name: str
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hangs_on: _Hangs | None = None
+
+
+class _Whole(BaseModel):
+    goal: list[str]
+    things: list[_Part]
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"d": "deep"}, ":6: 'hangs_on.depth' of the third thing 'tea': Input should be"),
+        ({"x": "far"}, ":3: the third value of 'at' of the first thing 'floor': Input should be"),
+        ({"g": "3"}, ":1: the second value of 'goal': Input should be"),
+        ({}, ":4: 'name' of the second value of 'things' is missing"),
+    ],
+)
+def test_places_are_said_as_people_count(given: dict[str, str], says: str, tmp_path: Path) -> None:
+    path = tmp_path / "file.yaml"
+    path.write_text(THINGS.format(**{"g": "b on a", "x": "3", "d": "0.1"} | given))
+    data = load_yaml(path)
+    if not given:
+        data["things"][1].pop("name", None)
+    else:
+        data["things"][1]["name"] = "shelf"
+    with pytest.raises(ValidationError) as found:
+        _Whole.model_validate(data)
+    said = str(explain_validation(path, data, found.value, []))
+    assert f"{path}{says}" in said
+    assert not re.search(r"\.\d", said.replace(str(path), "")), "nobody counts from 0"
+
+
+def test_entries_after_the_tenth() -> None:
+    with pytest.raises(ValidationError) as found:
+        _Whole.model_validate({"goal": ["on"] * 11 + [3], "things": []})
+    assert "the 12th value of 'goal'" in str(explain_validation(Path("f"), {"goal": ["on"] * 11 + [3]}, found.value, []))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import math
 from collections.abc import Callable, Mapping
-from typing import Any, get_type_hints
+from typing import Any, get_args, get_origin, get_type_hints
 
 from cramlite.errors import UserError, nearest
 from cramlite.geometry import Pose
@@ -250,4 +250,6 @@ def _checked(thing: str, key: str, value: object, hint: Any) -> Any:
         return TypeAdapter(hint).validate_python(value)
     except ValidationError as error:
         said = error.errors()[0]["msg"].removeprefix("Value error, ")
+        if get_origin(hint) is tuple and isinstance(value, list | tuple) and len(value) != len(get_args(hint)):
+            said = f"{len(get_args(hint))} values are needed"
         raise UserError(f"thing '{thing}': parameter '{key}' is {value!r}: {said}") from None
