@@ -29,7 +29,7 @@ def trace_text(trace: Trace, designator: str | None = None) -> str:
     return "\n".join(("" if designator else "  " * tree.indent(e)) + line for e in entries for line in tree.lines(e))
 
 
-class _Tree(Value, frozen=False):
+class _Tree(Value):
     """What of a trace belongs to what.
 
     Args:
