@@ -11,8 +11,9 @@ import numpy as np
 from cramlite.geometry import Pose
 from cramlite.world import Thing
 
-from .demonstration import MARGIN, Scene, extent, half_extents
+from .demonstration_scene import Scene, half_extents
 from .hand import OPENING, PINCH
+from .hand_moves import MARGIN, SQUEEZE, extent
 from .person import Person
 
 #: From the top of a thing down to the middle of the pads that hold it from above [m].
@@ -20,7 +21,6 @@ DEEP = 0.012
 #: The other hand takes things that are no wider than this, and whose place on the map is farther than this from what the
 #: person is after [m].
 WIDEST, CLEAR = 0.075, 0.25
-SQUEEZE = 10000.0  # pad force for one metre of closing beyond contact [N/m]; see demonstration.py
 
 
 def from_above(pose: Pose, thing: Thing) -> Pose:

@@ -144,15 +144,13 @@ def is_pad(name: str) -> bool:
     return name.split("/")[-1].startswith(("left_pad", "right_pad"))
 
 
-def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, clearance: float) -> None:
+def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) -> None:
     """Add a thing as a body: fixed, free, or (when planning) carried by a robot."""
     mask = FURNITURE if planning or not thing.movable else PRODUCT
     if planning and carried is not None:
-        mask, margin = ROBOT, 0.0
+        mask = ROBOT
         body = _carry(spec, thing, carried)
     else:
-        # MuJoCo adds the margins of a pair, so that only one side may have it
-        margin = clearance if planning else 0.0
         body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
         if thing.joint is not None and not planning:
             _add_joint(spec, body, thing.name, thing.joint)
@@ -163,7 +161,7 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None, 
     geoms = [part for i, g in enumerate(thing.geoms) for part in _solid(i, g, planning)]
     volume = sum(_volume(g) for _, g in geoms)
     for key, geom in geoms:
-        _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask, margin)
+        _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask)
 
 
 def _add_joint(spec: Any, body: Any, name: str, joint: Joint) -> None:
@@ -226,7 +224,7 @@ def _volume(geom: Geom) -> float:
 
 
 def _add_geom(
-    spec: Any, body: Any, thing: Thing, key: str, geom: Geom, mass: float, mask: tuple[int, int], margin: float
+    spec: Any, body: Any, thing: Thing, key: str, geom: Geom, mass: float, mask: tuple[int, int]
 ) -> None:
     friction = thing.friction if geom.friction is None else geom.friction
     name, hull = f"{thing.name}/{geom.part or 'body'}/{key}", geom.shape == "convex"
@@ -245,7 +243,6 @@ def _add_geom(
         mass=mass,
         contype=mask[0],
         conaffinity=mask[1],
-        margin=margin,
     )
 
 

@@ -113,7 +113,6 @@ def compile_world(
     hand: bool | Pose | tuple[Pose, ...] = False,
     planning: bool = False,
     carried: Mapping[str, Carried] | None = None,
-    clearance: float = 0.0,
 ) -> Compiled:
     """Compile a world.
 
@@ -127,8 +126,6 @@ def compile_world(
         hand: add the free-floating hand of a demonstration; a pose gives its orientation at rest, two those of both hands.
         planning: see above.
         carried: thing name -> where it is in which hand; planning only.
-        clearance: distance [m] below which the planning model reports a contact between a robot (or what it carries)
-            and a thing; robots meet themselves and each other at zero distance.
 
     Raises:
         UserError: the world does not compile; names the thing and the reason.
@@ -143,7 +140,7 @@ def compile_world(
         attach(spec, hand_mjcf(rest), RobotMount(name, name))
     mask_robots(spec, world.physics.pad_friction)
     for thing in world.things:
-        add_thing(spec, thing, planning, (carried or {}).get(thing.name), clearance)
+        add_thing(spec, thing, planning, (carried or {}).get(thing.name))
         if not planning:
             add_grains(spec, thing)
     model = finish(spec)

@@ -16,7 +16,6 @@ from msgspec.structs import replace
 
 from cramlite.geometry import Floats, Pose
 from cramlite.robots import Robot
-from cramlite.value import Value
 
 from .compile import unstable
 from .force_mode import ForceMode
@@ -25,32 +24,13 @@ from .gripper_server import GripperServer
 from .index import RobotIndex
 from .nominal_arm import NominalArm, cross
 from .platform_drive import PlatformDrive
+from .protective_stop import ProtectiveStop, Safety, SafetyWatch
 from .ur_motion import Motion, Slowed, blended_motion, joint_motion, linear_motion, slowed
 from .ur_process import process_motion
 from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
 ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]
-
-
-class Safety(Value):
-    """The controller's safety configuration: what ends in a protective stop.
-
-    Args:
-        force: on the TCP [N]; the factory preset of e-Series arms is 150.
-        force_time, torque_time, tracking_time: how long a limit may be exceeded [s].
-        tracking: largest joint error [rad]; fast free motion stays below 0.007 (3 rad/s, 5 rad/s2).
-    """
-
-    force: float = 150.0
-    force_time: float = 0.02
-    torque_time: float = 0.1
-    tracking: float = 0.03
-    tracking_time: float = 0.1
-
-
-class ProtectiveStop(Exception):
-    """The arm was stopped by the controller; the message is a clause with numbers."""
 
 
 class Controller:
@@ -78,7 +58,7 @@ class Controller:
         drive: type[GripperDrive] = GripperServer,
     ) -> None:
         self.steps = steps
-        self.model, self.data, self.index, self.safety = model, data, index, safety
+        self.model, self.data, self.index = model, data, index
         self.arm: Robot = index.robot
         self.kinematics = NominalArm(index.robot)
         self.base = index.robot.arm_at(base)
@@ -93,8 +73,8 @@ class Controller:
         self.dofs = list(index.dofs)
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
-        self.limits, self.fastest = np.array(self.arm.limits).T, 1.05 * np.array(self.arm.velocity)
-        self.torques = model.actuator_forcerange[self.servos, 1].copy()
+        torques = model.actuator_forcerange[self.servos, 1].copy()
+        self.watch = SafetyWatch(safety, index.robot, torques, self.period)
         self.q = np.array(data.qpos[self.joints])
         self.rate = np.zeros(len(self.q))
         self.motion: Motion | None = None
@@ -103,7 +83,6 @@ class Controller:
         self.force_gain = 1.0
         self.freedrive = False
         self.nominal = self.kinematics.forward(self.q)
-        self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}
         self._forget()
 
     @property
@@ -240,7 +219,8 @@ class Controller:
             ProtectiveStop: a limit of the safety configuration, or a target that cannot be followed.
         """
         goal = self._command()
-        self._check_command(goal)
+        if goal is not self.q:
+            self.watch.command(self.q, goal)
         self._apply(goal)
         self._watch()
 
@@ -294,20 +274,6 @@ class Controller:
             raise ProtectiveStop(f"no inverse kinematics for the TCP at ({place}) m: out of reach or singular")
         return found
 
-    def _check_command(self, goal: Floats) -> None:
-        if goal is self.q:
-            return
-        outside = (goal < self.limits[0]) | (goal > self.limits[1])
-        if outside.any():
-            i = int(outside.argmax())
-            low, high = self.arm.limits[i]
-            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {goal[i]:.3f} rad, outside {low:.3f} .. {high:.3f}")
-        rate = np.abs(goal - self.q) / self.period
-        if (rate > self.fastest).any():
-            i = int((rate / self.fastest).argmax())
-            most = self.arm.velocity[i]
-            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {most:.2f} rad/s")
-
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
         model, data, index = self.model, self.data, self.index
@@ -335,31 +301,9 @@ class Controller:
     def _watch(self) -> None:
         if reason := unstable(self.data):
             raise ProtectiveStop(reason)
-        force = math.hypot(*self.wrench()[:3])
-        torque = np.abs(self.data.actuator_force[self.servos]) / self.torques
-        error = np.abs(self.q - self.actual_joints())
-        i, j = int(torque.argmax()), int(error.argmax())
-        s = self.safety
-        if self._lasts("force", force > s.force, s.force_time):
-            self._stop_for("force", f"force {force:.0f} N > {s.force:.0f} N")
-        if self._lasts("torque", bool(torque[i] > 0.99), s.torque_time):
-            self._stop_for("torque", f"joint '{self.arm.joints[i]}' at its torque limit of {self.torques[i]:.0f} Nm")
-        if self._lasts("tracking", bool(error[j] > s.tracking), s.tracking_time):
-            late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
-            self._stop_for("tracking", late)
-        if self.platform is not None and (late := self.platform.late()):
-            if self._lasts("platform", True, s.tracking_time):
-                self._stop_for("platform", late)
-        else:
-            self.over["platform"] = 0.0
-
-    def _lasts(self, name: str, exceeded: bool, patience: float) -> bool:
-        """Whether a limit has been exceeded for longer than it may be."""
-        self.over[name] = self.over[name] + self.period if exceeded else 0.0
-        return self.over[name] > patience
-
-    def _stop_for(self, name: str, reason: str) -> None:
-        raise ProtectiveStop(f"{reason} for {self.over[name] * 1000:.0f} ms")
+        effort, error = self.data.actuator_force[self.servos], np.abs(self.q - self.actual_joints())
+        late = self.platform.late() if self.platform is not None else ""
+        self.watch.cycle(math.hypot(*self.wrench()[:3]), effort, error, late)
 
     def _forget(self) -> None:
         self._measured = False

@@ -27,11 +27,12 @@ from cramlite.rollout import Rollout
 from cramlite.world import World
 
 from .compile import Compiled, compile_world, displace, unstable
-from .controller import Controller, ProtectiveStop, Safety
+from .controller import Controller
 from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
 from .pose_server import PoseServer
 from .program_machine import ProgramMachine, load_program
+from .protective_stop import ProtectiveStop, Safety
 from .recorder import Recorder
 from .ur_functions import Functions
 from .urscript import Halted, Limits, Machine, ScriptError, Stopped, load

@@ -18,8 +18,9 @@ from cramlite.rollout import Rollout, Touch
 from cramlite.value import Value
 from cramlite.world import Feature, Thing
 
-from .demonstration import Scene, close, extent, featured, half_extents
+from .demonstration_scene import Scene, featured, half_extents
 from .hand import OPENING
+from .hand_moves import close, extent
 from .person import Person
 
 #: How often [share of demonstrations], and how much.

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from cramlite.errors import UserError
 from cramlite.geometry import Floats, Pose
-from cramlite.world import Feature, Thing, World
 
-from .demonstration import Scene, close, extent, featured, half_extents, lead, reach, tip_points
+from .demonstration_scene import Scene
 from .hand import OPENING, TCP
+from .hand_moves import close, extent, lead, reach, tip_points
 from .person import Person
 
 #: Where the hole is brought before it is threaded: this far past the end of the tip [m].
@@ -21,34 +20,6 @@ BEFORE, NEAR = (0.05, 0.09), 0.015
 DEPTH = (0.45, 0.65)
 #: How much wider than the object the fingers open to let go [m]: it swings a little, and fingers are not opened for nothing.
 FREE = (0.012, 0.018)
-#: What stands has its underside within this of the top below it [m].
-STANDS = 0.02
-
-
-def see(world: World) -> Scene:
-    """The object with a hole, the peg, and the surface that the object stands on.
-
-    Raises:
-        UserError: one of them is missing, or the object stands on nothing.
-    """
-    product = featured(world, "vrps:Hole", movable=True)[0]
-    peg = featured(world, "vrps:Peg")[0]
-    tops = [c for c in featured(world, "vrps:SurfaceFeature") if c[0] is not product[0]]
-    bottom = product[0].pose.position[2] - float(half_extents(product[0])[2])
-    below = [c for c in tops if _under(product[0], bottom, *c)]
-    if not below:
-        raise UserError(
-            f"'{product[0].name}' stands on nothing: its underside is at z = {bottom:.3f} m, and no surface is within "
-            f"{1000 * STANDS:.0f} mm below it; put it on a thing with a vrps:SurfaceFeature"
-        )
-    return Scene(world, *product, *peg, *below[0])
-
-
-def _under(product: Thing, bottom: float, owner: Thing, surface: Feature) -> bool:
-    """Whether a surface is right under an object."""
-    x, y, z = (owner.pose * surface.pose).inverse().apply((*product.pose.position[:2], bottom))
-    within = abs(x) <= surface.size.get("width", 0.0) / 2 and abs(y) <= surface.size.get("depth", 0.0) / 2
-    return bool(within and abs(z) < STANDS)
 
 
 def hang_onto_hanger(person: Person, scene: Scene, grasp: Pose) -> None:

@@ -13,7 +13,8 @@ import numpy as np
 from cramlite.geometry import Floats
 
 from ..motions.kinematics import nearest_branch
-from .controller import Controller, ProtectiveStop
+from .controller import Controller
+from .protective_stop import ProtectiveStop
 from .urscript import ScriptError
 from .urscript.values import PoseValue, as_pose, from_pose, numbers, real
 
@@ -88,7 +89,7 @@ class Settings:
         if isinstance(pose, PoseValue):
             return self.get_inverse_kin_has_solution(pose)
         q = np.array(numbers(pose, len(self.arm.q), "is_within_safety_limits"))
-        return bool(((q >= self.arm.limits[0]) & (q <= self.arm.limits[1])).all())
+        return bool(((q >= self.arm.watch.limits[0]) & (q <= self.arm.watch.limits[1])).all())
 
     def get_target_waypoint(self) -> PoseValue:
         raise ScriptError("get_target_waypoint is not modelled here: keep the target in a variable")

@@ -1,4 +1,4 @@
-"""Demonstrations as people really give them: the scripts of ``demonstration.py`` and ``hanging.py``, with habits."""
+"""Demonstrations as people really give them: the scripts of ``taking_off.py`` and ``hanging.py``, with habits."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cramlite.geometry import Pose
 from cramlite.rollout import Rollout
 
 from .both_hands import be_busy, from_above, hand_over
-from .demonstration import Scene, carry, close, extent, half_extents, let_go, pull_off, reach
+from .demonstration_scene import Scene, half_extents
 from .habits import (
     GLITCH,
     Habits,
@@ -23,8 +23,10 @@ from .habits import (
     take_again,
     temper,
 )
+from .hand_moves import close, extent, reach
 from .hanging import face, leave, lift, thread
 from .person import Person
+from .taking_off import carry, let_go, pull_off
 
 #: The hole is this near to the peg's axis when it hangs on it [m].
 THREADED = 0.008

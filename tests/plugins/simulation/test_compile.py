@@ -131,14 +131,14 @@ def test_a_carried_thing_moves_with_the_tool_and_collides_for_it() -> None:
         compile_world(world, ROBOTS, planning=True, carried={"product": Carried("leg", Pose())})
 
 
-def test_clearance_is_a_distance() -> None:
+def test_a_planning_model_meets_what_it_touches_and_nothing_before() -> None:
     ball = thing(Geom("sphere", (0.05,)), name="ball")
     base = World((), (RobotMount("arm", "ur5e"),))
     tip = compile_world(base, ROBOTS).robots["arm"].pose(compile_world(base, ROBOTS).data()).position
-    for gap, clearance, touching in ((0.008, 0.01, True), (0.012, 0.01, False), (0.008, 0.0, False)):
+    for gap, touching in ((-0.001, True), (0.001, False)):
         low = tip[2] - UR5E.gripper.pad[1] / 2 - 0.05 - gap
         world = replace(base, things=(replace(ball, pose=Pose((tip[0], tip[1] + 0.046, low))),))
-        data = compile_world(world, ROBOTS, planning=True, clearance=clearance).data()
+        data = compile_world(world, ROBOTS, planning=True).data()
         assert (data.ncon > 0) == touching
 
 

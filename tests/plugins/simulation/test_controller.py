@@ -36,8 +36,8 @@ from cramlite.world import World
 from cramlite_plugins.backends.urscript import emit
 from cramlite_plugins.motions.kinematics import forward, inverse
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.controller import Safety
 from cramlite_plugins.simulation.execute import execute, execute_file
+from cramlite_plugins.simulation.protective_stop import Safety
 from cramlite_plugins.simulation.ur_process import process_motion
 from cramlite_plugins.simulation.urscript import Limits
 

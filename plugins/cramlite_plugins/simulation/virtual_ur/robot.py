@@ -11,8 +11,9 @@ from cramlite.robots import Robot
 from cramlite.world import World
 
 from ..compile import compile_world, displace
-from ..controller import Controller, ProtectiveStop, Safety
+from ..controller import Controller
 from ..pose_server import PoseServer
+from ..protective_stop import ProtectiveStop, Safety
 from ..ur_functions import Functions
 from ..urscript import Halted, Machine, Stopped, load
 from ..urscript.values import from_pose
