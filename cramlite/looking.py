@@ -17,7 +17,8 @@ from .designators import Action, Location
 from .errors import NoSolution, UserError
 from .experts import Judged
 from .object_query import RELATIONS, ObjectQuery
-from .perception import Perceived, perceive
+from .perceived import Perceived
+from .perception import perceive
 from .recognised import SIGMA, believed, estimate, facts, renamed, surety
 from .scenario import Scenario
 from .scenario_world import camera_of

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from .belief import Estimate, Relation
 from .object_query import UNKNOWN
-from .perception import Perceived, Percept
+from .perceived import Perceived, Percept
 from .world import Thing, World
 
 if TYPE_CHECKING:

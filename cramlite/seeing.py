@@ -25,7 +25,7 @@ from .world import Camera
 if TYPE_CHECKING:
     from .engine import Engine
     from .object_query import ObjectQuery
-    from .perception import Perceived, Percept
+    from .perceived import Perceived, Percept
 
 SHOWN = 3
 """Lost hypotheses of a value that the text names; the page and the JSON have all."""

@@ -21,7 +21,7 @@ from cramlite.geometry import Floats
 from cramlite.ontology import Restriction
 from cramlite.phases import PADDING, Phase, Segment, Timeline
 from cramlite.rules import Rule
-from cramlite_plugins.experts.place_predicates import _box, _things, _tips
+from cramlite_plugins.experts.phase_poses import box_of, things, tips
 from cramlite_plugins.experts.predicates import _dof
 
 PREDICATES = Path(__file__).parent / "benchmarks" / "timeline.pl"
@@ -92,7 +92,7 @@ def _of_things(timeline: Timeline) -> Iterator[str]:
     phase = timeline.instant(timeline.cuts[0])
     if timeline.episode.effector is not None:
         yield f"effector('{timeline.episode.effector}')."
-    yield from (f"tip({k}, '{name}')." for k, name in enumerate(_tips(timeline), 1))
+    yield from (f"tip({k}, '{name}')." for k, name in enumerate(tips(timeline), 1))
     yield from (f"located('{name}', {max(since, -1e300)!r})." for name, since in timeline.located.items())
     for name, entity in timeline.entities.items():
         yield f"entity('{name}')."
@@ -101,7 +101,7 @@ def _of_things(timeline: Timeline) -> Iterator[str]:
             yield f"part_of('{name}', '{entity.part_of}')."
         if "constrained_dof" in entity.properties:
             yield f"dof('{name}', {entity.properties['constrained_dof']!r})."
-        corners = _box(phase, name)
+        corners = box_of(phase, name)
         if corners is not None:
             yield f"box('{name}', b{corners[0]}, b{corners[1]})."
         if not _moving(timeline, name) and (pose := timeline.episode.pose_at(name, timeline.cuts[0])) is not None:
@@ -209,7 +209,7 @@ def _clingo_things(timeline: Timeline) -> Iterator[str]:
     for class_, restrictions in taxonomy.restrictions.items():
         yield from (f'restriction("{class_}", "{r.property}", {term(r.filler)}).' for r in restrictions)
     yield f'effector("{timeline.episode.effector}").'
-    yield from (f'object("{name}").' for name in _things(phase))
+    yield from (f'object("{name}").' for name in things(phase))
     for name, entity in timeline.entities.items():
         yield f'thing("{name}").'
         yield from (f'type("{name}", "{type_}").' for type_ in timeline.types(name))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from . import template
 
 if TYPE_CHECKING:
-    from ..perception import Perceived, Percept
+    from ..perceived import Perceived, Percept
     from ..view import View
     from ..world import Thing
 

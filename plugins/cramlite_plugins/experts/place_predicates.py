@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from cramlite.geometry import Floats, Pose, Vector3
-from cramlite.phases import Phase, Predicate, Row, Timeline
+from cramlite.phases import Phase, Predicate, Row
 
-from ..episodes.entities import bounds
 from .antipodal import body, crossed
+from .phase_poses import Box, box_of, gap_to, pose_of, seen_from, things, tips
 
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
@@ -39,7 +38,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             1,
             between_fingers,
             cost=5,
-            possible=lambda timeline: len(_tips(timeline)) > 1,
+            possible=lambda timeline: len(tips(timeline)) > 1,
             doc="The way from one finger tip to another leads through a thing.",
         ),
         Predicate(
@@ -78,12 +77,12 @@ def all_predicates() -> tuple[Predicate, ...]:
 
 def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
     """thing(X)."""
-    yield from ((name,) for name in _things(phase))
+    yield from ((name,) for name in things(phase))
 
 
 def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
     """approaches(Thing): distance to its box at the end against that at the start."""
-    for other in [name] if name is not None else _things(phase):
+    for other in [name] if name is not None else things(phase):
         before, after = _from_hand(phase, other, phase.start), _from_hand(phase, other, phase.end)
         if before is not None and after is not None and before - after > APPROACHED:
             yield (other,)
@@ -91,7 +90,7 @@ def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
 
 def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
     """within_reach(Thing), at the end of the phase."""
-    for other in [name] if name is not None else _things(phase):
+    for other in [name] if name is not None else things(phase):
         gap = _from_hand(phase, other, phase.end)
         if gap is not None and gap < REACH:
             yield (other,)
@@ -100,27 +99,16 @@ def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
 def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
     """between_fingers(Thing), at the end of the phase: the line between two finger tips meets its shape, or its box where
     no more is known."""
-    ends = [_pose(phase, tip, phase.end) for tip in _tips(phase.timeline)[:2]]
+    ends = [pose_of(phase, tip, phase.end) for tip in tips(phase.timeline)[:2]]
     if len(ends) < 2 or any(e is None for e in ends):
         return
-    for other in [name] if name is not None else _things(phase):
-        pose, box = _pose(phase, other, phase.end), _box(phase, other)
+    for other in [name] if name is not None else things(phase):
+        pose, box = pose_of(phase, other, phase.end), box_of(phase, other)
         if pose is not None and box is not None:
             one, two = (pose.inverse().apply(e.position) for e in ends if e is not None)
             geoms = phase.timeline.entities[other].geoms
             if _meets(one, two, *box) and (not geoms or crossed(body(geoms), one[None], two[None])):
                 yield (other,)
-
-
-def _tips(timeline: Timeline) -> tuple[str, ...]:
-    """The finger tips of the effector that are tracked."""
-    episode = timeline.episode
-    if "tips" not in timeline.memo:
-        own = (e.name for e in episode.entities if e.part_of is not None and e.part_of == episode.effector)
-        timeline.memo["tips"] = tuple(
-            n for n in own if n in episode.tracks and "cram:Camera" not in timeline.entities[n].types
-        )
-    return timeline.memo["tips"]  # type: ignore[no-any-return]
 
 
 def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:
@@ -139,37 +127,37 @@ def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:
 def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """in_or_above(Thing, Place): Thing's origin, in Place's frame, is within its box seen from above and over its
     bottom. Places without a size are left out."""
-    for below in [place] if place is not None else _things(phase):
-        corners = _box(phase, below)
+    for below in [place] if place is not None else things(phase):
+        corners = box_of(phase, below)
         if corners is None:
             continue
-        for above in [name] if name is not None else _things(phase):
-            point = _seen_from(phase, below, above, phase.end)
+        for above in [name] if name is not None else things(phase):
+            point = seen_from(phase, below, above, phase.end)
             if above != below and point is not None and _over(point, *corners):
                 yield above, below
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """near(Thing, Place): from Thing's origin to Place's box."""
-    for other in [place] if place is not None else _things(phase):
-        for one in [name] if name is not None else _things(phase):
-            gap = _gap(phase, other, one, phase.end)
+    for other in [place] if place is not None else things(phase):
+        for one in [name] if name is not None else things(phase):
+            gap = gap_to(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR:
                 yield one, other
 
 
 def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """stands_at(Base, Place): from outline to outline on the floor, at the end of the phase; without a size, an origin."""
-    for other in [place] if place is not None else _things(phase):
-        for one in [name] if name is not None else _things(phase):
-            here, there = _pose(phase, one, phase.end), _pose(phase, other, phase.end)
+    for other in [place] if place is not None else things(phase):
+        for one in [name] if name is not None else things(phase):
+            here, there = pose_of(phase, one, phase.end), pose_of(phase, other, phase.end)
             if one != other and here is not None and there is not None:
-                boxes = [_box(phase, n) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for n in (one, other)]
+                boxes = [box_of(phase, n) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for n in (one, other)]
                 if apart(here, boxes[0], there, boxes[1]) < BESIDE:
                     yield one, other
 
 
-def apart(one: Pose, box: tuple[Vector3, Vector3], other: Pose, its: tuple[Vector3, Vector3]) -> float:
+def apart(one: Pose, box: Box, other: Pose, its: Box) -> float:
     """The distance of two boxes (lowest and highest corner, each in its own frame) seen from above [m].
 
     Points of one's outline, a tenth of a side apart, are measured against the other, whose z axis is upright or level.
@@ -203,9 +191,9 @@ def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
     """in_view(Thing): the camera looks along its z axis (the optical frame of ROS REP 103); the way to the thing's origin,
     or to one of the corners of its box, drawn in by a tenth, is free of other things whose shapes are known."""
     for camera in phase.timeline.entities_of("cram:Camera"):
-        eye = _pose(phase, camera, phase.end)
-        for other in [name] if name is not None else _things(phase):
-            pose = _pose(phase, other, phase.end)
+        eye = pose_of(phase, camera, phase.end)
+        for other in [name] if name is not None else things(phase):
+            pose = pose_of(phase, other, phase.end)
             if eye is not None and pose is not None and other != camera:
                 x, y, z = eye.inverse().apply(pose.position)
                 if np.arctan2(np.hypot(x, y), z) < VIEW and not _hidden(phase, other, eye):
@@ -214,13 +202,13 @@ def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
 
 def _hidden(phase: Phase, name: str, eye: Pose) -> bool:
     """Whether another thing is before each point of a thing that is looked at, at the end of a phase."""
-    pose, box = _pose(phase, name, phase.end), _box(phase, name)
+    pose, box = pose_of(phase, name, phase.end), box_of(phase, name)
     assert pose is not None
     inside = np.array([(0.0, 0.0, 0.0), *(itertools.product(*zip(*box, strict=True)) if box else ())]) * DRAWN_IN
     points, whole = pose.apply(inside), name.split("/")[0]
     free = np.ones(len(points), dtype=bool)
-    for other in _things(phase):
-        geoms, its = phase.timeline.entities[other].geoms, _pose(phase, other, phase.end)
+    for other in things(phase):
+        geoms, its = phase.timeline.entities[other].geoms, pose_of(phase, other, phase.end)
         if other != whole and geoms and its is not None:
             shape, back = body(geoms), its.inverse()
             start, ends = back.apply(eye.position)[None], back.apply(points)
@@ -233,121 +221,9 @@ def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:
     yield from ((other,) for other, since in phase.timeline.located.items() if since <= phase.end)
 
 
-def _things(phase: Phase) -> tuple[str, ...]:
-    memo = phase.timeline.memo
-    if "things" not in memo:
-        effectors = set(phase.timeline.entities_of("soma:PhysicalEffector")) | {phase.episode.effector}
-        memo["things"] = tuple(
-            n for n, e in phase.timeline.entities.items() if e.part_of is None and n not in effectors
-        )
-    return memo["things"]  # type: ignore[no-any-return]
-
-
 def _from_hand(phase: Phase, name: str, time: float) -> float | None:
     """Distance of the effector's frame from a thing's box [m]."""
-    return _gap(phase, name, phase.episode.effector or "", time)
-
-
-def _gap(phase: Phase, name: str, other: str, time: float) -> float | None:
-    """Distance of another entity's origin from a thing's box [m]."""
-    memo = phase.timeline.memo
-    known = memo.get(("gaps", name, other))
-    if known is None:
-        known = memo["gaps", name, other] = _gaps_at_boundaries(phase, name, other)
-    if time not in known:
-        known[time] = _distance(phase, name, other, time)
-    return known[time]
-
-
-def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, float | None]:
-    """The distances at all boundaries of the timeline at once; the same that ``_distance`` gives one by one.
-    Nothing for parts: they follow their whole."""
-    mine, its = _at_boundaries(phase, name), _at_boundaries(phase, other)
-    if mine is None or its is None:
-        return {}
-    seen = np.einsum("ni,nij->nj", its[:, :3] - mine[:, :3], rotations(mine[:, 3:]))
-    low, high = _box(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    outside = np.maximum(np.maximum(low - seen, seen - high), 0.0)
-    return dict(zip(phase.timeline.cuts, np.linalg.norm(outside, axis=1).tolist(), strict=True))
-
-
-def _at_boundaries(phase: Phase, name: str) -> Floats | None:
-    """The poses of a thing at all boundaries of the timeline (N, 7); None if it is a part, or nobody knows where."""
-    cuts, track = phase.timeline.cuts, phase.episode.tracks.get(name)
-    if track is not None and len(track.times):
-        return track.poses[np.maximum(np.searchsorted(track.times, np.array(cuts), side="right") - 1, 0)]
-    entity = phase.timeline.entities.get(name)
-    pose = _pose(phase, name, phase.start) if entity is not None and entity.part_of is None else None
-    return None if pose is None else np.tile((*pose.position, *pose.quaternion), (len(cuts), 1))
-
-
-def rotations(quaternions: Floats) -> Floats:
-    """Rotation matrices (N, 3, 3) of quaternions (N, 4) as (w, x, y, z), of any length but 0."""
-    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)
-
-
-def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:
-    """Distance of another entity's origin from an entity's box [m]."""
-    point = _seen_from(phase, name, other, time)
-    if point is None:
-        return None
-    low, high = _box(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    return math.hypot(*(max(a - v, v - b, 0.0) for v, a, b in zip(point, low, high, strict=True)))
-
-
-def _seen_from(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
-    """Another entity's origin in an entity's frame."""
-    pose, origin = _pose(phase, name, time), _pose(phase, other, time)
-    if pose is None or origin is None:
-        return None
-    offset = np.subtract(origin.position, pose.position) @ pose.rotation
-    return _vector(offset)
-
-
-def _vector(values: Floats) -> Vector3:
-    x, y, z = values.tolist()
-    return (x, y, z)
-
-
-def _pose(phase: Phase, name: str, time: float) -> Pose | None:
-    """The pose of an entity; one that is tracked nowhere is looked up once."""
-    timeline = phase.timeline
-    if name not in timeline.entities and name not in phase.episode.tracks:
-        return None
-    moving = any(w in phase.episode.tracks for w in timeline.wholes.get(name, (name,)))
-    key = ("pose", name, time if moving else None)
-    if key not in timeline.memo:
-        timeline.memo[key] = phase.episode.pose_at(name, time)
-    return timeline.memo[key]  # type: ignore[no-any-return]
-
-
-def _box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
-    """Lower and upper corner of an entity's box in its frame: of its shape, else of its size about its origin."""
-    memo = phase.timeline.memo
-    if ("box", name) not in memo:
-        memo["box", name] = _find_box(phase, name)
-    return memo["box", name]  # type: ignore[no-any-return]
-
-
-def _find_box(phase: Phase, name: str) -> tuple[Vector3, Vector3] | None:
-    entity = phase.timeline.entities.get(name)
-    if entity is None:
-        return None
-    if entity.geoms:
-        corners = [bounds(g) for g in entity.geoms]
-        low = np.min([c[0] for c in corners], axis=0)
-        high = np.max([c[1] for c in corners], axis=0)
-        return _vector(low), _vector(high)
-    if entity.size is None:
-        return None
-    half = np.asarray(entity.size) / 2
-    return _vector(-half), _vector(half)
+    return gap_to(phase, name, phase.episode.effector or "", time)
 
 
 def _over(point: Vector3, low: Vector3, high: Vector3) -> bool:

@@ -15,7 +15,7 @@ from .shared import fill
 if TYPE_CHECKING:
     from cramlite import Thing
     from cramlite.looking import Picture
-    from cramlite.perception import Percept
+    from cramlite.perceived import Percept
     from cramlite.report import Finished
 
 QUALITY = 78

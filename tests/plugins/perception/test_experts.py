@@ -15,7 +15,7 @@ from cramlite import Engine, Expert, Inputs, Judged, Thing, Unresolvable
 from cramlite.expert_plan import NoPipeline
 from cramlite.looking import ask
 from cramlite.object_query import parse_query
-from cramlite.perception import Perceived
+from cramlite.perceived import Perceived
 from cramlite.view import Intrinsics, View
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
