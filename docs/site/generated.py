@@ -59,7 +59,7 @@ def described(name: str, value: Any) -> list[str]:
     if name in ALIASES:
         return [f"### {name}", "", plain(ALIASES[name])]
     if not callable(value):
-        said = json.dumps(value) if isinstance(value, str | tuple) else type(value).__name__
+        said = json.dumps(value) if isinstance(value, str | tuple | dict) else type(value).__name__
         return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
@@ -100,6 +100,10 @@ def signature(name: str, value: Any) -> list[str]:
     return ["```python", f"{name}{signature_of(value)}", "```"]
 
 
+LONGEST = 60
+"""Characters of a default that is written out."""
+
+
 def default(parameter: inspect.Parameter) -> str:
     if parameter.default is inspect.Parameter.empty:
         return ""
@@ -109,14 +113,17 @@ def default(parameter: inspect.Parameter) -> str:
 
 def signature_of(value: Any) -> str:
     try:
-        return re.sub(r" at 0x\w+", "", re.sub(r"(: |-> )'([^']+)'", r"\1\2", str(inspect.signature(value))))
+        said = inspect.signature(value)
+        short = [p.replace(default=...) if len(repr(p.default)) > LONGEST else p for p in said.parameters.values()]
+        plain_types = re.sub(r"(: |-> )'([^']+)'", r"\1\2", str(said.replace(parameters=short)))
+        return re.sub(r" at 0x\w+", "", plain_types).replace("Ellipsis", "...")
     except (TypeError, ValueError):
         return "(...)"
 
 
 def constant_doc(name: str) -> str:
     """The text under a constant."""
-    for module in ("errors", "testing"):
+    for module in ("errors", "task_contract"):
         source = inspect.getsource(importlib.import_module(f"cramlite.{module}"))
         if found := re.search(rf'^{name} = .*?"""(.*?)"""', source, re.MULTILINE | re.DOTALL):
             return found[1]
