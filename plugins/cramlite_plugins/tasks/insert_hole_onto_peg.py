@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from msgspec.structs import replace
+
 from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite.flow import attempts, sequence
 
 TIP, DEEP, DOWN = 0, 2, 3  # corners of the place "insert": at the tip, past its bend, on the peg, let down
 FURTHER = 0.012  # how far below its believed place the peg may be met [m]: 5 mm of error, and the play twice
@@ -47,13 +50,14 @@ class InsertHoleOntoPeg(TaskType):
 
         known, advance = belief.poses.get((relatum.entity or "").split("/")[0]), self.parameter(action, "advance_m")
         beyond = max(self.parameter(action, "beyond_m"), SIGMAS * known.sigma + ROUND if known else 0.0)
+        touch = felt("touch", "until_contact", "to the tip", "touch", corner=TIP, beyond_m=beyond, expect="any")
+        search = felt("search", "spiral_search", "for the tip with the hole", "search", corner=TIP, advance_m=advance)
+        push = felt("push", "force_insert", "over the tip and along the peg", "push", corner=TIP, end=DEEP)
         steps = (
             way,
             Motion(action.inside("transfer"), "transfer", way, reason="the hole in front of the peg's tip"),
             Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
-            felt("touch", "until_contact", "to the tip", "touch", corner=TIP, beyond_m=beyond, expect="any"),
-            felt("search", "spiral_search", "for the tip with the hole", "search", corner=TIP, advance_m=advance),
-            felt("push", "force_insert", "over the tip and along the peg", "push", corner=TIP, end=DEEP),
+            attempts(action.inside("thread"), sequence(action.inside("first"), touch, search, push), _again(action, touch, search, push)),
             felt("lower", "until_contact", "until the peg carries", "lower", corner=DOWN, beyond_m=FURTHER),
         )
         yield Decomposition(steps, "touch the tip, search for it, push along the peg, let down")
@@ -65,6 +69,11 @@ class InsertHoleOntoPeg(TaskType):
     def begins_at(self, action: Action) -> Location:
         locatum, relatum = action.roles["Locatum"].name, action.roles["Relatum"].name
         return Location(f"insert({locatum}, {relatum})", "insert", relatum)
+
+
+def _again(action: Action, *parts: Motion) -> Action:
+    """The same once more, from the same place: a rim that seemed to hold the tip did not."""
+    return sequence(action.inside("again"), *[replace(p, name=f"{p.name}/attempt_2") for p in parts])
 
 
 @hookimpl
