@@ -75,7 +75,7 @@ def test_without_the_search_the_tip_meets_the_tab(tmp_path: Path) -> None:
     (tmp_path / "no_search.py").write_text(NO_SEARCH)
     run = resolve(variant(tmp_path, ONCE), tmp_path / "run", "--seed", FAR, "--plugin", tmp_path / "no_search.py")
     assert run.returncode == 1, run.stderr
-    assert re.search(r"InsertHoleOntoPeg/push: .*only 0\.00\d+ m .*within", run.stderr)
+    assert re.search(r"InsertHoleOntoPeg/push/attempt_2: .*only 0\.00\d+ m .*within", run.stderr)
 
 
 NO_FORCE = """
@@ -106,7 +106,7 @@ def test_a_hole_of_7_mm_jams_on_the_bent_tip(tmp_path: Path) -> None:
     tight = variant(tmp_path, ONCE, ("hole_diameter: 9 mm", "hole_diameter: 7 mm"))
     run = resolve(tight, tmp_path / "run", "--seed", FAR)
     assert run.returncode == 1, run.stderr
-    assert re.search(r"InsertHoleOntoPeg/push: .*only 0\.0\d+ m .*within", run.stderr)
+    assert re.search(r"InsertHoleOntoPeg/push/attempt_2: .*only 0\.0\d+ m .*within", run.stderr)
 
 
 def test_the_error_is_drawn_from_the_seed_and_moves_what_hangs_there() -> None:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from cramlite import Budget, Engine, Rollout, Trace, read_scenario
+from cramlite import Budget, Engine, Rollout, SpiralSearch, Trace, read_scenario
+from cramlite.program import walk
 
 SHIPPED = Path(__file__).parents[1] / "scenarios" / "retry_on_hanger.yaml"
 SLIDE = """
@@ -59,3 +60,16 @@ def test_a_thing_slides_until_the_force_is_too_much(limit: float, slides: str, t
         assert 0.07 < float((way @ way) ** 0.5) < 0.09
     else:
         assert slides in said and f"{limit} N" in said
+
+
+@pytest.mark.parametrize(("times", "searches"), [(None, 2), (1, 1), (3, 3)])
+def test_the_task_itself_begins_again_as_often_as_it_is_told(times: int | None, searches: int, tmp_path: Path) -> None:
+    """What the run cannot do three times ends it: a hole of 7 mm jams on the bent tip each time (test_hang_onto_hanger.py)."""
+    text, given = SHIPPED.read_text(), "" if times is None else f", parameters: {{attempts: {times}}}"
+    begin, end = text.index("  - retry:"), text.index("  - {task: Releasing")
+    once = f"  - {{task: InsertHoleOntoPeg, Locatum: coffee, Relatum: hook/peg{given}}}\n"
+    path = tmp_path / "times.yaml"
+    path.write_text(text[:begin] + once + text[end:])
+    solution = next(Engine().resolve(read_scenario(path), budget=Budget(proofs=1)))
+    assert sum(isinstance(s, SpiralSearch) for s in walk(solution.program.steps)) == searches
+    assert "Releasing" in "".join(s.origin for s in solution.program.steps[-8:])

@@ -10,6 +10,7 @@ from cramlite.coherence import candidates
 from cramlite.experiment.spec import find_experiment
 from cramlite.experiment.trial import bench
 from cramlite.plan import TaskCall, plan_from_episode
+from cramlite.program import walk
 from cramlite.resources import find_scenario
 from cramlite.trace import Trace
 from cramlite_plugins.motions.kinds import KINDS
@@ -27,7 +28,7 @@ def steps(name: str, without: str | None) -> set[str]:
     calls = [TaskCall(engine.knowledge.tasks[m.task], m.roles) for m in sequence.matches]
     setting = engine.setting(place.scenario, seed=0)
     found = attempts(plan_from_episode(setting.name, calls, episode), setting, engine.knowledge, Budget(proofs=1), Trace())
-    return {type(step).__name__ for step in next(found)[0].program.steps}
+    return {type(step).__name__ for step in walk(next(found)[0].program.steps)}
 
 
 @pytest.mark.parametrize("name", ["fetch_from_hanger", "hang_onto_hanger"])
