@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from .solution import Solution
     from .tasks import Decomposition, Parameter, Role, TaskType
     from .trace import Trace
+    from .value import Value, replace
     from .verdict import Finding, Verdict
     from .view import Intrinsics, View
     from .world import Feature, Geom, Physics, RobotMount, Thing, World
@@ -82,6 +83,7 @@ _HOMES = {
     "solution": "Solution",
     "tasks": "Decomposition Parameter Role TaskType",
     "trace": "Trace",
+    "value": "Value replace",
     "verdict": "Finding Verdict",
     "view": "Intrinsics View",
     "world": "Feature Geom Physics RobotMount Thing World",
@@ -167,6 +169,7 @@ __all__ = [
     "Unresolvable",
     "UserError",
     "Validator",
+    "Value",
     "Verdict",
     "View",
     "Wait",
@@ -176,6 +179,7 @@ __all__ = [
     "initial_belief",
     "nearest",
     "read_scenario",
+    "replace",
 ]
 
 

@@ -6,6 +6,9 @@ from inspect import Parameter, Signature
 from typing import Any, dataclass_transform
 
 from msgspec import NODEFAULT, Struct, StructMeta, field
+from msgspec.structs import replace
+
+__all__ = ["Value", "replace"]
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))

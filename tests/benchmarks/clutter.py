@@ -13,14 +13,12 @@ import argparse
 import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 from seeds import wilson
 
-from cramlite import Engine
+from cramlite import Engine, Value, replace
 from cramlite.geometry import Pose
 from cramlite.looking import ask
 from cramlite.object_query import parse_query
@@ -32,8 +30,7 @@ DEPTHS = (0.035, 0.105)  # along the peg: behind and in front [m]
 EYE, JITTER = (0.40, -0.36, 0.60), 0.06  # of the camera [m]
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(Value):
     """A view and the truth.
 
     Args:
@@ -100,8 +97,7 @@ def _picture(world: World, camera: Pose, seed: int, *, noise: bool) -> tuple[Vie
     return view, names[bodies + 1]
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Value):
     """One query: whether the first answer is the right thing, its pose's error, and the CPU time [s]."""
 
     seed: int

@@ -7,14 +7,13 @@ The mask is the simulator's, eroded by a pixel, as it is, or dilated by one or t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from msgspec.structs import replace
 from scipy import ndimage
 
+from cramlite import Value, replace
 from cramlite.engine import Engine
 from cramlite.geometry import Pose
 from cramlite.resources import data_folder
@@ -34,8 +33,7 @@ EASY, HARD = (0.9, 1.01), (0.6, 0.85)
 SIZES = {"slim": (0.04, 0.025, 0.15), "carton": (0.06, 0.05, 0.10), "flat": (0.08, 0.02, 0.12)}
 
 
-@dataclass(frozen=True, eq=False)
-class Sample:
+class Sample(Value, eq=False):
     """A view with its truth."""
 
     seed: int

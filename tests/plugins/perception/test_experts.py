@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
+from msgspec.structs import asdict, replace
 
 from cramlite import Engine, Expert, Inputs, Judged, Thing, Unresolvable
 from cramlite.expert_plan import NoPipeline
@@ -145,8 +145,8 @@ def test_names_in_the_simulator_change_no_answer() -> None:
 
 def test_a_view_knows_nothing_of_a_simulator_and_cannot_be_changed() -> None:
     view = scene().view
-    assert set(vars(view)) >= {"rgb", "depth", "intrinsics", "camera", "stamp"}
-    assert not [n for n, v in vars(view).items() if "mujoco" in type(v).__module__]
+    assert {"rgb", "depth", "intrinsics", "camera", "stamp"} <= {*view.__struct_fields__}
+    assert not [n for n, v in asdict(view).items() if "mujoco" in type(v).__module__]
     with pytest.raises(ValueError, match="read-only"):
         view.depth[0, 0] = 1.0
 
