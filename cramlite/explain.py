@@ -186,7 +186,7 @@ def plugins_text(registry: Registry, *, every: bool = True) -> str:
     Args:
         every: also shipped plugins that nothing is wrong with; else their names by folder.
     """
-    from .registry import OWN_DISTRIBUTION
+    from .entry_points import OWN_DISTRIBUTION
 
     shipped = [i for i in registry.infos if i.distribution == OWN_DISTRIBUTION and not i.fault and not _later(registry, i)]
     lines = []

@@ -127,7 +127,7 @@ class Knowledge:
     def goal_rules(self) -> tuple[Rule, ...]:
         """The rules in the order in which goals try their tasks: the shipped ones first, so that where sequences are equally
         long, the installation of a further plugin changes none of them."""
-        from .registry import OWN_DISTRIBUTION
+        from .entry_points import OWN_DISTRIBUTION
 
         own = {i.name for i in self.registry.infos if i.distribution == OWN_DISTRIBUTION}
         return tuple(sorted(self.rules, key=lambda r: self.task_owners.get(r.task) not in own))

@@ -79,7 +79,7 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
     Raises:
         UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
     """
-    from .registry import plugin_names
+    from .entry_points import plugin_names
 
     named = bool(scenario.spec.block or scenario.spec.prefer)
     known = plugin_names(plugins.files) if named else set()

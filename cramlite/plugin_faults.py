@@ -27,6 +27,10 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
 """Hook -> what the things declared under it have: their name and what they do."""
 
 
+class NoModule(Exception):
+    """A file that was given as a plugin and is no Python module."""
+
+
 class WrongHook(Exception):
     """A function that is marked as a hook and is none, or takes arguments that the hook does not have."""
 
@@ -86,7 +90,7 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
         return f"{error}; it was written for another version than cramlite {VERSION}"
     if isinstance(error, SystemExit):
         return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
-    if isinstance(error, WrongHook):
+    if isinstance(error, WrongHook | NoModule):
         return str(error)
     if isinstance(error, SyntaxError):
         return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"

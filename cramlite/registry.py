@@ -2,33 +2,20 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import importlib.util
 import inspect
-import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pluggy
 from msgspec import Struct, field
 
 from . import hookspecs
+from .entry_points import GROUP, OWN_DISTRIBUTION, entry_points, module_from
 from .errors import PluginError, Unresolvable, UserError, nearest
-from .plugin_faults import (
-    NAMED_BY,
-    check_declared,
-    check_hooks,
-    made_for_another_version,
-    said_with_place,
-    why_not_loaded,
-)
+from .plugin_faults import NAMED_BY, check_declared, check_hooks, said_with_place, why_not_loaded
 from .value import Value
-
-GROUP = "cramlite"
-OWN_DISTRIBUTION = "cramlite"
 
 
 class PluginInfo(Value):
@@ -89,22 +76,17 @@ class Registry(Struct, dict=True):
     def __post_init__(self) -> None:
         self._manager = _Manager(GROUP)
         self._manager.add_hookspecs(hookspecs)
-        points = _entry_points()
+        points = entry_points()
         self._check_names({p.name for p in points} | {f.stem for f in self.files})
         for file in self.files:
             if not file.is_file():
                 raise UserError(f"There is no plugin file '{file}'; give the path of a Python module with --plugin.")
-            self._load(file.stem, lambda file=file: _module_from(file), "file", "", str(file))  # type: ignore[misc]
+            self._load(file.stem, lambda file=file: module_from(file), "file", "", str(file))  # type: ignore[misc]
             if self.strict:
                 self._refuse(file)
         for point in points:
             if point.name not in self.blocked:
-                outdated = (
-                    ""
-                    if point.dist is None or point.distribution == OWN_DISTRIBUTION
-                    else made_for_another_version(point.dist)
-                )
-                self._load(point.name, point.load, point.distribution, point.version, point.value, outdated)
+                self._load(point.name, point.load, point.distribution, point.version, point.value, point.outdated())
 
     def _check_names(self, known: set[str]) -> None:
         for name in (*self.blocked, *self.preferred):
@@ -270,41 +252,3 @@ class Registry(Struct, dict=True):
         if fault not in self.faults:
             self.faults.append(fault)
         return fault
-
-
-def plugin_names(files: Iterable[Path] = ()) -> set[str]:
-    """The names of all plugins: installed ones, and files."""
-    return {p.name for p in importlib.metadata.entry_points(group=GROUP)} | {f.stem for f in files}
-
-
-class _Point(Value):
-    """An entry point with the name and version of its distribution, which takes long to read."""
-
-    name: str
-    value: str
-    distribution: str
-    version: str
-    dist: importlib.metadata.Distribution | None
-    load: Callable[[], Any]
-
-
-def _entry_points() -> list[_Point]:
-    """Sorted, because the order in which a file system lists distributions is no order; third parties first."""
-    known: dict[int, tuple[str, str]] = {}
-    found: dict[tuple[str, str], _Point] = {}
-    for point in importlib.metadata.entry_points(group=GROUP):
-        if id(point.dist) not in known:
-            known[id(point.dist)] = (point.dist.name, point.dist.version) if point.dist else ("?", "?")
-        name, version = known[id(point.dist)]
-        found[(point.name, point.value)] = _Point(point.name, point.value, name, version, point.dist, point.load)
-    return sorted(found.values(), key=lambda p: (p.distribution == OWN_DISTRIBUTION, p.distribution, p.name))
-
-
-def _module_from(file: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"cramlite_file_{file.stem}", file)
-    if spec is None or spec.loader is None or not file.is_file():
-        raise FileNotFoundError(f"no Python file at '{file}'")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module

@@ -12,9 +12,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite import Belief, Budget, Context, Engine, Motion, RobotMount, Trace, UserError, World, read_scenario
+from cramlite.entry_points import GROUP
 from cramlite.flow import Compound, attempts, monitor, parallel, repeat, retry, sequence, try_all, try_in_order
 from cramlite.program import Control, Monitor, Parallel, Repeat, TryInOrder, Wait, walk
-from cramlite.registry import GROUP, Registry
+from cramlite.registry import Registry
 from cramlite.scenario_tasks import task_entry
 from cramlite.search import Search
 from cramlite.state import State

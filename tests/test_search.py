@@ -11,7 +11,8 @@ import pytest
 
 from cramlite import Action, Belief, Budget, Context, Location, Object, RobotMount, Trace, UserError, World
 from cramlite.choice_point import CAPS
-from cramlite.registry import GROUP, Registry
+from cramlite.entry_points import GROUP
+from cramlite.registry import Registry
 from cramlite.search import Search
 from cramlite.seeds import derive_seed
 from cramlite.state import State

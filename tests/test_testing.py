@@ -12,10 +12,11 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Action, Backend, Belief, Code, Decomposition, Expert, Location, Motion, Parameter, Role, TaskType
+from cramlite.entry_points import GROUP
 from cramlite.errors import UserError
 from cramlite.phases import Predicate
 from cramlite.program import Program
-from cramlite.registry import GROUP, Registry
+from cramlite.registry import Registry
 from cramlite.testing import (
     KINDS,
     RELATIONS,
