@@ -3,12 +3,34 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any, NoReturn
+
+from .errors import did_you_mean
 
 Command = Callable[[argparse.Namespace], int]
 Add = Callable[[str, str], argparse.ArgumentParser]
 """Adds a command: its name, and what it does in one clause."""
+
+
+class Parser(argparse.ArgumentParser):
+    """Names the nearest right option or command, where argparse only says that one is wrong."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[argparse.Namespace, list[str]]:  # type: ignore[override]
+        found, left = super().parse_known_args(args, namespace)
+        wrong = next((word.partition("=")[0] for word in left if word.startswith("-")), None)
+        if wrong is not None:
+            valid = sorted(o for o in self._option_string_actions if o.startswith("--"))
+            hint = did_you_mean(wrong.strip("-"), [o.strip("-") for o in valid]).replace("mean '", "mean '--")
+            self.error(f"there is no option '{wrong}'; {hint}valid are: {', '.join(valid)}")
+        return found, left
+
+    def error(self, message: str) -> NoReturn:
+        wrong = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
+        hint = did_you_mean(wrong[1], re.findall(r"[\w.-]+", wrong[2])).strip() if wrong else ""
+        super().error(f"{message}; {hint}" if hint else message)
 
 
 def parser(commands: Mapping[str, Command]) -> argparse.ArgumentParser:
@@ -17,7 +39,7 @@ def parser(commands: Mapping[str, Command]) -> argparse.ArgumentParser:
     Args:
         commands: what each of them runs, by name.
     """
-    whole = argparse.ArgumentParser(
+    whole = Parser(
         prog="cramlite", description="Demonstrations become robot programs whose text was proven in simulation."
     )
     whole.add_argument("--version", action="version", version=_version())

@@ -125,3 +125,21 @@ def test_record_needs_a_recipe(run: Run, tmp_path: Path) -> None:
     ran = run("record", TASKS, "--out", tmp_path / "neem")
     assert ran.code == 2
     assert "no 'record' section" in ran.err
+
+
+@pytest.mark.parametrize(
+    ("words", "says", "meant"),
+    [
+        (("resolve", "x", "--sed=3"), "there is no option '--sed'", "did you mean '--seed'?"),
+        (("tasks", "--jsn"), "there is no option '--jsn'", "did you mean '--json'?"),
+        (("resolve", "x", "--budget", "3"), "there is no option '--budget'", ""),
+        (("reslove", "x"), "invalid choice: 'reslove'", "did you mean 'resolve'?"),
+        (("schema", "scenarios"), "invalid choice: 'scenarios'", "did you mean 'scenario'?"),
+        (("tasks", "extra"), "unrecognized arguments: extra", ""),
+    ],
+)
+def test_wrong_words_on_the_command_line(words: tuple[str, ...], says: str, meant: str, run: Run) -> None:
+    ran = run(*words)
+    assert ran.code == 2 and ran.out == ""
+    assert says in ran.err
+    assert meant in ran.err if meant else "did you mean" not in ran.err
