@@ -38,11 +38,11 @@ def build_world(
 
     if seed < 0:
         raise UserError(f"The seed is {seed}; it must be 0 (the world as written) or more.")
-    rng = np.random.default_rng([seed, 77])
+    changes = {v.thing: v for v in vary} if seed else {}
+    rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
     built: dict[str, Thing] = {}
     shifts: dict[str, Pose] = {}
     relations: list[Relation] = []
-    changes = {v.thing: v for v in vary} if seed else {}
     specs = list(things)
     for name in changes:
         if name not in {s.name for s in specs}:
