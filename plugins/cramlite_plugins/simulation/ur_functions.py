@@ -240,6 +240,11 @@ class Functions:
             if waiting:
                 raise ScriptError(f"a {name} with a blend radius must be followed by another {name}, and nothing between them may wait")
 
+    def forget(self) -> None:
+        """What waited to be blended with what a program that has ended would have said next."""
+        self.blending.clear()
+        self.process.clear()
+
     def _only_here(self) -> None:
         if self.blending and self.process:
             self.check()

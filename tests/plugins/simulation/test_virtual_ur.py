@@ -125,6 +125,14 @@ def test_a_program_that_is_wrong_is_refused_and_the_next_one_runs(controller: Pa
     assert wait_for(controller, "right after wrong")
 
 
+@pytest.mark.parametrize(("kind", "height"), [("movej", 0.4), ("movep", 0.45)])
+def test_a_blend_that_nothing_follows_is_reported_and_forgotten(controller: Path, kind: str, height: float) -> None:
+    send(30002, f"{kind}(p[0.4, -0.2, {height}, 0, 3.14, 0], a=1, v=0.2, r=0.02)\n".encode())
+    assert wait_for(controller, f"program stopped: a {kind} with a blend radius must be followed by another {kind}")
+    send(30002, f'def well():\n  {kind}(p[0.4, -0.2, {height}, 0, 3.14, 0], a=2, v=1)\n  textmsg("{kind} ended")\nend\n'.encode())
+    assert wait_for(controller, f"{kind} ended")
+
+
 def test_a_protective_stop_ends_the_program_until_it_is_unlocked(controller: Path) -> None:
     send(30003, b"def pause():\n  protective_stop()\nend\n")
     assert wait_for(controller, "protective stop: the program asked for it")

@@ -15,7 +15,7 @@ from ..controller import Controller
 from ..pose_server import PoseServer
 from ..protective_stop import ProtectiveStop, Safety
 from ..ur_functions import Functions
-from ..urscript import Halted, Machine, Stopped, load
+from ..urscript import Halted, Machine, ScriptError, Stopped, load
 from ..urscript.values import from_pose
 from .registers import Registers
 
@@ -102,6 +102,7 @@ class VirtualRobot:
             self.log(f"program stopped: {why}")
             self.machine.close()
         self.machine = None
+        self.functions.forget()
         self.arm.freedrive = False
 
     def unlock(self) -> None:
@@ -132,10 +133,11 @@ class VirtualRobot:
     def _run(self, machine: Machine) -> None:
         try:
             machine.cycle()
+            self.functions.check()
         except Halted:
             self.stop_program("halt")
             return
-        except Stopped as stop:
+        except (Stopped, ScriptError) as stop:
             self.stop_program(str(stop))
             return
         if machine.finished:
