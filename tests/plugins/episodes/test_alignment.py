@@ -6,7 +6,7 @@ from pathlib import Path
 
 from hypothesis import given
 from hypothesis import strategies as st
-from test_neem import TIMELINE, event_data
+from robcog_samples import TIMELINE, event_data
 
 from cramlite import Engine
 from cramlite.episode import Episode, Event

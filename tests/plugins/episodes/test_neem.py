@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from episode_builders import episode, rollout
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from robcog_samples import TIMELINE, event_data
 
 from cramlite.episode import Entity, Episode, Event, Track
 from cramlite.errors import UserError
@@ -21,7 +21,6 @@ from cramlite.world import Geom
 from cramlite_plugins.episodes import parts
 from cramlite_plugins.episodes.detect import detect
 from cramlite_plugins.episodes.neem import read_neem, write_neem
-from cramlite_plugins.episodes.robcog import to_unreal, unreal_pose
 
 SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "data" / "neem"
 needs_samples = pytest.mark.skipif(not SAMPLES.exists(), reason="the real samples are not here")
@@ -181,163 +180,6 @@ def test_any_map_and_poses_read_back_equal(
     same(replace(whole, effector=found.effector if whole.effector is None else whole.effector), found)
 
 
-@given(st.lists(st.floats(-1, 1), min_size=7, max_size=7).filter(lambda v: np.linalg.norm(v[3:]) > 0.1))
-def test_unreal_poses_and_back(v: list[float]) -> None:
-    pose = Pose((v[0], v[1], v[2]), (v[3], v[4], v[5], v[6]))
-    assert unreal_pose(to_unreal(pose)).distance(pose) == pytest.approx((0, 0), abs=1e-6)
-
-
-ED = """<?xml version="1.0"?><!DOCTYPE rdf:RDF[<!ENTITY log "http://knowrob.org/kb/{log}#">
-<!ENTITY knowrob "http://knowrob.org/kb/{knowrob}#">]>
-<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#" xmlns:owl="http://www.w3.org/2002/07/owl#"
- xmlns:knowrob="http://knowrob.org/kb/{knowrob}#">
-<owl:NamedIndividual rdf:about="&log;E"><rdf:type rdf:resource="&knowrob;UnrealExperiment"/>
- <knowrob:startTime rdf:resource="&log;timepoint_0.0"/>
- <knowrob:endTime rdf:resource="&log;timepoint_9.0"/></owl:NamedIndividual>
-{events}</rdf:RDF>"""
-EVENT = """<owl:NamedIndividual rdf:about="&log;{id}"><rdf:type rdf:resource="&knowrob;{type}"/>
- <knowrob:startTime rdf:resource="&log;timepoint_{start}"/><knowrob:endTime rdf:resource="&log;timepoint_{end}"/>
- {roles}</owl:NamedIndividual>"""
-
-
-Lines = tuple[tuple[str, str, object, object, dict[str, str]], ...]
-
-
-def event_data(*lines: tuple[str, str, object, object, dict[str, str]], old: bool = False) -> str:
-    text = [
-        EVENT.format(id=i, type=t, start=s, end=e,
-                     roles="".join(f'<knowrob:{k.strip("_")} rdf:resource="&log;{v}"/>' for k, v in roles.items()))
-        for i, t, s, e, roles in lines
-    ]  # fmt: skip
-    names = (
-        {"log": "unreal_log.owl", "knowrob": "knowrob_u.owl"}
-        if old
-        else {"log": "ameva_log.owl", "knowrob": "knowrob.owl"}
-    )
-    return ED.format(events="".join(text), **names)
-
-
-TIMELINE = (
-    ("g", "GraspingSomething", 3.5, 5, {"performedBy": "hand", "objectActedOn": "cup"}),
-    ("t", "TouchingSituation", 1.25, 2.5, {"inContact": "hand", "inContact_": "cup"}),
-    ("s", "SupportedBySituation", 0.5, 4, {"isSupported": "cup", "isSupporting": "table"}),
-    ("r", "ReachingForSomething", 1, 2, {"performedBy": "hand", "objectActedOn": "cup"}),
-    ("c", "ContainerManipulation", 6, 7, {"performedBy": "hand", "objectActedOn": "cup"}),
-)
-
-
-KNOWROB = {False: "knowrob:", True: "http://knowrob.org/kb/knowrob_u.owl#"}
-
-
-@pytest.mark.parametrize("old", [False, True])
-def test_both_generations_of_robcog(tmp_path: Path, old: bool) -> None:
-    (tmp_path / "X_ED.owl").write_text(event_data(*TIMELINE, old=old))
-    found = read_neem(tmp_path)
-    assert found is not None
-    assert [(e.type, e.kind, e.start, e.end) for e in found.events] == [
-        ("soma:SupportState", "state", 0.5, 4.0),
-        ("soma:Reaching", "action", 1.0, 2.0),
-        ("soma:ContactState", "state", 1.25, 2.5),
-        ("cram:GraspState", "state", 3.5, 5.0),
-        (f"{KNOWROB[old]}ContainerManipulation", "action", 6.0, 7.0),
-    ]
-    assert found.events[0].roles == {"supporter": "table", "supportee": "cup"}
-    assert set(found.events[2].roles.values()) == {"hand", "cup"}
-    assert found.effector == "hand"
-    assert {r.what for r in found.repairs} == {f"added entity '{n}'" for n in ("cup", "hand", "table")}
-
-
-def test_impossible_events_are_left_out_and_reported(tmp_path: Path) -> None:
-    lines: Lines = (("a", "TouchingSituation", 2, 1, {"inContact": "x", "inContact_": "y"}),
-             ("b", "TouchingSituation", "soon", 1, {"inContact": "x"}),
-             ("c", "TouchingSituation", "nan", 1, {"inContact": "x"}),
-             ("d", "TouchingSituation", 1, 2, {"inContact": "x", "inContact_": "y"}),
-             ("d", "TouchingSituation", 3, 4, {}))  # fmt: skip
-    (tmp_path / "X_ED.owl").write_text(event_data(*lines))
-    found = read_neem(tmp_path / "X_ED.owl")
-    assert found is not None
-    assert [(e.id, e.start, e.end) for e in found.events] == [("d_1", 1.0, 2.0), ("d_2", 3.0, 4.0)]
-    assert {r.what for r in found.repairs} >= {f"left out event '{k}'" for k in "abc"} | {"split event 'd' in 2"}
-
-
-def tf(child: str, parent: str, time: float, pose: list[float]) -> bytes:
-    x, y, z, qw, qx, qy, qz = pose
-    transform = {"translation": {"x": x, "y": y, "z": z}, "rotation": {"x": qx, "y": qy, "z": qz, "w": qw}}
-    return bytes(
-        bson.encode({"header": {"stamp": time, "frame_id": parent}, "child_frame_id": child, "transform": transform})
-    )
-
-
-def dump(folder: Path, content: bytes) -> Path:
-    (folder / "tf" / "roslog").mkdir(parents=True)
-    (folder / "tf" / "roslog" / "tf.bson").write_bytes(content)
-    return folder
-
-
-def test_frames_follow_their_parents(tmp_path: Path) -> None:
-    quarter = [1, 0, 0, 0.5**0.5, 0, 0, 0.5**0.5]
-    rows = [
-        tf("cup", "drawer", 1, [1, 0, 0, 1, 0, 0, 0]),
-        tf("drawer", "map", 1, [0, 0, 0, 1, 0, 0, 0]),
-        tf("drawer", "map", 2, quarter),
-    ]
-    found = read_neem(dump(tmp_path, b"".join(rows)))
-    assert found is not None
-    assert found.tracks["cup"].at(1.5).position == pytest.approx((1, 0, 0))
-    assert found.tracks["cup"].at(2.0).position == pytest.approx((1, 1, 0))
-
-
-def test_frames_in_a_circle_are_reported(tmp_path: Path) -> None:
-    rows = [tf("a", "b", 1, [1, 0, 0, 1, 0, 0, 0]), tf("b", "a", 1, [1, 0, 0, 1, 0, 0, 0])]
-    found = read_neem(dump(tmp_path, b"".join(rows)))
-    assert found is not None
-    assert any("contain each other" in r.why for r in found.repairs)
-
-
-def test_bad_poses_are_repaired_and_reported(tmp_path: Path) -> None:
-    rows = [tf("a", "map", 3, [1, 0, 0, 2, 0, 0, 0]), tf("a", "map", 1, [1, 2, 3, 1, 0, 0, 0]),
-            tf("a", "map", 4, [float("nan"), 0, 0, 1, 0, 0, 0]), tf("a", "map", 5, [0, 0, 0, 0, 0, 0, 0]),
-            tf("b", "map", 1, [0, 0, 0, 1, 0, 0, 0])]  # fmt: skip
-    found = read_neem(dump(tmp_path, b"".join(rows)))
-    assert found is not None
-    assert found.tracks["a"].times.tolist() == [1.0, 3.0]
-    assert "b" not in found.tracks
-    assert np.linalg.norm(found.tracks["a"].poses[:, 3:], axis=1) == pytest.approx(1.0)
-    assert [r.what.split()[0] for r in found.repairs] == ["dropped", "normalised", "sorted", "dropped"]
-
-
-WHOLE = tf("a", "map", 1, [0, 0, 1, 1, 0, 0, 0])
-
-
-@pytest.mark.parametrize(
-    "content",
-    [
-        WHOLE[:-7],
-        WHOLE + WHOLE[:2],
-        b"\x00" * 40,
-        b"this is no bson at all",
-        bson.encode({"s": 1}),
-        WHOLE + b"\xff\xff\xff\x7f",
-    ],
-)
-def test_broken_bson_names_file_and_place(tmp_path: Path, content: bytes) -> None:
-    with pytest.raises(UserError, match=r"tf\.bson: document \d"):
-        read_neem(dump(tmp_path, content))
-
-
-@settings(max_examples=150, deadline=None)
-@given(st.data())
-def test_damaged_bson_never_crashes(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
-    content = bytearray(WHOLE * 3)
-    for _ in range(data.draw(st.integers(1, 5))):
-        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
-    try:
-        found = read_neem(dump(tmp_path_factory.mktemp("fuzz"), bytes(content)))
-    except UserError:
-        return
-    assert found is None or all(np.isfinite(t.poses).all() for t in found.tracks.values())
-
-
 @pytest.mark.parametrize(
     ("content", "words"),
     [
@@ -389,41 +231,6 @@ def test_damaged_literals_are_reported_not_printed(tmp_path: Path, capfd: pytest
     assert found.repairs[0].what == "left out the earlier repairs"
     assert {e.id for e in found.events} == {e.id for e in episode().events}
     assert capfd.readouterr().err == ""
-
-
-FRAMES = (
-    {"timestamp": 0.5, "individuals": [{"id": "cup", "pose": [100, 200, 300, 0, 0, 0, 1]}],
-     "skel_individuals": [{"id": "hand", "pose": [1, 2, 3, 0, 0, 0, 1], "bones": [
-         {"idx": 3, "pose": [1, 2, 4, 0, 0, 0, 1]}, {"idx": 5, "pose": [0, 0, 0, 0, 0, 0, 1]}]}]},
-    {"timestamp": 1.0, "individuals": [
-        {"id": "cup", "loc": {"x": 0, "y": 0, "z": 1}, "quat": {"x": 1, "y": 0, "z": 0, "w": 1}}]},
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("form", ["array", "lines", "bson", "pretty"])
-def test_world_state_of_either_writer(tmp_path: Path, form: str) -> None:
-    path = tmp_path / ("w.bson" if form == "bson" else "w.json")
-    texts = {
-        "array": json.dumps(FRAMES),
-        "lines": "\n".join(map(json.dumps, FRAMES)),
-        "pretty": json.dumps(FRAMES, indent=1),
-    }
-    path.write_bytes(b"".join(map(bson.encode, FRAMES)) if form == "bson" else texts[form].encode())
-    found = read_neem(path)
-    assert found is not None
-    assert found.tracks["cup"].at(0.5).position == pytest.approx((2, 1, 3))
-    assert found.tracks["cup"].at(1.0).quaternion == pytest.approx((0.5**0.5, -(0.5**0.5), 0, 0))
-    assert found.entity("hand/left").part_of == "hand"
-    assert found.effector == "hand"
-
-
-@pytest.mark.parametrize(
-    "content", ["{", "[1]", '{"timestamp": 1, "individuals": [{"id": "a", "pose": [1]}]}', '{"individuals": []}']
-)
-def test_bad_world_state_is_refused(tmp_path: Path, content: str) -> None:
-    (tmp_path / "w.json").write_text(content)
-    with pytest.raises(UserError, match=r"w\.json"):
-        read_neem(tmp_path / "w.json")
 
 
 def test_no_neem_is_none(tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from msgspec import json
 from msgspec.structs import replace
-from test_controller import CLOSED, FINGERTIP, GUARDED, down, go, run, text
+from short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run, text
 
 from cramlite.errors import UserError
 from cramlite.geometry import Pose

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from test_controller import CLOSED, FINGERTIP, GUARDED, down, go, run
+from short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run
 
 from cramlite.geometry import Pose
 from cramlite.program import AnyStep, CompliantSlide, ForceExtract, MoveLinear, SetGripper, ZeroSensor
