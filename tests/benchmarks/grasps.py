@@ -17,7 +17,7 @@ from msgspec.structs import replace
 
 from cramlite.geometry import Pose
 from cramlite.world import Geom, Thing
-from cramlite_plugins.experts import antipodal, grasps
+from cramlite_plugins.experts import antipodal, grasps, rays
 
 GRIPPER = flying_gripper.GRIPPER
 TABLE = Geom("box", (0.6, 0.6, 0.02), Pose((0.5, 0.0, -0.02)))
@@ -26,7 +26,7 @@ FIRST = 5
 
 def proposals(item: Thing, count: int = FIRST) -> list[grasps.Grip]:
     """The first grasps that do not go through the table."""
-    place = antipodal.body([replace(TABLE, pose=item.pose.inverse() * TABLE.pose)])
+    place = rays.body([replace(TABLE, pose=item.pose.inverse() * TABLE.pose)])
     fit = (
         g for g in grasps.ranked(item, GRIPPER, 0.9)
         if antipodal.clear(place, g.pose * Pose((0, 0, 0.001)), min(g.width + grasps.SLACK, GRIPPER.opening[1]), GRIPPER)

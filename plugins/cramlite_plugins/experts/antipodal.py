@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -20,7 +20,8 @@ from cramlite.robots import Gripper
 from cramlite.value import Value
 
 from ..shapes.hull import hull_planes
-from .crossing import SKIN, crosses
+from .crossing import SKIN
+from .rays import Body, body, crossed, inverse, spans
 
 FINGER = 0.020  # thickness of pad and finger, from the data sheet's drawing [m]
 PALM = 0.0375  # radius of the palm [m]
@@ -46,39 +47,6 @@ class Pinch(Value):
     slant: float
 
 
-class Body(Value):
-    """Geoms with the balls around them: centres (n, 3) and radii (n,) [m]; most are far from any question."""
-
-    geoms: tuple[Geom, ...]
-    centres: Floats
-    radii: Floats
-
-
-def body(geoms: Iterable[Geom]) -> Body:
-    """Geoms made ready for questions."""
-    found = tuple(geoms)
-    centres = np.array([g.pose.position for g in found]).reshape(-1, 3)
-    return Body(found, centres, np.array([_radius(g) for g in found]) + SKIN)
-
-
-def _radius(geom: Geom) -> float:
-    if geom.shape == "convex":
-        return max(math.hypot(*c) for c in geom.corners)
-    return sum(geom.size) if geom.shape == "capsule" else math.hypot(*geom.size)
-
-
-def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
-    """Where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
-    off = body.centres - point
-    away = np.einsum("ij,ij->i", off, off) - (off @ way) ** 2
-    for k in np.flatnonzero(away <= body.radii**2).tolist():
-        geom = body.geoms[k]
-        back = _inverse(geom.pose)
-        found = _span(geom, back.apply(point), back.turn(way))
-        if found is not None and found[1] - found[0] > SKIN:
-            yield (*found, geom)
-
-
 def pinch(shape: Body, pose: Pose) -> Pinch | None:
     """The contact pair on the closing line through a TCP pose; None where the line misses the shape."""
     way = pose.turn((0.0, 1.0, 0.0))
@@ -95,21 +63,6 @@ def clear(shape: Body, pose: Pose, opening: float, gripper: Gripper) -> bool:
     """Whether fingers at this opening, and the palm, meet nothing at the pose and on the straight way to it."""
     starts, ends = _hand(round(opening, 6), gripper)
     return not crossed(shape, pose.apply(starts), pose.apply(ends))
-
-
-def crossed(shape: Body, starts: Floats, ends: Floats) -> bool:
-    """Whether any segment between points (n, 3) passes through the shape."""
-    middle = (starts.min(axis=0) + starts.max(axis=0)) / 2
-    reach = max(float(np.linalg.norm(p - middle, axis=1).max()) for p in (starts, ends))
-    near = np.flatnonzero(np.linalg.norm(shape.centres - middle, axis=1) < reach + shape.radii)
-    ways = ends - starts
-    for k in near.tolist():
-        off = shape.centres[k] - starts
-        along = np.clip(np.einsum("ij,ij->i", off, ways) / np.einsum("ij,ij->i", ways, ways), 0.0, 1.0)
-        meets = np.linalg.norm(off - along[:, None] * ways, axis=1) < shape.radii[k]
-        if meets.any() and crosses(shape.geoms[k], starts[meets], ends[meets]):
-            return True
-    return False
 
 
 @lru_cache(maxsize=256)
@@ -198,11 +151,6 @@ def _ball_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
             yield geom.pose * frame * Pose((0, 0, -short)), f"along {z} of the ball, turn {k}"
 
 
-@lru_cache(maxsize=256)
-def _inverse(pose: Pose) -> Pose:
-    return pose.inverse()
-
-
 def _around(shape: Body, point: Floats, way: Floats) -> tuple[float, float, tuple[Geom, ...]]:
     """The united interval that holds the point, and the geoms at its two ends."""
     all_ = sorted(spans(shape, point, way), key=lambda s: s[0])
@@ -230,61 +178,9 @@ def coverage(shape: Body, pose: Pose, width: float, gripper: Gripper) -> float:
     return hits / len(grid)
 
 
-def _span(geom: Geom, p: Floats, d: Floats) -> tuple[float, float] | None:
-    if geom.shape == "box":
-        return _slabs(p, d, np.asarray(geom.size))
-    if geom.shape == "sphere":
-        return _ball(p, d, geom.size[0])
-    if geom.shape == "convex":
-        return _between(p, d, hull_planes(geom.corners))
-    radius, half = geom.size
-    tube = _meet(_ball(p * (1, 1, 0), d * (1, 1, 0), radius), _slabs(p[2:], d[2:], np.array([half])))
-    caps = [_ball(p - (0, 0, z), d, radius) for z in (half, -half)] if geom.shape == "capsule" else []
-    met = [s for s in (tube, *caps) if s is not None]
-    return (min(s[0] for s in met), max(s[1] for s in met)) if met else None
-
-
-def _between(p: Floats, d: Floats, planes: Floats) -> tuple[float, float] | None:
-    """Where a line is inside all planes n x + o <= 0."""
-    slope, height = planes[:, :3] @ d, planes[:, :3] @ p + planes[:, 3]
-    out, into = slope > 1e-9, slope < -1e-9
-    if (height[~out & ~into] > 0).any():
-        return None
-    low = float((-height[into] / slope[into]).max(initial=-np.inf))
-    high = float((-height[out] / slope[out]).min(initial=np.inf))
-    return (low, high) if low < high else None
-
-
-def _slabs(p: Floats, d: Floats, half: Floats) -> tuple[float, float] | None:
-    low, high = -np.inf, np.inf
-    for x, v, h in zip(p, d, half, strict=True):
-        if abs(v) < 1e-9:
-            if abs(x) > h:
-                return None
-            continue
-        one, two = sorted(((-h - x) / v, (h - x) / v))
-        low, high = max(low, one), min(high, two)
-    return (float(low), float(high)) if low < high else None
-
-
-def _ball(p: Floats, d: Floats, radius: float) -> tuple[float, float] | None:
-    """Roots of |p + t d| = r."""
-    a, b, c = float(d @ d), float(p @ d), float(p @ p) - radius * radius
-    if a < 1e-9:
-        return (-np.inf, np.inf) if c < 0 else None
-    root = b * b - a * c
-    return ((-b - math.sqrt(root)) / a, (-b + math.sqrt(root)) / a) if root > 0 else None
-
-
-def _meet(a: tuple[float, float] | None, b: tuple[float, float] | None) -> tuple[float, float] | None:
-    if a is None or b is None or min(a[1], b[1]) <= max(a[0], b[0]):
-        return None
-    return max(a[0], b[0]), min(a[1], b[1])
-
-
 def _slant(geom: Geom, contact: Floats, way: Floats) -> float:
     """Angle between the surface normal at a contact and the closing line [rad]."""
-    p = _inverse(geom.pose).apply(contact)
+    p = inverse(geom.pose).apply(contact)
     if geom.shape == "box":
         normal = np.eye(3)[int(np.argmax(np.abs(p) / geom.size))]
     elif geom.shape == "sphere":

@@ -33,7 +33,7 @@ from cramlite.robots import Gripper
 from cramlite.value import Value
 
 from ..shapes.hull import hull_planes, hull_volume
-from . import antipodal, surfaces
+from . import antipodal, rays, surfaces
 
 HANDLE = "cram:Handle"
 NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
@@ -137,7 +137,7 @@ def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
 def _ranked(
     geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
 ) -> tuple[Grip, ...]:
-    shape, middle, cone = antipodal.body(geoms), np.asarray(centre), math.atan(friction)
+    shape, middle, cone = rays.body(geoms), np.asarray(centre), math.atan(friction)
     proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper, cone))
     found = (_checked(shape, middle, grip, gripper, cone) for grip in proposed)
     best = sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
@@ -171,7 +171,7 @@ def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
 
 
 def _across_parts(
-    shape: antipodal.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper, cone: float
+    shape: rays.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper, cone: float
 ) -> Iterator[Grip]:
     """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
     parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
@@ -211,7 +211,7 @@ def _thinnest(geom: Geom) -> float:
     return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
 
 
-def _checked(shape: antipodal.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
+def _checked(shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
     """The candidate on the whole shape; None where it does not fit, slips or is obstructed."""
     found = antipodal.pinch(shape, grip.pose * Pose((0.0, 0.0, grip.ahead)))
     if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:

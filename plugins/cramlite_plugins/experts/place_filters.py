@@ -15,7 +15,7 @@ from cramlite import Belief, Context, Feature, Pose, Thing
 from cramlite.geometry import Floats
 from cramlite.value import Value
 
-from . import antipodal
+from . import rays
 
 EDGE = 0.005  # a centre of mass stands this far inside a surface's edge [m]
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -196,8 +196,8 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
     hidden, counts = np.zeros(len(points)), dict[str, int]()
     for other in others:
         to = belief.pose(other.name).inverse()
-        shape, start = antipodal.body(other.geoms), to.apply(eye)
-        stopped = [antipodal.crossed(shape, start[None], to.apply(p)[None]) for p in points]
+        shape, start = rays.body(other.geoms), to.apply(eye)
+        stopped = [rays.crossed(shape, start[None], to.apply(p)[None]) for p in points]
         counts[other.name] = sum(stopped)
         hidden = np.maximum(hidden, np.array(stopped, dtype=float))
     return hidden, max(counts, key=lambda n: counts[n], default="")

@@ -10,8 +10,8 @@ import numpy as np
 from cramlite.geometry import Floats, Pose, Vector3
 from cramlite.phases import Phase, Predicate, Row
 
-from .antipodal import body, crossed
 from .phase_poses import Box, box_of, gap_to, pose_of, seen_from, things, tips
+from .rays import body, crossed
 
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""

@@ -18,7 +18,7 @@ from cramlite.robots import Gripper
 from cramlite.value import Value
 
 from ..shapes.hull import hull_planes
-from . import antipodal
+from . import antipodal, rays
 
 LINES = 48  # contact pairs that are looked at from all sides
 ALIKE, TURN = 0.010, math.cos(math.radians(15))  # lines nearer than this [m] and less turned are alike
@@ -38,7 +38,7 @@ class Line(Value):
 
 
 def lines(
-    shape: antipodal.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float, cone: float
+    shape: rays.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float, cone: float
 ) -> list[Line]:
     """Contact pairs between the pads, the nearest to the centre of mass first, no two alike.
 
@@ -100,7 +100,7 @@ def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
 
 
 def _line(
-    shape: antipodal.Body, point: Floats, normal: Floats, centre: Floats, gripper: Gripper, slack: float, cone: float
+    shape: rays.Body, point: Floats, normal: Floats, centre: Floats, gripper: Gripper, slack: float, cone: float
 ) -> Line | None:
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     pose = Pose.from_axes(tuple(point - 0.0005 * normal), side, np.cross(normal, side))

@@ -126,7 +126,7 @@ def test_rdf_is_a_neem_too(tmp_path: Path, name: str) -> None:
 
 
 names = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=12).filter(
-    lambda s: s.strip() == s
+    lambda s: s.strip() == s and not s.startswith("/")  # tf takes "/cup" for "cup"
 )
 numbers = st.floats(-1e6, 1e6)
 events = st.builds(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from cramlite.geometry import Pose
 from cramlite.world import Geom, Thing
-from cramlite_plugins.experts import antipodal, grasps
+from cramlite_plugins.experts import antipodal, grasps, rays
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.models import block, product
 from cramlite_plugins.simulation.vessels import bottle, can
@@ -72,10 +72,10 @@ def test_a_part_that_is_walled_in_is_refused() -> None:
 
 def test_slanted_contacts_are_outside_the_cone() -> None:
     tilted = Pose((0, 0, 0), (math.cos(0.5), 0, 0, math.sin(0.5)))
-    found = antipodal.pinch(antipodal.body([Geom("box", (0.02, 0.02, 0.05), tilted)]), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)))
+    found = antipodal.pinch(rays.body([Geom("box", (0.02, 0.02, 0.05), tilted)]), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)))
     assert found is not None
     assert found.slant == pytest.approx(math.pi / 2 - 1.0, abs=1e-6)
-    assert antipodal.pinch(antipodal.body([Geom("sphere", (0.01,))]), Pose((0.1, 0, 0))) is None
+    assert antipodal.pinch(rays.body([Geom("sphere", (0.01,))]), Pose((0.1, 0, 0))) is None
 
 
 def test_a_bottle_is_also_gripped_by_its_neck() -> None:

@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from cramlite import Belief, Context, Engine, Grounding, Location, Pose, Thing
 from cramlite.belief import Held, initial_belief
 from cramlite.world import Geom, RobotMount, World
-from cramlite_plugins.experts import antipodal, place_filters, set_down
+from cramlite_plugins.experts import place_filters, rays, set_down
 from cramlite_plugins.experts.place_filters import Spot, Wanted
 from cramlite_plugins.experts.reach import make_scene
 from cramlite_plugins.robots.ur5e import UR5E
@@ -142,10 +142,10 @@ def test_rays_meet_what_the_ray_caster_of_mujoco_meets(a: Any, b: Any, kind: int
         return 0 <= gap <= 1
 
     expected = hit(a, b)
-    got = antipodal.crossed(antipodal.body([geom]), np.asarray([a], float), np.asarray([b], float))
+    got = rays.crossed(rays.body([geom]), np.asarray([a], float), np.asarray([b], float))
     if got != expected:  # only where the surface is grazed, or both ends are inside, which a ray caster does not see
-        inside = antipodal.crossed(antipodal.body([geom]), np.asarray([a], float), np.asarray([a], float) + 1e-7 * way)
-        grazed = antipodal.crossed(antipodal.body([geom]), np.asarray([a], float) + 1e-3, np.asarray([b], float) + 1e-3)
+        inside = rays.crossed(rays.body([geom]), np.asarray([a], float), np.asarray([a], float) + 1e-7 * way)
+        grazed = rays.crossed(rays.body([geom]), np.asarray([a], float) + 1e-3, np.asarray([b], float) + 1e-3)
         assert (got and inside) or grazed != got
 
 

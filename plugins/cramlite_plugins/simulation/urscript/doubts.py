@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from cramlite.value import Value
 
@@ -171,7 +171,7 @@ def _waits(program: Function) -> Iterator[Doubt]:
     for function in functions(program).values():
         if function.name in threads:
             continue  # a thread may run for ever: whoever started it kills it
-        for node in _within(function):
+        for node in _inside(function.body, loops=True):
             if isinstance(node, While) and _endless_wait(node):
                 yield Doubt(node.line, "this loop waits without a time-out: count its cycles and give up with a reason")
 
@@ -231,41 +231,30 @@ def _ends(statement: Statement) -> bool:
     if isinstance(statement, While):
         always = isinstance(statement.condition, Truth) and statement.condition.value
         return always and not any(
-            (isinstance(n, Jump) and n.word == "break") or isinstance(n, Return) for n in _own(statement)
+            (isinstance(n, Jump) and n.word == "break") or isinstance(n, Return) for n in _inside(statement.body, loops=False)
         )
     return isinstance(statement, If) and bool(statement.otherwise) and all(
         body and _ends(body[-1]) for body in (*(b for _, b in statement.branches), statement.otherwise)
     )  # fmt: skip
 
 
-def _own(loop: While) -> Iterator[object]:
-    """The statements of a loop, without those of loops inside it, whose ``break`` is their own."""
-    waiting: list[object] = list(loop.body)
+def _inside(body: Iterable[object], *, loops: bool) -> Iterator[object]:
+    """Statements, those under conditions included; of the loops among them all, or only returns: a ``break`` in there is
+    theirs."""
+    waiting = list(body)
     while waiting:
         node = waiting.pop()
         yield node
         if isinstance(node, If):
-            waiting += [s for _, body in node.branches for s in body] + list(node.otherwise)
+            waiting += [s for _, branch in node.branches for s in branch] + list(node.otherwise)
         elif isinstance(node, While):
-            waiting += [n for n in nodes(node.body) if isinstance(n, Return)]
-
-
-def _within(function: Function) -> Iterator[object]:
-    """What a function itself does, without the functions inside it."""
-    waiting: list[object] = list(function.body)
-    while waiting:
-        node = waiting.pop()
-        yield node
-        if isinstance(node, If):
-            waiting += [s for _, body in node.branches for s in body] + list(node.otherwise)
-        elif isinstance(node, While):
-            waiting += node.body
+            waiting += node.body if loops else [n for n in nodes(node.body) if isinstance(n, Return)]
 
 
 def _unused(program: Function) -> Iterator[Doubt]:
     """An entered critical section that is never left blocks every other thread."""
     for function in functions(program).values():
-        words = [n.word for n in _within(function) if isinstance(n, Critical)]
+        words = [n.word for n in _inside(function.body, loops=True) if isinstance(n, Critical)]
         if words.count("enter_critical") > words.count("exit_critical"):
             yield Doubt(
                 function.line,
