@@ -60,7 +60,7 @@ class ThingSpec(_Spec):
     @model_validator(mode="after")
     def _placed_once(self) -> ThingSpec:
         if (self.at is None) == (self.hangs_on is None):
-            raise ValueError(f"thing '{self.name}' needs exactly one of 'at' and 'hangs_on'")
+            raise ValueError("it needs exactly one of 'at' and 'hangs_on'")
         return self
 
 

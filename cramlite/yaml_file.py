@@ -78,20 +78,25 @@ ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 def _in_words(data: Any, location: Sequence[str | int]) -> str:
     """A place as a person counts it: "'hangs_on.depth' of the third thing 'tea'"; empty for the whole."""
-    said, keys, here, listed = "", list[str](), data, "entry"
+    said, keys, here = "", list[str](), data
     for step in location:
         inside = here[step] if _has(here, step) else None
         if isinstance(step, int):
-            name = inside.get("name") if isinstance(inside, dict) else None
-            item = listed.removesuffix("s") if isinstance(name, str) else f"value of '{'.'.join(keys)}'" if keys else "value"
-            said = f"the {_ordinal(step)} {item}" + (f" '{name}'" if isinstance(name, str) else "") + (f" of {said}" if said else "")
+            said = f"the {_ordinal(step)} {_item(inside, keys)}" + (f" of {said}" if said else "")
             keys = []
         elif inside is not None or step is location[-1]:  # else it is a name that pydantic gives a choice
             keys.append(step)
-            listed = step
         here = here if inside is None and isinstance(step, str) else inside
     last = f"'{'.'.join(keys)}'" if keys else ""
     return f"{last} of {said}" if last and said else last or said
+
+
+def _item(inside: Any, keys: Sequence[str]) -> str:
+    """What stands in a list: "thing 'tea'" in things, "value of 'at.position'" where it has no parts."""
+    if not isinstance(inside, dict) or not keys:
+        return f"value of '{'.'.join(keys)}'" if keys else "value"
+    name = f" '{inside['name']}'" if isinstance(inside.get("name"), str) else ""
+    return keys[-1].removesuffix("s") + name + (f" of '{'.'.join(keys[:-1])}'" if keys[:-1] else "")
 
 
 def _has(data: Any, step: str | int) -> bool:

@@ -110,7 +110,7 @@ class _Whole(BaseModel):
         ({"d": "deep"}, ":6: 'hangs_on.depth' of the third thing 'tea': Input should be"),
         ({"x": "far"}, ":3: the third value of 'at' of the first thing 'floor': Input should be"),
         ({"g": "3"}, ":1: the second value of 'goal': Input should be"),
-        ({}, ":4: 'name' of the second value of 'things' is missing"),
+        ({}, ":4: 'name' of the second thing is missing"),
     ],
 )
 def test_places_are_said_as_people_count(given: dict[str, str], says: str, tmp_path: Path) -> None:
