@@ -79,9 +79,16 @@ def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
     return replace(closed, steps=steps)
 
 
+SAID = {
+    "attempts": "one after the other, until one succeeds", "parallel": "at the same time, until all are done",
+    "try_all": "at the same time, until one succeeds", "monitor": "watched all the while",
+}  # fmt: skip
+"""The rules of control steps, for the reader of the program."""
+
+
 def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Control:
     name, p = compound.name, compound.parameters
-    comment = compound.kind.replace("_", " ")
+    comment = SAID.get(compound.kind, "")
     if compound.kind == "attempts":
         return TryInOrder(parts, origin=name, comment=comment)
     if compound.kind == "repeat":
