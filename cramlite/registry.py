@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import pluggy
@@ -49,7 +49,7 @@ class _Manager(pluggy.PluginManager):
 
     def parse_hookimpl_opts(self, plugin: object, name: str) -> pluggy.HookimplOpts | None:
         found = getattr(plugin, name, None)
-        return getattr(found, f"{GROUP}_impl", None) if inspect.isroutine(found) else None
+        return getattr(found, f"{GROUP}_impl", None) if isinstance(found, FunctionType) else None
 
 
 class Registry(Struct, dict=True):
