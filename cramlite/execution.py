@@ -18,7 +18,7 @@ from .scenario_world import build_world, real_world
 if TYPE_CHECKING:
     from .engine import Engine
     from .knowledge import Knowledge
-    from .replanning import Attempt
+    from .replanning import Attempt, Round
     from .rollout import Rollout
     from .scenario import Scenario
     from .world import World
@@ -92,15 +92,9 @@ def execute_and_replan(
         UserError: a file that cannot be used.
     """
     from . import replanning
-    from .plugin_choice import make_engine
 
     _vacant(out)
-    scene = read_scenario(find_scenario(scenario))
-    if scene.spec.poses != "camera":
-        raise UserError(f"{scene.path}: nothing can be planned anew without looking: the scenario needs 'poses: camera'.")
-    if rounds < 1:
-        raise UserError(f"--rounds {rounds}: at least one program runs.")
-    engine = make_engine(scene, plugins)
+    scene, engine = _who_replans(scenario, rounds, plugins)
     first = _first_attempt(program, scene, engine, world, seed)
     said: list[str] = []
 
@@ -116,13 +110,28 @@ def execute_and_replan(
             if not json_output:
                 print(rollout_text(one.rollout))
             if out is not None:
-                folder = out / f"round_{number}"
-                _write(folder, one.rollout, program.stem, engine.knowledge, episode=episode)
-                (folder / f"program{one.attempt.code.suffix}").write_text(one.attempt.code.text)
+                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
     finally:
         if json_output:
             print(as_json({"said": said, "rounds": [rollout_json(one.rollout) for one in done]}))
     return 0
+
+
+def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
+    """The scenario, whose camera looks again, and its engine."""
+    from .plugin_choice import make_engine
+
+    scenario = read_scenario(find_scenario(name))
+    if scenario.spec.poses != "camera":
+        raise UserError(f"{scenario.path}: nothing can be planned anew without looking: the scenario needs 'poses: camera'.")
+    if rounds < 1:
+        raise UserError(f"--rounds {rounds}: at least one program runs.")
+    return scenario, make_engine(scenario, plugins)
+
+
+def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool) -> None:
+    _write(folder, done.rollout, name, engine.knowledge, episode=episode)
+    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text)
 
 
 def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
