@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from .plan import Plan
     from .plugin_types import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
     from .program import (
-        Code,
         CompliantSlide,
         Drive,
         ForceExtract,
@@ -48,6 +47,7 @@ if TYPE_CHECKING:
         Wait,
         ZeroSensor,
     )
+    from .robot_code import Code
     from .robots import Gripper, Platform, Robot
     from .rollout import Message, Rollout, Touch
     from .scenario import Scenario, read_scenario
@@ -75,8 +75,9 @@ _HOMES = {
     "interpretation": "Interpretation",
     "plan": "Plan",
     "plugin_types": "Backend Candidate ModelMaker ReportSection Simulator Validator",
-    "program": "Code CompliantSlide Drive ForceExtract ForceInsert ForceMove Monitor MoveJoints MoveLinear MoveUntilContact"
-    " Parallel Program Repeat SetGripper SetPayload SpiralSearch Step TryInOrder Wait ZeroSensor",
+    "program": "CompliantSlide Drive ForceExtract ForceInsert ForceMove Monitor MoveJoints MoveLinear MoveUntilContact Parallel"
+    " Program Repeat SetGripper SetPayload SpiralSearch Step TryInOrder Wait ZeroSensor",
+    "robot_code": "Code",
     "robots": "Gripper Platform Robot",
     "rollout": "Message Rollout Touch",
     "scenario": "Scenario read_scenario",

@@ -16,8 +16,9 @@ from .geometry import Pose
 from .knowledge import Knowledge
 from .phases import Predicate
 from .plugin_types import Backend, Validator
-from .program import Code, MoveJoints, MoveLinear, Program, Section, SetGripper, SetPayload, Wait, ZeroSensor, walk
+from .program import MoveJoints, MoveLinear, Program, Section, SetGripper, SetPayload, Wait, ZeroSensor, walk
 from .registry import Registry
+from .robot_code import Code
 from .robots import Robot
 from .verdict import COSTS
 from .world import RobotMount, World

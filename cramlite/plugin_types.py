@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from .geometry import Pose
     from .ontology import Taxonomy
     from .plan import Plan
-    from .program import Code, Program
+    from .program import Program
+    from .robot_code import Code
     from .robots import Robot
     from .rollout import Rollout
     from .rules import Rule

@@ -16,7 +16,7 @@ from .step import Joints, Step
 from .value import Value
 
 __all__ = [
-    "AnyStep", "Code", "CompliantSlide", "Control", "Drive", "ForceExtract", "ForceInsert", "ForceMove", "Joints", "LatePose", "Monitor",
+    "AnyStep", "CompliantSlide", "Control", "Drive", "ForceExtract", "ForceInsert", "ForceMove", "Joints", "LatePose", "Monitor",
     "MoveJoints", "MoveLinear", "MoveUntilContact", "Parallel", "Program", "Repeat", "Section", "SetGripper",
     "SetPayload", "Snapshot", "SpiralSearch", "Step", "TryInOrder", "Wait", "ZeroSensor", "branches", "clash",
     "uses_arm", "walk",
@@ -279,24 +279,3 @@ class Program(Value):
     mass: float = 0.0
     center: Vector3 = (0.0, 0.0, 0.0)
     late: tuple[LatePose, ...] = ()
-
-
-class Code(Value):
-    """A program's text.
-
-    Args:
-        language: e.g. "urscript".
-        text: what a robot is given.
-        origins: line (from 1) -> origin of the step it came from.
-        suffix: of its file, e.g. ".script".
-    """
-
-    language: str
-    text: str
-    origins: dict[int, str]
-    suffix: str
-
-    def task_of(self, line: int) -> str:
-        """The task whose code the line is in: the last origin at or before it."""
-        before = [k for k in self.origins if k <= line]
-        return self.origins[max(before)].split("/")[0] if before else ""

@@ -17,7 +17,8 @@ from msgspec import Struct
 from msgspec.structs import asdict, fields
 
 from .errors import UserError, nearest
-from .program import Code, Program, Step, walk
+from .program import Program, Step, walk
+from .robot_code import Code
 from .value import Value
 
 FORMAT = "cramlite program 1"

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from .engine import Engine
     from .geometry import Floats
     from .plan import Plan
-    from .program import Code, Program
+    from .program import Program
+    from .robot_code import Code
     from .rollout import Rollout
     from .scenario import Scenario
     from .world import Thing, World

@@ -14,7 +14,6 @@ from msgspec import Struct, field
 from cramlite.errors import UserError
 from cramlite.program import (
     AnyStep,
-    Code,
     CompliantSlide,
     ForceExtract,
     ForceInsert,
@@ -33,6 +32,7 @@ from cramlite.program import (
     Wait,
     ZeroSensor,
 )
+from cramlite.robot_code import Code
 from cramlite.robots import Robot
 
 from .rapid_parts import FORCE, NO_FORCE, ROUTINES, header

@@ -16,7 +16,6 @@ from cramlite.errors import UserError
 from cramlite.geometry import Pose
 from cramlite.program import (
     AnyStep,
-    Code,
     CompliantSlide,
     Control,
     ForceExtract,
@@ -39,6 +38,7 @@ from cramlite.program import (
     uses_arm,
     walk,
 )  # fmt: skip
+from cramlite.robot_code import Code
 from cramlite.robots import Robot
 
 from .names import Names, identifier

@@ -15,7 +15,8 @@ import re
 from msgspec import Struct, field
 
 from cramlite.errors import UserError
-from cramlite.program import AnyStep, Code, Control, Program, Section
+from cramlite.program import AnyStep, Control, Program, Section
+from cramlite.robot_code import Code
 from cramlite.robots import Robot
 
 from . import urscript_flow, urscript_late, urscript_search

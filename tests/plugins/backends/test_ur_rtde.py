@@ -14,7 +14,6 @@ from cramlite.errors import UserError
 from cramlite.geometry import Pose
 from cramlite.program import (
     AnyStep,
-    Code,
     CompliantSlide,
     ForceMove,
     Monitor,
@@ -30,6 +29,7 @@ from cramlite.program import (
     Wait,
     ZeroSensor,
 )
+from cramlite.robot_code import Code
 from cramlite.rollout import Rollout
 from cramlite.world import Geom, RobotMount, Thing, World
 from cramlite_plugins.backends.ur_rtde import emit
