@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from as_a_user import changed, cramlite
 from msgspec.structs import replace
 
 from cramlite import Action, Engine, NoSolution, Object, Pose, UserError, World, read_scenario
@@ -18,26 +18,11 @@ from cramlite.recognised import renamed
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
 FETCH = SCENARIOS / "fetch_from_hanger_camera.yaml"
-
-
-def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cramlite.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def variant(folder: Path, *changes: tuple[str, str]) -> Path:
-    """The shipped scenario with some text replaced; each replacement must change something."""
-    text = FETCH.read_text().replace("demonstration: ", f"demonstration: {SCENARIOS}/", 1)
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    path = folder / "variant.yaml"
-    path.write_text(text)
-    return path
+variant = partial(changed, FETCH)
 
 
 def test_a_product_that_was_only_seen_is_fetched(tmp_path: Path) -> None:
-    done = run("resolve", "fetch_from_hanger_camera", "--seed", "1", "--out", tmp_path / "run", "--no-report", "--json")
+    done = cramlite("resolve", "fetch_from_hanger_camera", "--seed", "1", "--out", tmp_path / "run", "--no-report", "--json")
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert re.fullmatch(r"[a-z]+_\d", summary["objects"]["object_1"]), "named by perception, not by the scenario"
@@ -53,7 +38,7 @@ def test_a_product_that_was_only_seen_is_fetched(tmp_path: Path) -> None:
 
 def test_a_camera_that_sees_no_product_gives_no_program(tmp_path: Path) -> None:
     blind = variant(tmp_path, ("mount: flange", "mount: world"), ("[0, 90 mm, 30 mm]", "[0, 0, 2.0]"))
-    done = run("resolve", blind, "--out", tmp_path / "run", "--no-report")
+    done = cramlite("resolve", blind, "--out", tmp_path / "run", "--no-report")
     assert done.returncode == 1, done.stderr
     assert "object_1" in done.stderr
 
@@ -150,11 +135,11 @@ def experts():
 
 def test_a_broken_expert_is_named_and_the_next_one_answers(tmp_path: Path) -> None:
     (tmp_path / "hasty.py").write_text(BROKEN)
-    done = run(
+    done = cramlite(
         "perceive", "fetch_from_hanger_camera", "--query", "colour=red on=hook", "--plugin", tmp_path / "hasty.py"
     )
     assert done.returncode == 1, "nothing red hangs there"
-    done = run(
+    done = cramlite(
         "perceive", "fetch_from_hanger_camera", "--query", "type=cram:CoffeePack", "--plugin", tmp_path / "hasty.py"
     )
     assert done.returncode == 0, done.stderr
@@ -163,7 +148,7 @@ def test_a_broken_expert_is_named_and_the_next_one_answers(tmp_path: Path) -> No
 
 
 def test_perceive_answers_and_writes_a_page(tmp_path: Path) -> None:
-    done = run("perceive", "fetch_from_hanger_camera", "--query", "colour=red on=Hanger", "--out", tmp_path, "--json")
+    done = cramlite("perceive", "fetch_from_hanger_camera", "--query", "colour=red on=Hanger", "--out", tmp_path, "--json")
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert [a["values"]["type"]["value"] for a in found["answers"]] == ["cram:CocoaBox"]
@@ -184,13 +169,13 @@ def test_perceive_answers_and_writes_a_page(tmp_path: Path) -> None:
     ],
 )
 def test_questions_without_an_answer_say_why(query: str, code: int, said: str) -> None:
-    done = run("perceive", "fetch_from_hanger_camera", "--query", query, "--wants", "type")
+    done = cramlite("perceive", "fetch_from_hanger_camera", "--query", query, "--wants", "type")
     assert done.returncode == code
     assert said in done.stdout + done.stderr
 
 
 def test_a_scenario_without_a_camera_cannot_be_looked_at() -> None:
-    done = run("perceive", "fetch_from_hanger")
+    done = cramlite("perceive", "fetch_from_hanger")
     assert done.returncode == 2
     assert "has no camera" in done.stderr and "add 'camera: {mount: flange}'" in done.stderr
 

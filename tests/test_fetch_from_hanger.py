@@ -6,29 +6,16 @@ import json
 import re
 import subprocess
 import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
+from as_a_user import changed, cramlite
 
 ROBOT = "robot: {type: ur5e}"
 HOOK = "at: {position: [0.87, 0, 0.45], yaw: 180 deg}\n"
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "fetch_from_hanger.yaml"
-
-
-def cramlite(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cramlite.cli", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def variant(folder: Path, *changes: tuple[str, str]) -> Path:
-    """The shipped scenario with some text replaced; each replacement must change something."""
-    text = SCENARIO.read_text().replace("demonstration: ", f"demonstration: {SCENARIO.parent}/", 1)
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    path = folder / "variant.yaml"
-    path.write_text(text)
-    return path
+variant = partial(changed, SCENARIO)
 
 
 def refusals(run: Path, task: str = "") -> list[str]:

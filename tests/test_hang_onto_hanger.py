@@ -9,35 +9,25 @@ import json
 import math
 import re
 import subprocess
-import sys
+from functools import partial
 from pathlib import Path
 
 import pytest
+from as_a_user import changed, cramlite
 
 from cramlite import read_scenario
 from cramlite.scenario_world import real_world
 from cramlite.world import Thing, World
 
 SCENARIO = Path(__file__).parents[1] / "scenarios" / "hang_onto_hanger.yaml"
+variant = partial(changed, SCENARIO)
 ROBOT = "robot: {type: ur5e}"
 ONCE = (ROBOT, ROBOT + "\nbudget: {proofs: 1, sequences: 1}")
 FAR = "44"
 
 
 def resolve(scenario: str | Path, run: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cramlite.cli", "resolve", str(scenario), "--out", str(run), "--no-report"]
-    return subprocess.run([*command, *map(str, arguments)], capture_output=True, text=True, check=False)
-
-
-def variant(folder: Path, *changes: tuple[str, str]) -> Path:
-    """The shipped scenario with some text replaced; each replacement must change something."""
-    text = SCENARIO.read_text().replace("demonstration: ", f"demonstration: {SCENARIO.parent}/", 1)
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    path = folder / "variant.yaml"
-    path.write_text(text)
-    return path
+    return cramlite("resolve", scenario, "--out", run, "--no-report", *arguments)
 
 
 def hook(world: World) -> Thing:
