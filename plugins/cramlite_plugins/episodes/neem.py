@@ -36,9 +36,12 @@ def write_neem(episode: Episode, folder: Path | str) -> Path:
         The folder or file.
 
     Raises:
-        UserError: the folder cannot be written to.
+        UserError: the folder cannot be written to, or something that moves has a name that tf does not keep.
     """
     folder = Path(folder)
+    if slashed := next((n for n in episode.tracks if n.startswith("/")), None):
+        kept = slashed.lstrip("/") or "thing"
+        raise UserError(f"{folder}: the name '{slashed}' would not read back: tf drops leading slashes; call it '{kept}'.")
     id_ = re.sub(r"[^\w.-]+", "_", episode.name) or "episode"
     try:
         if folder.suffix.lower() in (".ttl", ".nt"):

@@ -180,6 +180,14 @@ def test_any_map_and_poses_read_back_equal(
     same(replace(whole, effector=found.effector if whole.effector is None else whole.effector), found)
 
 
+@pytest.mark.parametrize(("name", "better"), [("/cup", "'cup'"), ("/", "'thing'")])
+def test_a_name_that_would_not_read_back_is_not_written(tmp_path: Path, name: str, better: str) -> None:
+    track = Track(np.zeros(1), np.array([[0, 0, 0, 1, 0, 0, 0]], dtype=float))
+    with pytest.raises(UserError, match=f"'{name}' would not read back.*call it {better}"):
+        write_neem(Episode("any", (Entity(name, ()),), (), {name: track}, None), tmp_path / "neem")
+    assert not (tmp_path / "neem").exists()
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
