@@ -20,9 +20,16 @@ from statistics import median
 
 ROOT = Path(__file__).resolve().parents[2]
 EMPTY = "python -c pass"
+OTHERS = """
+from cramlite_plugins.simulation.no_window import import_mujoco
+import_mujoco()
+import argparse, importlib.metadata, msgspec, pluggy, pydantic, yaml
+pydantic.BaseModel, pydantic.Field
+"""
 COMMANDS = {
     EMPTY: ["-c", "pass"],
     "import numpy": ["-c", "import numpy"],
+    "what check imports of others": ["-c", OTHERS],
     "import cramlite": ["-c", "import cramlite"],
     "cramlite --help": ["-m", "cramlite.cli", "--help"],
     "cramlite tasks": ["-m", "cramlite.cli", "tasks"],
