@@ -140,7 +140,7 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
 def rollout_json(rollout: Rollout) -> dict[str, Any]:
     """How the run of a program ended: seconds, newtons, and the last pose of every thing (position, quaternion w first)."""
     names = [t.name for t in rollout.world.things]
-    forces = (rollout.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
+    forces = rollout.contact_force()
     return {
         "outcome": rollout.outcome,
         "reason": rollout.reason,

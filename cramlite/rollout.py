@@ -67,6 +67,8 @@ class Rollout(Value):
             frame [m].
         seen: thing name -> when a camera first saw it [s], infinite for never; of what nobody knew at the start where it
             is (``World.poses``), so it is empty where everything is known.
+        force: (N,) what the program feels, URScript's ``force()``: at the TCP, without the weight of what the program says
+            that it carries, since the last tare; before the first one as ``wrench`` [N]; None where no controller ran.
     """
 
     world: World
@@ -86,3 +88,9 @@ class Rollout(Value):
     grains: dict[str, Floats] = field(default_factory=dict)
     sizes: dict[str, Vector3] = field(default_factory=dict)
     seen: dict[str, float] = field(default_factory=dict)
+    force: Floats | None = None
+
+    def contact_force(self) -> Floats:
+        """(N,) ``force``, or, where nobody tared a sensor, the magnitude of ``wrench`` [N]."""
+        norm: Floats = (self.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
+        return norm if self.force is None else self.force

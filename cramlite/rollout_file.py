@@ -31,6 +31,8 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
         "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen,
     }  # fmt: skip
     arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
+    if rollout.force is not None:
+        arrays["force"] = rollout.force
     poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
     poses |= {f"grains{k}": rows for k, rows in enumerate(rollout.grains.values())}
     with path.open("wb") as file:
@@ -79,5 +81,6 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
         sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
         seen=header.get("seen", {}),
+        force=data.get("force"),
         **{name: data[name] for name in _ARRAYS},
     )

@@ -132,6 +132,6 @@ class Viewer:
         rollout, sample = self._rollout, self._samples[position]
         number = int(rollout.lines[sample])
         text = self._program[number - 1].strip() if 0 < number <= len(self._program) else ""
-        force = float(np.linalg.norm(rollout.wrench[sample, :3]))
+        force = float(rollout.contact_force()[sample])
         line = f"line {number}: `{text[:LONGEST]}`" if text else f"line {number}" if number else "no line"
         return f"{line}\n\nforce {force:.1f} N, gripper {1000 * float(rollout.opening[sample]):.0f} mm"

@@ -25,7 +25,7 @@ def peaks(run: Path, seed: int) -> tuple[float, float]:
     rollout = execute_file(run / "program.script", run / "world.json", seed=seed)
     text = (run / "program.script").read_text().splitlines()
     pushing = np.array([line > 0 and PUSH in text[int(line) - 1] for line in rollout.lines])
-    force = np.linalg.norm(rollout.wrench[:, :3], axis=1)
+    force = rollout.contact_force()
     outside = force[~pushing & (rollout.lines > 0)]
     return float(outside.max()), float(force[pushing].max(initial=0.0))
 

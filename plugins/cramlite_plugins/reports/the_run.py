@@ -69,7 +69,7 @@ def _tick(rollout: Rollout) -> float:
 
 def _plots(rollout: Rollout, joints: tuple[str, ...], ticks: Any) -> list[Plot]:
     times = rollout.times
-    force = np.linalg.norm(rollout.wrench[:, :3], axis=1)
+    force = rollout.contact_force()
     angles = {name: rollout.joints[:, k] for k, name in enumerate(joints) if k < rollout.joints.shape[1]}
     found = [plot("Contact force |F|", "N", times, {"|F|": force}, ticks, zero=True)]
     if angles:

@@ -16,11 +16,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Protocol
 
-import numpy as np
 from msgspec.structs import replace
 
 from cramlite.errors import UserError, nearest
-from cramlite.geometry import Floats
 from cramlite.program_text import is_program_text
 from cramlite.robots import Robot
 from cramlite.rollout import Rollout
@@ -30,6 +28,7 @@ from .compile import Compiled, compile_world, displace, unstable
 from .controller import Controller
 from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
+from .peaks import Peaks
 from .pose_server import PoseServer
 from .program_machine import ProgramMachine, load_program
 from .protective_stop import ProtectiveStop, Safety
@@ -88,7 +87,7 @@ def execute(
     for _ in range(round(settle / run.controller.period)):
         run.controller.hold()
         run.observe(0)
-    return replace(run.recorder.rollout(outcome, reason), wrench=np.array(run.wrenches))
+    return replace(run.recorder.rollout(outcome, reason), **run.peaks.arrays())
 
 
 class _Runner(Protocol):
@@ -146,8 +145,7 @@ class _Run:
         self.controller.sensor.drift[:3] = off.force_drift
         self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
-        self.wrenches: list[Floats] = []
-        self.peak = np.zeros(6)
+        self.peaks = Peaks(self.recorder.period)
 
     def start(self) -> None:
         """Recording begins, at time 0."""
@@ -155,16 +153,8 @@ class _Run:
         self.observe(0)
 
     def observe(self, line: int) -> None:
-        """Record; the wrench is the sensor's (averaged and filtered), at its largest since the last sample.
-
-        A single physics step of an impact would make peaks a matter of chance.
-        """
-        wrench = self.controller.applied()
-        if np.linalg.norm(wrench[:3]) > np.linalg.norm(self.peak[:3]):
-            self.peak = wrench
-        if self.data.time >= len(self.wrenches) * self.recorder.period - 1e-9:
-            self.wrenches.append(self.peak)
-            self.peak = wrench
+        """Record."""
+        self.peaks.see(self.data.time, self.controller)
         self.recorder.observe(self.data, line)
 
     def log(self, text: str) -> None:

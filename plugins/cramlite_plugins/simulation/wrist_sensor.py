@@ -37,7 +37,7 @@ class WristSensor:
         self.bias = np.zeros(6)
         self.mass = 0.0
         self.center = np.zeros(3)
-        self.started = False
+        self.started = self.tared = False
 
     def feed(self, reading: Floats, period: float) -> None:
         """One control cycle's mean reading (6,): force and torque of the wrist on the tool, sensor axes."""
@@ -57,7 +57,7 @@ class WristSensor:
 
     def zero(self, flange: Floats) -> None:
         """Tare."""
-        self.bias = self.compensated(flange)
+        self.bias, self.tared = self.compensated(flange), True
 
     def wrench(self, flange: Floats, tcp: Floats) -> Floats:
         """(6,) force and torque of the environment on the tool, base axes, torque about the TCP.

@@ -85,7 +85,7 @@ def _whole(name: str) -> str:
 
 
 class ForcePeak(Value):
-    """The force at the sensor stayed under the program's limit."""
+    """The force that the program feels, without the weight that it carries, stayed under its limit."""
 
     name: str = "force_peak"
     cost: Cost = "rollout"
@@ -96,7 +96,7 @@ class ForcePeak(Value):
         running = rollout.lines > 0
         if not running.any():
             return
-        force = np.where(running, np.linalg.norm(rollout.wrench[:, :3], axis=1), 0.0)
+        force = np.where(running, rollout.contact_force(), 0.0)
         k = int(np.argmax(force))
         reason = f"peak {force[k]:.1f} N at {rollout.times[k]:.1f} s, limit {limit:.0f} N"
         yield Finding(self.name, bool(force[k] <= limit), reason, float(force[k]), limit, "N", task_at(candidate, k))

@@ -98,6 +98,13 @@ def test_a_grasp_lifts_the_product() -> None:
     assert rollout.opening[-1] == pytest.approx(0.025, abs=1e-3)
     assert rollout.poses["product"][-1, 2] - rollout.poses["product"][0, 2] == pytest.approx(0.09, abs=0.01)
     assert rollout.wrench[-1, 2] == pytest.approx(0.8 * 9.81, abs=0.3)  # it carries the product: upwards
+    assert rollout.contact_force()[-1] < 1.0, "its weight is no contact: the program has said that it carries it"
+
+
+def test_what_the_program_does_not_say_that_it_carries_is_felt() -> None:
+    steps = tuple(s for s in pick(0.0, "object") if not isinstance(s, SetPayload))
+    rollout = run(*steps)
+    assert rollout.contact_force()[-1] == pytest.approx(0.8 * 9.81, abs=1.0)
 
 
 def test_an_empty_hand_is_noticed() -> None:

@@ -17,15 +17,14 @@ import threading
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from msgspec.structs import replace
 
 from cramlite.errors import UserError
-from cramlite.geometry import Floats
 from cramlite.robots import Robot
 from cramlite.rollout import Rollout
 from cramlite.world import World
 
+from ..peaks import Peaks
 from ..recorder import Recorder
 from .registers import Registers
 from .robot import VirtualRobot
@@ -91,8 +90,7 @@ class _Run:
         self.said: queue.SimpleQueue[str] = queue.SimpleQueue()
         self.errors: list[str] = []
         self.readers: list[threading.Thread] = []
-        self.wrenches: list[Floats] = []
-        self.peak = np.zeros(6)
+        self.peaks = Peaks(self.recorder.period)
         self.ended = self.stopped = -1.0
 
     @property
@@ -133,13 +131,8 @@ class _Run:
         return ""
 
     def observe(self) -> None:
-        """Record; the wrench is the largest since the last sample, as in ``execute``."""
-        wrench = self.robot.arm.applied()
-        if np.linalg.norm(wrench[:3]) > np.linalg.norm(self.peak[:3]):
-            self.peak = wrench
-        if self.robot.time >= len(self.wrenches) * self.recorder.period - 1e-9:
-            self.wrenches.append(self.peak)
-            self.peak = wrench
+        """Record, as ``execute`` does."""
+        self.peaks.see(self.robot.time, self.robot.arm)
         self.recorder.observe(self.robot.data, self.line)
 
     def hear(self) -> None:
@@ -156,7 +149,7 @@ class _Run:
     def rollout(self, why: str) -> Rollout:
         """What was recorded, and how it ended."""
         outcome, reason = self._outcome(why)
-        return replace(self.recorder.rollout(outcome, reason), wrench=np.array(self.wrenches))
+        return replace(self.recorder.rollout(outcome, reason), **self.peaks.arrays())
 
     def _outcome(self, why: str) -> tuple[str, str]:
         if self.robot.stopped:
