@@ -10,6 +10,17 @@ from .plugin_choice import PluginChoice
 
 
 def plugin_choice(arguments: argparse.Namespace) -> PluginChoice:
+    """The plugins that a command line chooses.
+
+    Raises:
+        UserError: it names a file and blocks it.
+    """
+    for file in arguments.plugin:
+        if file.stem in arguments.block:
+            raise UserError(
+                f"'--plugin {file}' asks for the plugin '{file.stem}', and '--block {file.stem}' blocks it; leave one of them "
+                "out. If the file is to stand for an installed plugin of that name, rename the file."
+            )
     return PluginChoice(tuple(arguments.plugin), tuple(arguments.block), tuple(arguments.prefer))
 
 
@@ -210,9 +221,7 @@ def _view(arguments: argparse.Namespace) -> int:
         port=arguments.port,
         browser=not arguments.no_browser,
         seconds=arguments.seconds,
-        plugins=arguments.plugin,
-        block=arguments.block,
-        prefer=arguments.prefer,
+        plugins=plugin_choice(arguments),
     )
 
 

@@ -27,6 +27,13 @@ class Point(Value):
     dist: importlib.metadata.Distribution | None
     load: Callable[[], Any]
 
+    def taken(self) -> str:
+        """Why a file cannot have this name too."""
+        return (
+            f"there is a plugin '{self.name}' already, of {self.distribution} {self.version} ({self.value}), and two of one name "
+            f"cannot be told apart; rename the file, and if it is to stand for that one, add --block {self.name}"
+        )
+
     def outdated(self) -> str:
         """Why its distribution is not for this version; empty if it is."""
         return "" if self.dist is None or self.distribution == OWN_DISTRIBUTION else made_for_another_version(self.dist)

@@ -20,7 +20,7 @@ class PluginChoice(Value):
 
     Args:
         files: plugin modules to load by path.
-        blocked: names of plugins that are not loaded.
+        blocked: names of plugins that are not loaded, be they installed or in a file.
         preferred: names of plugins that are asked first.
     """
 
@@ -44,15 +44,7 @@ class PluginChoice(Value):
         """
         from .registry import Registry
 
-        registry = Registry(self.files, self.blocked, self.preferred, strict)
-        return self._said(registry) if strict else registry
-
-    def _said(self, registry: Registry) -> Registry:
-        """An installed plugin in whose place a file was loaded is named before all else, on standard error."""
-        for fault in registry.faults:
-            if fault.hook == "import" and fault.plugin in {f.stem for f in self.files}:
-                print(f"cramlite: warning: {fault}", file=sys.stderr)
-        return registry
+        return Registry(self.files, self.blocked, self.preferred, strict)
 
     def engine(self, ontologies: tuple[Path, ...] = (), rules: Path | None = None) -> Engine:
         """An engine with these plugins; its arguments are those of `Engine`.
@@ -62,11 +54,9 @@ class PluginChoice(Value):
         """
         from .engine import Engine
 
-        engine = Engine(
+        return Engine(
             files=self.files, blocked=self.blocked, preferred=self.preferred, ontologies=ontologies, rules=rules
         )
-        self._said(engine.registry)
-        return engine
 
 
 INSTALLED = PluginChoice()
@@ -89,5 +79,9 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
                 raise UserError(
                     f"{scenario.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}."
                 )
+    for file in plugins.files:
+        if file.stem in scenario.spec.block:
+            where = scenario.where("block", scenario.spec.block.index(file.stem))
+            print(f"cramlite: warning: {where}: leaves out the plugin file '{file}'.", file=sys.stderr)
     ontologies = tuple(scenario.beside(o) for o in scenario.spec.ontologies)
     return plugins.but(scenario.spec.block, scenario.spec.prefer).engine(ontologies)

@@ -12,7 +12,7 @@ import pluggy
 from msgspec import Struct, field
 
 from . import hookspecs
-from .entry_points import GROUP, OWN_DISTRIBUTION, entry_points, module_from
+from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
 from .errors import PluginError, Unresolvable, UserError, nearest
 from .plugin_faults import NAMED_BY, check_declared, check_hooks, said_with_place, why_not_loaded
 from .value import Value
@@ -57,7 +57,7 @@ class Registry(Struct, dict=True):
 
     Args:
         files: plugin modules to load by path, before all others.
-        blocked: names of plugins that are not loaded.
+        blocked: names of plugins that are not loaded, be they installed or in a file.
         preferred: names of plugins that are asked first.
         strict: a file that cannot be used is input of whoever named it. False: recorded like an installed plugin that
             cannot be, which is what ``cramlite plugins`` lists.
@@ -77,13 +77,12 @@ class Registry(Struct, dict=True):
         self._manager = _Manager(GROUP)
         self._manager.add_hookspecs(hookspecs)
         points = entry_points()
-        self._check_names({p.name for p in points} | {f.stem for f in self.files})
+        installed = {p.name: p for p in points}
+        self._check_names(installed.keys() | {f.stem for f in self.files})
         for file in self.files:
             if not file.is_file():
                 raise UserError(f"There is no plugin file '{file}'; give the path of a Python module with --plugin.")
-            self._load(file.stem, lambda file=file: module_from(file), "file", "", str(file))  # type: ignore[misc]
-            if self.strict:
-                self._refuse(file)
+            self._load_file(file, installed.get(file.stem))
         for point in points:
             if point.name not in self.blocked:
                 self._load(point.name, point.load, point.distribution, point.version, point.value, point.outdated())
@@ -95,6 +94,16 @@ class Registry(Struct, dict=True):
         for name in self.blocked:
             if name in self.preferred:
                 raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
+
+    def _load_file(self, file: Path, installed: Point | None) -> None:
+        """Load a file, unless it is blocked. One with the name of an installed plugin never stands in its place unsaid, and
+        to block that name would leave out both: it is refused."""
+        if file.stem in self.blocked and installed is None:
+            return
+        fault = "" if installed is None else installed.taken()
+        self._load(file.stem, lambda: module_from(file), "file", "", str(file), fault)
+        if self.strict:
+            self._refuse(file)
 
     def _refuse(self, file: Path) -> None:
         """Raise UserError if the file that was loaded last cannot be used, or declares what it should not."""
@@ -137,7 +146,6 @@ class Registry(Struct, dict=True):
         return (
             f"two plugins are called '{name}': this one, of {distribution} ({place}), and one of {first.distribution} "
             f"({first.file}), which was found first and is used; rename one"
-            + ("" if first.distribution != "file" else f", or leave the installed one out with --block {name}")
         )
 
     def _implementations(self, hook: str) -> list[Any]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .errors import UserError
+from .plugin_choice import INSTALLED, PluginChoice
 from .rollout_file import load_rollout
 
 if TYPE_CHECKING:
@@ -30,9 +31,7 @@ def view_run(
     port: int = 8080,
     browser: bool = True,
     seconds: float = 0.0,
-    plugins: Sequence[Path] = (),
-    block: Sequence[str] = (),
-    prefer: Sequence[str] = (),
+    plugins: PluginChoice = INSTALLED,
 ) -> int:
     """Serve a run to the browser until the time is up or the person interrupts.
 
@@ -47,10 +46,9 @@ def view_run(
         UserError: the extra is not installed, the folder holds no run, or the address cannot be used.
     """
     from .knowledge import Knowledge
-    from .registry import Registry
 
     require_viser()
-    knowledge = Knowledge(Registry(tuple(plugins), tuple(block), tuple(prefer)))
+    knowledge = Knowledge(plugins.registry())
     rollout = recorded(run, world, knowledge, seed)
     viewer = viewer_of(rollout, knowledge, program_of(run), host, port)
     print(f"{run}: {rollout.times[-1]:.1f} s, {rollout.outcome}. The viewer is at {viewer.url}", flush=True)

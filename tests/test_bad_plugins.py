@@ -166,14 +166,54 @@ def test_two_files_of_one_name(plugin: Plugin, tmp_path: Path) -> None:
         Registry((first, second))
 
 
-def test_a_file_with_the_name_of_an_installed_plugin(plugin: Plugin) -> None:
-    file = plugin("holding", OBJECTS)
-    (fault,) = Registry((file,)).faults
-    assert "two plugins are called 'holding'" in fault.error
-    assert "--block holding" in fault.error
-    instead = Registry((file,), blocked=("holding",))
+@pytest.mark.parametrize("name", ["holding", "physics"])
+def test_a_file_with_the_name_of_a_shipped_plugin_is_refused(name: str, plugin: Plugin, run: Run) -> None:
+    file = plugin(name, OBJECTS)
+    ran = run("tasks", "--plugin", file)
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+    assert f"'{file}' cannot be used: there is a plugin '{name}' already, of cramlite 0.1.0" in ran.err
+    assert f"rename the file, and if it is to stand for that one, add --block {name}" in ran.err
+    for blocked in ((), (name,)):  # to block the name would leave out both
+        with pytest.raises(UserError, match="rename the file"):
+            Engine(files=[file], blocked=blocked)
+    listed = Registry((file,), strict=False)
+    assert [bool(i.hooks) for i in listed.infos if i.name == name] == [False, True], "the shipped one is in use"
+    other = file.rename(file.with_stem("my_own"))
+    instead = Registry((other,), blocked=(name,))
     assert instead.faults == []
-    assert [i.distribution for i in instead.infos if i.name == "holding"] == ["file"]
+    assert {i.name for i in instead.infos} & {name, "my_own"} == {"my_own"}
+
+
+STRICT = (
+    "from cramlite.verdict import Finding\n"
+    "class Strict:\n    name, cost = 'strict', 'facts'\n"
+    "    def check(self, candidate):\n        yield Finding('strict', False, 'never')\n"
+    "@hookimpl\ndef validators():\n    return [Strict()]\n"
+)
+
+
+def test_a_blocked_file_is_not_loaded(plugin: Plugin, run: Run, spoiled: Callable[..., Path], tmp_path: Path) -> None:
+    file = plugin("strict", STRICT)
+    assert "strict" not in {i.name for i in Engine(files=[file], blocked=["strict"]).registry.infos}
+    assert "strict" in {i.name for i in Engine(files=[file], blocked=["holding"]).registry.infos}
+    with pytest.raises(UserError, match="There is no plugin 'strickt'"):
+        Engine(files=[file], blocked=["strickt"])
+    scenario = spoiled(("robot:", "block: [strict]\nrobot:"))
+    line = scenario.read_text().splitlines().index("block: [strict]") + 1
+    wins = run("resolve", scenario, "--plugin", file, "--no-report", "--out", tmp_path / "wins")
+    assert wins.code == 0, wins.err
+    assert f"warning: {scenario}:{line}: leaves out the plugin file '{file}'." in wins.err
+    judged = run("resolve", TASKS, "--plugin", file, "--no-report", "--out", tmp_path / "judged")
+    assert judged.code == 1 and "strict: never" in judged.err
+    assert "leaves out" not in judged.err
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_to_name_a_file_and_block_it_is_a_contradiction(command: str, plugin: Plugin, run: Run) -> None:
+    file = plugin("strict", STRICT)
+    ran = run(command, *EVERY_COMMAND.get(command, ()), "--plugin", file, "--block", "strict")
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+    assert f"'--plugin {file}' asks for the plugin 'strict', and '--block strict' blocks it" in ran.err
 
 
 # Installed packages
