@@ -21,8 +21,11 @@ def find_scenario(name: str) -> Path:
         UserError: there is no such file; lists the shipped ones, the nearest first.
     """
     path = Path(name)
-    if path.is_file():
-        return path
+    try:
+        if path.is_file():
+            return path
+    except OSError as error:  # longer than names of files may be
+        raise UserError(f"'{name[:60]}...' cannot be the name of a file: {error.strerror}.") from None
     folder = data_folder("scenarios")
     shipped = {p.stem: p for p in sorted(folder.glob("**/*.yaml"))}
     full = {p.relative_to(folder).with_suffix("").as_posix(): p for p in shipped.values()}

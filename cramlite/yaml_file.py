@@ -28,7 +28,8 @@ def load_yaml(path: Path) -> Any:
     try:
         if path.stat().st_size > LARGEST:
             raise UserError(f"{path}: {path.stat().st_size} bytes; a file of this kind has at most {LARGEST}.")
-        return read(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        return read(text)
     except OSError as error:
         raise UserError(f"{path}: cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
@@ -37,6 +38,8 @@ def load_yaml(path: Path) -> Any:
         mark = error.problem_mark or error.context_mark
         line = f":{mark.line + 1}" if mark else ""
         problem = (error.problem or str(error)).split("\n")[0]
+        if mark and "\t" in text.split("\n")[mark.line]:
+            problem += "; there is a tab in this line: YAML is indented with spaces"
         raise UserError(f"{path}{line}: not valid YAML: {problem}.") from error
     except (YAMLError, ValueError, RecursionError) as error:
         raise UserError(f"{path}: not valid YAML: {error}.") from error
@@ -67,10 +70,27 @@ def explain_validation(path: Path, data: Any, error: ValidationError, fields: Se
         elif problem["type"] == "missing":
             clauses.append(f"{path}:{line}: {key} is missing")
         else:
-            said = problem["msg"].removeprefix("Value error, ")
+            said = _said(problem["type"], problem["msg"], problem["input"])
             clauses.append(f"{path}:{line}: {key}: {said}" if key else f"{path}:{line}: {said}")
     more = error.error_count() - len(clauses)
     return UserError("; ".join(clauses) + (f"; and {more} more." if more > 0 else "."))
+
+
+KINDS = {
+    "model_type": "a mapping", "model_attributes_type": "a mapping", "dict_type": "a mapping", "tuple_type": "a list",
+    "list_type": "a list", "string_type": "text",
+}  # fmt: skip
+"""What pydantic calls by Python's names, as YAML calls it."""
+
+
+def _said(kind: str, said: str, given: Any) -> str:
+    """A complaint in the words of YAML."""
+    if kind not in KINDS:
+        return said.removeprefix("Value error, ")
+    names = {dict: "a mapping", list: "a list", str: "text", bool: "true or false", type(None): "empty"}
+    found = next((name for t, name in names.items() if isinstance(given, t)), "a number")
+    how = {"a mapping": ", such as 'key: value'", "a list": ", such as [one, two]"}.get(KINDS[kind], "")
+    return f"this is {found}; it should be {KINDS[kind]}{how}"
 
 
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth", "tenth")

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ValidationError
 
-from cramlite import UserError
+from cramlite import UserError, read_scenario
+from cramlite.resources import find_scenario
 from cramlite.yaml_file import explain_validation, line_of, load_yaml
 
 TEXT = st.text(st.characters(codec="ascii")).filter(lambda t: not re.fullmatch(r"[-+]?[0-9.]+[eE][-+]?[0-9]+|0o[0-7]+", t))
@@ -109,7 +110,7 @@ class _Whole(BaseModel):
     [
         ({"d": "deep"}, ":6: 'hangs_on.depth' of the third thing 'tea': Input should be"),
         ({"x": "far"}, ":3: the third value of 'at' of the first thing 'floor': Input should be"),
-        ({"g": "3"}, ":1: the second value of 'goal': Input should be"),
+        ({"g": "3"}, ":1: the second value of 'goal': this is a number; it should be text"),
         ({}, ":4: 'name' of the second thing is missing"),
     ],
 )
@@ -132,3 +133,24 @@ def test_entries_after_the_tenth() -> None:
     with pytest.raises(ValidationError) as found:
         _Whole.model_validate({"goal": ["on"] * 11 + [3], "things": []})
     assert "the 12th value of 'goal'" in str(explain_validation(Path("f"), {"goal": ["on"] * 11 + [3]}, found.value, []))
+
+
+WRONG = {
+    "scenario: x\nrobot: [ur5e]\n": ":2: 'robot': this is a list; it should be a mapping, such as 'key: value'",
+    "scenario: x\nrobot: {type: ur5e}\nthings: {a: b}\n": ":3: 'things': this is a mapping; it should be a list",
+    "scenario: x\nrobot: {type: true}\n": ":2: 'robot.type': this is true or false; it should be text",
+    "scenario:\nrobot: {type: ur5e}\n": ":1: 'scenario': this is empty; it should be text",
+    "scenario: x\nrobot:\n\ttype: ur5e\n": ":3: not valid YAML: .*there is a tab in this line",
+}
+
+
+@pytest.mark.parametrize(("text", "says"), WRONG.items(), ids=range(len(WRONG)))
+def test_kinds_are_called_as_in_yaml(tmp_path: Path, text: str, says: str) -> None:
+    (tmp_path / "file.yaml").write_text(text)
+    with pytest.raises(UserError, match=says):
+        read_scenario(tmp_path / "file.yaml")
+
+
+def test_a_name_that_no_file_can_have(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="cannot be the name of a file"):
+        find_scenario("a" * 5000)
