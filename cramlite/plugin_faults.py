@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 from types import ModuleType
+from typing import get_args
 
 from . import hookspecs
 from .errors import nearest
@@ -20,11 +21,23 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "robots": ("type", "mjcf"),
     "object_models": ("name", "make"),
     "simulators": ("name", "execute"),
-    "validators": ("name", "check"),
-    "backends": ("name", "emit"),
-    "report_sections": ("title", "render"),
+    "validators": ("name", "check", "cost"),
+    "backends": ("name", "emit", "executable"),
+    "report_sections": ("title", "render", "order"),
 }
-"""Hook -> what the things declared under it have: their name and what they do."""
+"""Hook -> what the things declared under it have: their name, what they do, and what else is asked of all of them."""
+
+_MANY, _NUMBER = (tuple, list, frozenset), (int, float)
+_TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
+    "task_types": {"aliases": _MANY, "roles": _MANY, "parameters": _MANY},
+    "predicates": {"arity": (int,), "phases": _MANY, "value": (bool,), "cost": _NUMBER},
+    "validators": {"cost": (str,)},
+    "experts": {"scope": (str,), "inputs": _MANY, "outputs": _MANY, "uses": _MANY, "cost_ms": _NUMBER, "parameters": _MANY},
+    "object_models": {"files": _MANY, "product": (bool,)},
+    "backends": {"executable": (bool,), "typed_stands_in": (bool,)},
+    "report_sections": {"order": _NUMBER, "refused": (bool,)},
+}
+"""Hook -> attributes that go wrong late, or unseen, where they are of another type: text is a sequence of letters, and true."""
 
 
 class NoModule(Exception):
@@ -37,6 +50,10 @@ class WrongHook(Exception):
 
 class WrongDeclaration(Exception):
     """Something declared under a hook that is not what the hook is for."""
+
+
+class WrongAnswer(Exception):
+    """Something that a plugin answered and that is no answer."""
 
 
 def check_hooks(plugin: ModuleType | object) -> None:
@@ -63,7 +80,7 @@ def check_declared(hook: str, item: object) -> None:
     """A declared thing has what its hook is for.
 
     Raises:
-        WrongDeclaration: names what it has not.
+        WrongDeclaration: names what it has not, or what of it is not possible.
     """
     for attribute in NAMED_BY.get(hook, ()):
         if not hasattr(item, attribute):
@@ -75,6 +92,51 @@ def check_declared(hook: str, item: object) -> None:
             raise WrongDeclaration(f"{hook} gave {what[:80]}, which has no '{attribute}'")
     if isinstance(item, type):
         raise WrongDeclaration(f"{hook} gave the class {item.__name__}; declare an instance, {item.__name__}()")
+    if hook in NAMED_BY:
+        _check_values(hook, item)
+
+
+def _check_values(hook: str, item: object) -> None:
+    """Attributes have the types and words that the engine reads: one that nothing matches would switch a thing off unsaid."""
+    key, does, *_ = NAMED_BY[hook]
+    name = getattr(item, key)
+    if not isinstance(name, str) or not name:
+        raise WrongDeclaration(f"{hook} gave {repr(item)[:80]}, whose '{key}' is {name!r}; it is text")
+    if not callable(getattr(item, does)):
+        raise WrongDeclaration(f"{hook} gave '{name}', whose '{does}' is {_short(getattr(item, does))}, no function")
+    for attribute, types in _TYPES.get(hook, {}).items():
+        value = getattr(item, attribute, None)
+        if value is not None and not isinstance(value, types):
+            valid = {"tuple": "a tuple", "bool": "True or False", "str": "one word"}.get(types[0].__name__, "a number")
+            raise WrongDeclaration(f"{hook} gave '{name}', whose '{attribute}' is {_short(value)}; it is {valid}")
+    for attribute, words in _words(hook).items():
+        said = getattr(item, attribute)
+        for word in said if isinstance(said, _MANY) else (said,):
+            if word not in words:
+                raise WrongDeclaration(
+                    f"{hook} gave '{name}', whose '{attribute}' is {_short(word)}; {nearest(str(word), words)}"
+                )
+
+
+def _short(value: object) -> str:
+    return repr(value)[:80]
+
+
+def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
+    """Attributes of what is declared under a hook that are one of a few words, and the words."""
+    if hook == "validators":
+        from .verdict import COSTS
+
+        return {"cost": COSTS}
+    if hook == "experts":
+        from .experts import Scope
+
+        return {"scope": get_args(Scope)}
+    if hook == "predicates":
+        from .phases import PhaseName
+
+        return {"phases": get_args(PhaseName)}
+    return {}
 
 
 def why_not_loaded(error: BaseException, distribution: str) -> str:
@@ -90,15 +152,15 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
         return f"{error}; it was written for another version than cramlite {VERSION}"
     if isinstance(error, SystemExit):
         return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
-    if isinstance(error, WrongHook | NoModule):
-        return str(error)
     if isinstance(error, SyntaxError):
         return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"
     return said_with_place(error)
 
 
 def said_with_place(error: BaseException) -> str:
-    """An error with the place in a file at which it was raised."""
+    """An error with the place in a file at which it was raised; what the engine says of a plugin has none."""
+    if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
+        return str(error)
     trace, place = error.__traceback__, ""
     while trace is not None:
         file = trace.tb_frame.f_code.co_filename

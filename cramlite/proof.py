@@ -14,7 +14,8 @@ from .knowledge import Knowledge
 from .late_poses import edges
 from .nogoods import Conflict
 from .plan import Plan
-from .plugin_types import Backend, Candidate
+from .plugin_faults import WrongAnswer
+from .plugin_types import Backend, Candidate, Validator
 from .program import Program, Snapshot
 from .program_text import typed_code
 from .robots import Robot
@@ -68,7 +69,8 @@ def prove(
     except UserError as refused:
         return candidate, Verdict((*findings, Finding("code", False, f"backend '{backend.name}': {refused}")))
     except Exception as error:
-        fault = knowledge.registry.fault(backend.name, "backends", candidate.program.name, error)
+        owner = knowledge.registry.owner("backends", backend.name)
+        fault = knowledge.registry.fault(owner, "backends", candidate.program.name, error)
         return candidate, Verdict(
             (*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}"))
         )
@@ -140,14 +142,31 @@ def judge(
     return findings
 
 
-def _ask(validator: object, candidate: Candidate, knowledge: Knowledge) -> Iterable[Finding]:
+def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> Iterable[Finding]:
     """A validator that breaks has not approved: its fault is an objection."""
-    name = getattr(validator, "name", str(validator))
+    name = validator.name
     try:
-        return list(validator.check(candidate))  # type: ignore[attr-defined]
+        return _findings(validator.check(candidate))
     except Exception as error:
-        fault = knowledge.registry.fault(name, "validators", name, error)
+        fault = knowledge.registry.fault(knowledge.registry.owner("validators", name), "validators", name, error)
         return [Finding(name, False, f"the validator itself failed: {fault.error}")]
+
+
+def _findings(answer: object) -> list[Finding]:
+    """What a validator answered, if it is what validators answer.
+
+    Raises:
+        WrongAnswer: it is not; names what it is.
+    """
+    if not isinstance(answer, Iterable):
+        raise WrongAnswer(f"check gives Findings, in a list or one after another with 'yield', not {repr(answer)[:80]}")
+    findings = list(answer)
+    for finding in findings:
+        if not isinstance(finding, Finding):
+            raise WrongAnswer(f"check gives Findings, not {repr(finding)[:80]}; write Finding(name, passed, reason)")
+        if not isinstance(finding.passed, bool | np.bool_):
+            raise WrongAnswer(f"'passed' of a Finding is True or False, not {repr(finding.passed)[:80]}")
+    return findings
 
 
 def conflict_of(verdict: Verdict, state: State) -> Conflict:

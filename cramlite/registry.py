@@ -40,7 +40,8 @@ class Fault(Value):
     error: str
 
     def __str__(self) -> str:
-        return f"plugin '{self.plugin}' {self.version}, hook {self.hook}, at {self.designator or 'load'}: {self.error}"
+        version = f" {self.version}" if self.version else ""  # a file has none
+        return f"plugin '{self.plugin}'{version}, hook {self.hook}, at {self.designator or 'load'}: {self.error}"
 
 
 class _Manager(pluggy.PluginManager):
@@ -253,6 +254,11 @@ class Registry(Struct, dict=True):
                 impl.function(*[arguments[a] for a in impl.argnames])
             except Exception as error:
                 self.fault(impl.plugin_name, hook, "", error)
+
+    def owner(self, hook: str, name: str) -> str:
+        """The plugin that declares a thing of that name under a hook; the name itself if none does."""
+        key = NAMED_BY[hook][0]
+        return next((plugin for plugin, item in self.collect(hook) if getattr(item, key) == name), name)
 
     def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
         """Record a plugin's bug with the place in its own code."""

@@ -109,6 +109,10 @@ def test_every_command_ends_before_any_work(
     assert {p for p in tmp_path.iterdir() if p.name != "__pycache__"} == before
 
 
+TASK_WITH_ALIAS = (
+    "class T(TaskType):\n    task = 'x:T'\n    aliases = {}\n    def decompose(self, a, b): return []\n"
+    + THING.format(hook="task_types", thing="T()")
+)
 BAD_DECLARATIONS = {
     "a class": (
         "class T(TaskType):\n    task = 'x:T'\n    def decompose(self, a, b): return []\n" + THING.format(hook="task_types", thing="T"),
@@ -182,6 +186,111 @@ def test_a_file_with_the_name_of_a_shipped_plugin_is_refused(name: str, plugin: 
     instead = Registry((other,), blocked=(name,))
     assert instead.faults == []
     assert {i.name for i in instead.infos} & {name, "my_own"} == {"my_own"}
+
+
+JUDGE = (
+    "from cramlite.verdict import Finding\n"
+    "class Judge:\n    name, cost = {name}, {cost}\n"
+    "    def check(self, candidate):\n        {body}\n"
+    "@hookimpl\ndef validators():\n    return [Judge()]\n"
+)
+JUDGED = {"name": "'b'", "cost": "'facts'", "body": "yield Finding('b', True, 'fine')"}
+
+
+def declared(hook: str, call: str) -> str:
+    return f"def f(*a):\n    return []\n@hookimpl\ndef {hook}():\n    return [{call}]\n"
+
+
+UNREADABLE = {
+    "cost": (JUDGE.format(**JUDGED | {"cost": "'rolout'"}), "'b', whose 'cost' is 'rolout'; did you mean 'rollout'?"),
+    "several costs": (JUDGE.format(**JUDGED | {"cost": "('ik', 'path')"}), "whose 'cost' is ('ik', 'path'); it is one word"),
+    "no cost": (JUDGE.format(**JUDGED).replace("name, cost =", "name, cots ="), "which has no 'cost'"),
+    "no name": (JUDGE.format(**JUDGED | {"name": "None"}), "whose 'name' is None; it is text"),
+    "check": (JUDGE.format(**JUDGED).replace("@hook", "Judge.check = 5\n@hook"), "whose 'check' is 5, no function"),
+    "scope": (
+        declared("experts", "Expert('e', 'e', (), ('x',), f, scope='objects')"),
+        "'e', whose 'scope' is 'objects'; did you mean 'object'?",
+    ),
+    "outputs": (declared("experts", "Expert('e', 'e', (), 'x', f)"), "whose 'outputs' is 'x'; it is a tuple"),
+    "cost of an expert": (declared("experts", "Expert('e', 'e', (), ('x',), f, cost_ms='3')"), "it is a number"),
+    "phase": (
+        declared("predicates", "Predicate('p', 0, f, frozenset({'before'}))"),
+        "'p', whose 'phases' is 'before'; valid are: post, pre, run",
+    ),
+    "phases": (declared("predicates", "Predicate('p', 0, f, 'run')"), "whose 'phases' is 'run'; it is a tuple"),
+    "executable": (
+        "class E:\n    name, executable = 'e', 'no'\n    def emit(self, p, r): ...\n" + declared("backends", "E()"),
+        "'e', whose 'executable' is 'no'; it is True or False",
+    ),
+    "no executable": (
+        "class E:\n    name = 'e'\n    def emit(self, p, r): ...\n" + declared("backends", "E()"),
+        "which has no 'executable'",
+    ),
+    "files": (declared("object_models", "ModelMaker('m', f, files='mesh')"), "whose 'files' is 'mesh'; it is a tuple"),
+    "order": (declared("report_sections", "ReportSection('s', 'last', f)"), "whose 'order' is 'last'; it is a number"),
+    "aliases": (TASK_WITH_ALIAS.format("'Ab'"), "'x:T', whose 'aliases' is 'Ab'; it is a tuple"),
+}
+
+
+@pytest.mark.parametrize("what", UNREADABLE)
+def test_what_would_switch_a_thing_off_unsaid_is_refused(what: str, plugin: Plugin, run: Run) -> None:
+    body, says = UNREADABLE[what]
+    file = plugin("odd", "from cramlite.phases import Predicate\nfrom cramlite.experts import Expert\n" + body)
+    ran = run("tasks", "--plugin", file)
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1), ran.err
+    assert f"'{file}' cannot be used: hook " in ran.err and says in ran.err
+    listed = run("plugins", "--plugin", file)
+    assert listed.code == 3 and says in listed.out
+    assert "plugin_faults.py" not in ran.err + listed.out, "it is the plugin's defect, not the engine's"
+
+
+def test_what_is_declared_rightly_is_not_refused(plugin: Plugin) -> None:
+    bodies = (
+        *(JUDGE.format(**JUDGED | {"cost": f"'{cost}'"}) for cost in ("facts", "ik", "path", "rollout")),
+        "from cramlite.experts import Expert\n" + declared("experts", "Expert('e', 'e', (), ('x',), f, scope='object')"),
+        "from cramlite.phases import Predicate\n" + declared("predicates", "Predicate('p', 0, f, frozenset({'run'}))"),
+        declared("object_models", "ModelMaker('m', f, files=('mesh',))"),
+        declared("report_sections", "ReportSection('s', 2.5, f)"),
+        TASK_WITH_ALIAS.format("('Ab',)"),
+    )
+    for k, body in enumerate(bodies):
+        assert Registry((plugin(f"fine_{k}", body),)).faults == []
+
+
+NO_FINDINGS = {
+    "text": ("yield 'bad'", "check gives Findings, not 'bad'; write Finding(name, passed, reason)"),
+    "True": ("return True", "check gives Findings, in a list or one after another with 'yield', not True"),
+    "nothing": ("pass", "check gives Findings, in a list or one after another with 'yield', not None"),
+    "passed": ("yield Finding('b', 'no', 'too fast')", "'passed' of a Finding is True or False, not 'no'"),
+    "raises": ("1 / 0", "ZeroDivisionError: division by zero (broken.py:"),
+    "raises late": ("yield Finding('b', True, 'fine')\n        1 / 0", "ZeroDivisionError: division by zero (broken.py:"),
+}
+
+
+@pytest.mark.parametrize("what", NO_FINDINGS)
+def test_a_validator_that_answers_nonsense_is_named(what: str, plugin: Plugin, run: Run, tmp_path: Path) -> None:
+    body, says = NO_FINDINGS[what]
+    file = plugin("broken", JUDGE.format(**JUDGED | {"body": body}))
+    ran = run("resolve", TASKS, "--plugin", file, "--no-report", "--out", tmp_path / "run")
+    assert (ran.code, ran.out) == (3, "")
+    assert f"Fault: plugin 'broken', hook validators, at b: {says}" in ran.err
+    assert "defect" not in ran.err and "proof.py" not in ran.err
+
+
+def test_an_installed_validator_is_named_with_its_version(install: Install, run: Run, tmp_path: Path) -> None:
+    install("pack-judge", "calm", body=JUDGE.format(**JUDGED | {"body": "return True"}))
+    ran = run("resolve", TASKS, "--no-report", "--out", tmp_path / "run")
+    assert ran.code == 3
+    assert "Fault: plugin 'calm' 2.5, hook validators, at b: check gives Findings" in ran.err
+    assert run("plugins", "--block", "calm").code == 0
+
+
+def test_a_backend_that_breaks_is_named_by_its_plugin(plugin: Plugin, run: Run, tmp_path: Path) -> None:
+    broken = "class E:\n    name, executable = 'e', True\n    def emit(self, p, r):\n        1 / 0\n"
+    file = plugin("writer", broken + declared("backends", "E()"))
+    ran = run("resolve", TASKS, "--plugin", file, "--backend", "e", "--no-report", "--out", tmp_path / "run")
+    assert ran.code == 3
+    assert "Fault: plugin 'writer', hook backends, at " in ran.err and "(writer.py:" in ran.err
 
 
 STRICT = (
