@@ -54,3 +54,14 @@ def said_times(spans: list[Span]) -> str:
     said = [f"at {a:.2f} s" if b - a < 0.005 else f"from {a:.2f} to {b:.2f} s" for a, b in spans[:LISTED]]
     more = len(spans) - LISTED
     return f"it held {', '.join(said)}" + (f" and {more} times more" if more > 1 else " and once more" if more == 1 else "")
+
+
+def said_values(clause: Clause, bindings: Iterable[dict[str, Any]], phase: Phase) -> str:
+    """What a value was that a condition compares, as ": it is 2"; empty for other conditions, and where it has none."""
+    from cramlite.conditions import Compare
+
+    if not isinstance(clause.condition, Compare):
+        return ""
+    found = {v for b in bindings for v in clause.condition.values(phase, b)}
+    shown = sorted(v if isinstance(v, str) else f"{v:.4g}" for v in found)
+    return f": it is {', '.join(shown[:LISTED])}" if shown else ""

@@ -13,7 +13,7 @@ from cramlite.geometry import Pose, Vector3
 from cramlite.value import Value
 from cramlite.verdict import Cost
 
-from .held_times import MOMENT, Span, held_times, said_times
+from .held_times import MOMENT, Span, held_times, said_times, said_values
 
 if TYPE_CHECKING:
     from cramlite.phases import Phase, PhaseName, Timeline
@@ -178,6 +178,8 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
 
 
 def _judged(rule: Rule, action: Action, timeline: Timeline, span: Span, name: str, *, after_only: bool) -> Finding:
+    from cramlite.phases import Segment
+
     phases = ("post",) if after_only else ("run", "post")
     clauses = [c for c in rule.written_order if c.phase in phases or _binds(c)]
     unmet = _unmet_in(rule, clauses, action, _ways(timeline, *span))
@@ -187,7 +189,8 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, span: Span, name: st
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
     clause, bindings = unmet
     when = "after" if clause.phase == "post" else "during"
-    said = f"{when} {action.name} '{clause.text}' does not hold" + (f" ({roles})" if roles else "")
+    was = said_values(clause, bindings, timeline.phases(Segment(*span))[clause.phase])
+    said = f"{when} {action.name} '{clause.text}' does not hold{was}" + (f" ({roles})" if roles else "")
     held = "" if _binds(clause) else said_times(held_times(clause, bindings, timeline))
     ran = f"; {action.name} ran from {span[0]:.2f} to {span[1]:.2f} s"
     return Finding(name, False, said + (f": {held}{ran}" if held else ""), origin=action.name)

@@ -12,19 +12,23 @@ from interpretation_samples import SHOP, episode, hanger_episode, state
 
 from cramlite import Budget, Engine, Trace, read_scenario
 from cramlite.phases import Timeline
-from cramlite.rules import load_rules
-from cramlite_plugins.validators.held_times import held_times, said_times
+from cramlite.rules import Clause, load_rules
+from cramlite_plugins.validators.held_times import held_times, said_times, said_values
 
 KNOWN = Engine().knowledge
 
 
 def _times(phase: str, condition: str, where: Timeline, folder: Path, bound: Mapping[str, str] | None = None) -> str:
+    return said_times(held_times(_clause(phase, condition, folder), [{"Patient": "product", **(bound or {})}], where))
+
+
+def _clause(phase: str, condition: str, folder: Path) -> Clause:
     file = folder / "one.yaml"
-    file.write_text(
-        f"task: soma:Holding\nroles: {{Patient: soma:Patient}}\nsource: a test\n{phase}:\n  - {condition}\nexplain: '{{Patient}}'\n"
-    )
+    bound = "pre:\n  - grasps(_, Patient)\n  - touches(Hanger, Patient)\n"
+    head = "task: soma:Holding\nroles: {Patient: soma:Patient}\nsource: a test\n"
+    file.write_text(f"{head}{phase}:\n  - {condition}\n{bound}explain: '{{Patient}}'\n")
     (rule,) = load_rules([file], KNOWN.predicates, KNOWN.taxonomy)
-    return said_times(held_times(rule.clauses[0], [{"Patient": "product", **(bound or {})}], where))
+    return next(c for c in rule.clauses if c.text == condition)
 
 
 def _timeline() -> Timeline:
@@ -52,6 +56,15 @@ def test_many_times_are_counted(tmp_path: Path) -> None:
     says = _times("run", "touches(Hand, Patient)", where, tmp_path, {"Hand": "hand"})
     assert says == "it held from 0.00 to 0.20 s, from 0.50 to 0.70 s, from 1.00 to 1.20 s and 2 times more"
     assert said_times([(1.0, 1.0)]) == "it held at 1.00 s"
+
+
+@pytest.mark.parametrize(
+    ("condition", "says"), [("constrained_dof(Hanger, Patient) < 1", r": it is \d"), ("grasps(Gripper, Patient)", "$")]
+)
+def test_a_comparison_says_what_the_value_is(condition: str, says: str, tmp_path: Path) -> None:
+    where, bound = _timeline(), {"Patient": "product", "Hanger": "hanger"}
+    clause = _clause("run", condition, tmp_path)
+    assert re.match(says, said_values(clause, [bound], where.instant(1.0)))
 
 
 def test_a_refused_run_says_when_it_held(tmp_path: Path) -> None:
