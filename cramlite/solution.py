@@ -26,7 +26,6 @@ class Solution(Value):
         trace: every decision of the search so far.
         setting: where it was proven.
         interpretation, episode: what the plan came from; None when it did not come from a demonstration.
-        seed: that gives this solution again.
     """
 
     number: int

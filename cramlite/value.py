@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from inspect import Parameter, Signature
-from typing import Any, dataclass_transform
+from typing import Any, TypeVar, dataclass_transform
 
+import msgspec.structs
 from msgspec import NODEFAULT, Struct, StructMeta, field
-from msgspec.structs import replace
-
-__all__ = ["Value", "replace"]
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
@@ -31,4 +29,16 @@ def _parameter(cls: _ValueMeta, name: str, note: str, default: Any) -> Parameter
 
 
 class Value(Struct, frozen=True, metaclass=_ValueMeta):
-    """Fields by annotation, as in a frozen dataclass; ``msgspec.structs.replace`` makes a changed copy."""
+    """Fields by annotation, as in a frozen dataclass; ``replace`` makes a changed copy."""
+
+
+V = TypeVar("V", bound=Struct)
+
+
+def replace(value: V, **changes: Any) -> V:
+    """A copy of a value with some of its fields changed.
+
+    Raises:
+        TypeError: it has no such field.
+    """
+    return msgspec.structs.replace(value, **changes)

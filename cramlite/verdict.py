@@ -15,7 +15,7 @@ class Finding(Value):
 
     Args:
         validator: its name.
-        passed: False where it objects.
+        passed: True where it has nothing against the program, False where it objects.
         reason: a clause with numbers and units, whether passed or not.
         value, limit, unit: the measured number and what it was held against, where there is one.
         origin: the task or step that it is about.

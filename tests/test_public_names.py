@@ -31,6 +31,16 @@ def _undocumented(value: Any) -> list[str]:
     return found
 
 
+@pytest.mark.parametrize(("module", "name"), NAMES, ids=[n for _, n in NAMES])
+def test_no_field_is_documented_that_there_is_not(module: ModuleType, name: str) -> None:
+    value = getattr(module, name)
+    if inspect.isclass(value) and issubclass(value, Value):
+        listed = re.search(r"^Args:\n((?:    .*\n?)+)", inspect.getdoc(value) or "", re.MULTILINE)
+        lines = re.findall(r"^    ([a-z_]+(?:, [a-z_]+)*): ", listed[1] if listed else "", re.MULTILINE)
+        said = {name for line in lines for name in line.split(", ")}
+        assert said <= set(value.__struct_fields__)
+
+
 def _own_doc(value: Any) -> str:
     """A docstring that a person wrote, and no base class's."""
     return (vars(value).get("__doc__") if inspect.isclass(value) else inspect.getdoc(value)) or ""
