@@ -6,10 +6,12 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .budget import STOPPED, Budget
+from .budget import STOPPED, Budget, budget_of
 from .errors import UserError
 from .knowledge import Knowledge
+from .plugin_choice import PluginChoice
 from .registry import Registry
+from .seeds import whole_seed
 from .solution import Solution
 from .trace import Trace
 
@@ -26,6 +28,9 @@ if TYPE_CHECKING:
 
 Source = tuple["Interpretation | None", "Episode | None"]
 """What a plan came from: a demonstration, as it was understood, or nothing of the kind."""
+
+KEPT = 4
+"""Engines for scenarios that ask for one of their own."""
 
 
 class Engine:
@@ -51,8 +56,29 @@ class Engine:
         ontologies: Sequence[Path] = (),
         rules: Path | None = None,
     ) -> None:
-        self.registry = Registry(tuple(map(Path, files)), tuple(blocked), tuple(preferred))
-        self.knowledge = Knowledge(self.registry, ontologies, rules)
+        self.plugins = PluginChoice(tuple(map(Path, files)), tuple(blocked), tuple(preferred))
+        self.ontologies, self.rules = tuple(ontologies), rules
+        self.registry = Registry(self.plugins.files, self.plugins.blocked, self.plugins.preferred)
+        self.knowledge = Knowledge(self.registry, self.ontologies, rules)
+        self._suited: dict[object, Engine] = {}
+
+    def suited(self, scenario: Scenario) -> Engine:
+        """The engine that works on a scenario: this one, or one with what the scenario blocks, prefers and adds to the
+        ontologies. ``setting``, ``resolve`` and ``plans`` use it by themselves; the last few are kept.
+
+        Raises:
+            UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
+        """
+        plugins, ontologies = self.plugins.asked_by(scenario), scenario.ontologies
+        further = tuple(path for path in ontologies if path not in self.ontologies)
+        if plugins == self.plugins and not further:
+            return self
+        key = plugins, further, tuple(p.stat().st_mtime_ns if p.exists() else 0 for p in further)
+        found = self._suited.pop(key, None) or plugins.engine((*self.ontologies, *further), self.rules)
+        self._suited[key] = found
+        for old in list(self._suited)[:-KEPT]:
+            self._suited.pop(old, None)
+        return found
 
     def read_episode(self, path: Path) -> Episode:
         """Read an episode in any format that a plugin reads.
@@ -99,14 +125,17 @@ class Engine:
             rest: the plan that is left by then: what the camera looks for; by default the scenario's.
 
         Raises:
-            UserError: an unknown robot, model, backend or thing.
+            UserError: an unknown robot, model, backend, thing, plugin or budget; a seed that is no whole number.
         """
         from .scenario_setting import setting_of
 
-        def likeliest(before: Setting) -> Plan | None:
-            return rest or next((plan for plan, _ in self.plans(scenario, before, Trace())), None)
+        engine = self.suited(scenario)
+        budget_of(scenario)  # what is wrong with it is said before any work
 
-        return setting_of(scenario, self.knowledge, likeliest, seed=seed, backend=backend, now=now)
+        def likeliest(before: Setting) -> Plan | None:
+            return rest or next((plan for plan, _ in engine.plans(scenario, before, Trace())), None)
+
+        return setting_of(scenario, engine.knowledge, likeliest, seed=whole_seed(seed), backend=backend, now=now)
 
     def resolve(
         self,
@@ -128,7 +157,7 @@ class Engine:
             goal: a scenario, an episode, a ``Goal``, tasks, or one task; all but a scenario with ``world``.
             world: the setting, where the goal does not bring one.
             seed: the same one gives the same programs.
-            budget: counted work.
+            budget: counted work; by default the scenario's.
             trace: is filled while the search runs, also when nothing is found.
             progress: called with a line for people.
             skip: numbers of candidate sequences, from 1, that an earlier run refused.
@@ -142,12 +171,13 @@ class Engine:
         """
         from .attempts import attempts
 
-        world, trace, budget = self._setting(goal, world, seed), trace or Trace(), budget or Budget()
-        plans = self.plans(goal, world, trace, progress)
+        engine, seed = self._for(goal), whole_seed(seed)
+        world, trace, budget = engine._setting(goal, world, seed), trace or Trace(), budget or _budget(goal)
+        plans = engine.plans(goal, world, trace, progress)
         for number, plan, source in _to_try(plans, budget.sequences, trace, skip, stop):
             progress(f"candidate {number}: {plan}")
             proven = False
-            for candidate, verdict in attempts(plan, world, self.knowledge, budget, trace, progress, stop):
+            for candidate, verdict in attempts(plan, world, engine.knowledge, budget, trace, progress, stop):
                 solution = Solution(number, candidate, verdict, trace, world, *source)
                 if verdict.passed:
                     proven = True
@@ -156,6 +186,12 @@ class Engine:
                     failed(solution)
             if not proven:
                 refused(number)
+
+    def _for(self, goal: object) -> Engine:
+        """The engine that works on a goal."""
+        from .scenario import Scenario
+
+        return self.suited(goal) if isinstance(goal, Scenario) else self
 
     def _setting(self, goal: object, world: Setting | None, seed: int) -> Setting:
         """Where a goal is to be achieved."""
@@ -178,11 +214,12 @@ class Engine:
         from .scenario import Scenario
         from .task_sequences import plans_for_goal, plans_from_interpretation
 
-        knowledge = self.knowledge
+        engine = self._for(goal)
+        knowledge = engine.knowledge
         if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
-            goal = self.read_episode(goal.beside(goal.spec.demonstration))
+            goal = engine.read_episode(goal.beside(goal.spec.demonstration))
         if isinstance(goal, Episode):
-            found = self.interpret(goal)
+            found = engine.interpret(goal)
             progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
             plans = plans_from_interpretation(world.name, found, goal, knowledge.tasks, trace)
             yield from ((plan, (found, goal)) for plan in plans)
@@ -192,14 +229,20 @@ class Engine:
             yield plan_from_tasks(world.name, goal, knowledge.tasks, world.world), (None, None)
 
 
+def _budget(goal: object) -> Budget:
+    from .scenario import Scenario
+
+    return budget_of(goal) if isinstance(goal, Scenario) else Budget()
+
+
 def _to_try(
     plans: Iterable[tuple[Plan, Source]], most: int, trace: Trace, skip: Collection[int], stop: Callable[[], bool]
 ) -> Iterator[tuple[int, Plan, Source]]:
     """The first so many task sequences, numbered from 1, without those to skip; why others are left out is traced."""
     for number, (plan, source) in enumerate(plans, 1):
         if number > most or stop():
-            spent = f"{most} task sequences tried, the rest left out" if number > most else STOPPED
-            trace.add(0, "sequences", "", "capped", "engine", spent)
+            spent = (f"sequences = {most}", f"{most} task sequences were tried, the rest left out") if number > most else ("", STOPPED)
+            trace.add(0, "budget", spent[0], "capped", "engine", spent[1])
             return
         trace.candidate = number
         if number in skip:

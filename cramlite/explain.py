@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from msgspec import Struct
 from msgspec.structs import asdict
 
+from .budget import STOPPED
 from .trace import Entry, Trace
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def solution_text(solution: Solution, folder: str) -> str:
 
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:
     """Why nothing was found: the nearest miss of all, and the one of each candidate."""
-    lines = ["No solution: every alternative was refused."]
+    lines = [f"No solution: {how_it_ended(trace.entries)}."]
     lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
     nearest = nearest_miss(trace.entries)
     if nearest is not None:
@@ -71,6 +72,23 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
         if miss is not None and miss is not nearest:
             lines.append(f"  Also {_miss(miss)}")
     return "\n".join(lines)
+
+
+def how_it_ended(entries: Sequence[Entry]) -> str:
+    """Whether all alternatives were refused, or what ended the search before, and how to raise it."""
+    capped = [e for e in entries if e.outcome == "capped"]
+    if any(e.reason == STOPPED for e in capped):
+        return f"the search was {STOPPED} before every alternative was tried"
+    spent = list(dict.fromkeys(e.text for e in capped if e.designator == "budget"))
+    if spent:
+        more = ", ".join(f"{s.split()[0]}: {2 * int(s.split()[-1])}" for s in spent)
+        return (
+            f"the search was cut short by its budget {' and '.join(spent)}, other alternatives may do; "
+            f"raise it with 'budget: {{{more}}}' in the scenario, or Budget({more.replace(': ', '=')}) in Python"
+        )
+    if capped:
+        return "every alternative that was tried was refused; limits left others out, marked '!' in the trace"
+    return "every alternative was refused"
 
 
 def _miss(entry: Entry) -> str:

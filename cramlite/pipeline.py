@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from . import __version__
-from .budget import Budget
 from .doubts import doubts
-from .errors import NoSolution, PluginError, UserError, nearest
+from .errors import NoSolution, PluginError, UserError
 from .explain import as_json, failure_text, solution_text
 from .plugin_choice import INSTALLED, make_engine
 from .resources import find_scenario
@@ -90,7 +89,7 @@ def _first_solution(
             tried[:] = [judged]
 
     solutions = engine.resolve(
-        scenario, world=setting, seed=setting.seed, budget=Budget(**_budget(scenario)), trace=trace, progress=say,
+        scenario, world=setting, seed=setting.seed, trace=trace, progress=say,
         skip=run.refused, refused=refused, failed=failed,
     )  # fmt: skip
     try:
@@ -179,18 +178,6 @@ def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
         return scenario
     update = {"demonstration": str(path.resolve()), "tasks": None, "designator": None, "goal": None}
     return replace(scenario, spec=scenario.spec.model_copy(update=update))
-
-
-def _budget(scenario: Scenario) -> dict[str, int]:
-    from msgspec.structs import fields
-
-    valid = [f.name for f in fields(Budget)]
-    for key, value in scenario.spec.budget.items():
-        if key not in valid:
-            raise UserError(f"{scenario.where('budget', key)}: no budget '{key}'; {nearest(key, valid)}.")
-        if value < 1:
-            raise UserError(f"{scenario.where('budget', key)}: a budget is at least 1, not {value}.")
-    return dict(scenario.spec.budget)
 
 
 def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:

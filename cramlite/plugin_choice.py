@@ -29,8 +29,26 @@ class PluginChoice(Value):
     preferred: tuple[str, ...] = ()
 
     def but(self, blocked: tuple[str, ...], preferred: tuple[str, ...]) -> PluginChoice:
-        """This choice, and the names that a scenario adds to it."""
-        return PluginChoice(self.files, (*self.blocked, *blocked), (*self.preferred, *preferred))
+        """This choice, and those of the names that it does not have yet."""
+        return PluginChoice(self.files, _joined(self.blocked, blocked), _joined(self.preferred, preferred))
+
+    def asked_by(self, scenario: Scenario) -> PluginChoice:
+        """This choice, and what a scenario blocks and prefers.
+
+        Raises:
+            UserError: it names a plugin that there is not; with file and line.
+        """
+        from .entry_points import plugin_names
+
+        block, prefer = scenario.spec.block, scenario.spec.prefer
+        known = plugin_names(self.files) if block or prefer else set()
+        for key, names in (("block", block), ("prefer", prefer)):
+            for k, name in enumerate(names):
+                if name not in known:
+                    raise UserError(
+                        f"{scenario.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}."
+                    )
+        return self.but(block, prefer)
 
     def registry(self, *, strict: bool = True) -> Registry:
         """A registry of these plugins.
@@ -63,25 +81,19 @@ INSTALLED = PluginChoice()
 """Every plugin that is installed, and no other."""
 
 
+def _joined(names: tuple[str, ...], more: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys((*names, *more)))
+
+
 def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
-    """An engine with what the command line and the scenario ask for.
+    """The engine that ``Engine.suited`` gives for a scenario, without one for other scenarios.
 
     Raises:
-        UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
+        UserError: as ``PluginChoice.asked_by``.
     """
-    from .entry_points import plugin_names
-
-    named = bool(scenario.spec.block or scenario.spec.prefer)
-    known = plugin_names(plugins.files) if named else set()
-    for key, names in (("block", scenario.spec.block), ("prefer", scenario.spec.prefer)):
-        for k, name in enumerate(names):
-            if name not in known:
-                raise UserError(
-                    f"{scenario.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}."
-                )
+    chosen = plugins.asked_by(scenario)
     for file in plugins.files:
         if file.stem in scenario.spec.block:
             where = scenario.where("block", scenario.spec.block.index(file.stem))
             print(f"cramlite: warning: {where}: leaves out the plugin file '{file}'.", file=sys.stderr)
-    ontologies = tuple(scenario.beside(o) for o in scenario.spec.ontologies)
-    return plugins.but(scenario.spec.block, scenario.spec.prefer).engine(ontologies)
+    return chosen.engine(scenario.ontologies)

@@ -119,9 +119,9 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     believed, trace = replace(setting, real=None), Trace()
     from .attempts import attempts
-    from .budget import Budget
+    from .budget import budget_of
 
-    found = attempts(plan, believed, engine.knowledge, Budget(), trace)
+    found = attempts(plan, believed, engine.knowledge, budget_of(scenario), trace)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")

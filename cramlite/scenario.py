@@ -241,6 +241,11 @@ class Scenario(Value):
         """A path that the scenario mentions."""
         return self.path.parent / name
 
+    @property
+    def ontologies(self) -> tuple[Path, ...]:
+        """Its further ontology files."""
+        return tuple(map(self.beside, self.spec.ontologies))
+
 
 def read_scenario(path: Path | str) -> Scenario:
     """Read a scenario file.

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from .errors import UserError, nearest
 from .geometry import Pose
+from .seeds import whole_seed
 from .world import Camera, Physics, RobotMount, World
 
 if TYPE_CHECKING:
@@ -36,8 +37,7 @@ def build_world(
     """
     import numpy as np
 
-    if seed < 0:
-        raise UserError(f"The seed is {seed}; it must be 0 (the world as written) or more.")
+    seed = whole_seed(seed)
     changes = {v.thing: v for v in vary} if seed else {}
     rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
     built: dict[str, Thing] = {}

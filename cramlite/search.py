@@ -61,7 +61,7 @@ class Search(Struct, dict=True):
         try:
             yield from self._descend(state, 0)
         except BudgetSpent as spent:
-            self.trace.add(0, "budget", "", "capped", "engine", str(spent))
+            self.trace.add(0, "budget", spent.spent, "capped", "engine", str(spent))
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
@@ -136,4 +136,7 @@ class Search(Struct, dict=True):
         if self.stop():
             raise BudgetSpent(STOPPED)
         if self._asks > self.budget.asks:
-            raise BudgetSpent(f"{self.budget.asks} designators were asked about, the budget of one task sequence")
+            raise BudgetSpent(
+                f"{self.budget.asks} designators were asked about, the budget of one task sequence",
+                f"asks = {self.budget.asks}",
+            )

@@ -11,9 +11,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from cramlite import Engine
-from cramlite.service import LONGEST_LINE, Service
+from cramlite.service import LONGEST_LINE, PARAMS, Service
 
 COMMAND = [sys.executable, "-m", "cramlite.cli", "serve"]
 
@@ -21,7 +23,11 @@ COMMAND = [sys.executable, "-m", "cramlite.cli", "serve"]
 def _answers(*lines: str) -> list[dict[str, Any]]:
     out = io.StringIO()
     assert Service(Engine(), io.StringIO("".join(line + "\n" for line in lines)), out).run() == 0
-    return [json.loads(line) for line in out.getvalue().splitlines()]
+    return [json.loads(line, parse_constant=_no_number) for line in out.getvalue().splitlines()]
+
+
+def _no_number(text: str) -> None:
+    raise AssertionError(f"{text} is no JSON")
 
 
 def _request(id_: int, method: str, **params: Any) -> str:
@@ -36,15 +42,23 @@ def _request(id_: int, method: str, **params: Any) -> str:
         ("[" * 100_000, -32700, "no JSON"),
         ("[]", -32600, "a request is an object"),
         ('{"id": 1}', -32600, "a request is an object"),
-        ('{"id": {}, "method": "tasks"}', -32600, "'id' a number or text"),
+        ('{"id": {}, "method": "tasks"}', -32600, "'id' is a number or text"),
         ('{"id": 1, "method": "tasks", "params": []}', -32600, "'params' is an object"),
+        ('{"id": true, "method": "tasks"}', -32600, "'id' is a number or text"),
+        ('{"id": 1e400, "method": "tasks"}', -32700, "no finite number"),
+        ('{"id": NaN, "method": "tasks"}', -32700, "no finite number"),
+        ('{"id": 1, "method": "cancel"}', -32602, "there are: none"),
+        ('{"id": 1, "method": "cancel", "params": {"id": [1]}}', -32602, "whose search goes on, not [1]"),
+        ('{"id": 1, "method": "cancel", "params": {"id": 77}}', -32602, "whose search goes on, not 77"),
+        ('{"id": 1, "method": "next", "params": {"of": {}}}', -32602, "whose search can go on, not {}"),
+        ('{"id": 1, "method": "check", "params": {"sead": 1}}', -32602, "no param 'sead'; did you mean 'seed'?"),
         ('"' + "x" * (LONGEST_LINE + 10) + '"', -32600, "at most"),
     ],
     ids=lambda v: str(v)[:20],
 )
 def test_garbage_is_answered_and_does_no_harm(line: str, code: int, says: str) -> None:
     first, *rest = _answers(line, _request(7, "check", scenario="grasp_one_thing"))
-    assert first["id"] is None
+    assert first["id"] == (1 if line.startswith(('{"id": 1,', '{"id": 1}')) else None)
     assert first["error"]["code"] == code
     assert says in first["error"]["message"]
     assert [r["id"] for r in rest] == [7] and rest[0]["result"]["robot"] == "ur5e"
@@ -56,8 +70,9 @@ def test_garbage_is_answered_and_does_no_harm(line: str, code: int, says: str) -
         (_request(1, "rezolve"), -32601, "did you mean 'resolve'?"),
         (_request(1, "resolve"), -32602, "'scenario' is missing"),
         (_request(1, "resolve", scenario="grasp_one_thing", seed="x"), -32602, "'seed' is a whole number"),
-        (_request(1, "next", of=3), -32602, "the id of a 'resolve' before"),
+        (_request(1, "next", of=3), -32602, "the id of a 'resolve' whose"),
         (_request(1, "check", scenario="grasp_one_thin"), 2, "did you mean 'grasp_one_thing'?"),
+        (_request(1, "check", scenario="grasp_one_thing", seed=-1), 2, "The seed is -1"),
         (_request(1, "interpret", episode="/nowhere"), 2, "There is no episode"),
         (_request(1, "resolve", scenario="tasks/grasping_fails"), 1, "No solution"),
     ],
@@ -67,6 +82,40 @@ def test_requests_that_cannot_be_answered(request_: str, code: int, says: str) -
     assert answer["id"] == 1
     assert answer["error"]["code"] == code
     assert says in answer["error"]["message"]
+
+
+@pytest.fixture(scope="module")
+def engine() -> Engine:
+    return Engine()
+
+
+ODD = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=4), inner, max_size=3),
+    max_leaves=6,
+)
+NAMES = [*PARAMS, *sum(PARAMS.values(), ()), "method", "params", ""]
+REQUESTS = st.lists(
+    st.fixed_dictionaries(
+        {}, optional={"id": ODD, "method": st.sampled_from(NAMES) | ODD, "params": st.dictionaries(st.sampled_from(NAMES), ODD) | ODD}
+    )
+    | ODD,
+    min_size=1,
+    max_size=4,
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(requests=REQUESTS)
+def test_any_json_is_answered_once_and_does_no_harm(requests: list[Any], engine: Engine) -> None:
+    out, last = io.StringIO(), _request(7, "check", scenario="grasp_one_thing")
+    lines = [json.dumps(r) for r in requests] + [json.dumps({"id": "last", "method": "nothing"})]
+    assert Service(engine, io.StringIO("\n".join([*lines, last])), out).run() == 0
+    answers = [json.loads(line, parse_constant=_no_number) for line in out.getvalue().splitlines()]
+    assert len(answers) == len(requests) + 2
+    assert all(("result" in a) != ("error" in a) for a in answers)
+    assert not [a for a in answers if "error" in a and a["error"]["code"] in (-32603, 3)]
+    assert any(a["id"] == 7 and "result" in a for a in answers)
 
 
 @pytest.fixture
@@ -125,6 +174,24 @@ def test_a_client_that_hangs_up(process: subprocess.Popen[str]) -> None:
     assert process.wait(120) == 0
     assert "Traceback" not in (said := process.stderr.read())
     assert "Exception" not in said
+
+
+@pytest.mark.parametrize("asked", [_request(1, "resolve", scenario="fetch_from_hanger"), _request(1, "tasks")])
+def test_a_client_that_closes_only_its_end_of_the_answers(process: subprocess.Popen[str], asked: str) -> None:
+    """Whether a search is going on, or nothing is to be done."""
+    assert process.stdin is not None and process.stdout is not None and process.stderr is not None
+    process.stdin.write(asked + "\n")
+    process.stdin.flush()
+    process.stdout.readline()
+    assert process.poll() is None
+    process.stdout.close()
+    assert process.wait(120) == 0
+    assert not process.stderr.read()
+
+
+def test_an_id_is_in_use_until_it_is_answered() -> None:
+    first, second = _answers(_request(1, "check", scenario="grasp_one_thing"), _request(1, "tasks"))
+    assert "is not answered yet" in (first.get("error") or second["error"])["message"]
 
 
 def test_what_was_asked_is_answered_when_the_input_ends() -> None:

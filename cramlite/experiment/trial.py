@@ -82,10 +82,9 @@ def bench(
     ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
     scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))
     taken = (experiment.beside(ablation.plugin),) if ablation.plugin else ()
-    chosen = plugins.but(scenario.spec.block, scenario.spec.prefer)
+    chosen = plugins.asked_by(scenario)
     rules = experiment.beside(ablation.rules) if ablation.rules else None
-    ontologies = tuple(scenario.beside(o) for o in scenario.spec.ontologies)
-    engine = replace(chosen, files=(*chosen.files, *taken)).engine(ontologies, rules)
+    engine = replace(chosen, files=(*chosen.files, *taken)).engine(scenario.ontologies, rules)
     watch = Stopwatch()
     engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate", episode="detect")
     return Bench(experiment, scenario, engine, Executor(chosen), watch)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cramlite import Trace
     from cramlite.trace import Entry
 
-PROOF = ("proof", "budget", "sequences")
+PROOF = ("proof", "budget")
 """Designators of entries that are about a whole candidate."""
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from cramlite import ReportSection, hookimpl
-from cramlite.explain import nearest_miss
+from cramlite.explain import how_it_ended, nearest_miss
 from cramlite.value import Value
 
 from .readings import chosen_sequence, first_sequences, pair_up
@@ -91,4 +91,4 @@ def _outcome(done: Finished, number: int) -> tuple[str, str]:
     if not entries:
         return "not tried", "a better one was proven before" if done.proven else "the budget was used up before"
     miss = nearest_miss(entries)
-    return "refused", f"{miss.designator}: {miss.reason}" if miss else "every alternative was refused"
+    return "refused", f"{miss.designator}: {miss.reason}" if miss else how_it_ended(entries)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from cramlite import ReportSection, hookimpl
-from cramlite.explain import nearest_miss
+from cramlite.explain import how_it_ended, nearest_miss
 
 from .decisions import attempts, path
 from .readings import number_of
@@ -34,6 +34,7 @@ def render(done: Finished) -> str:
         duration=_ran(rollout) if rollout is not None else None,
         ran=sum(e.designator == "proof" for e in done.trace.entries),
         tried=len({e.candidate for e in done.trace.entries}),
+        ended=how_it_ended(done.trace.entries),
         miss=None if done.proven else nearest_miss(done.trace.entries),
     )
 
