@@ -27,6 +27,12 @@ class Point(Value):
     dist: importlib.metadata.Distribution | None
     load: Callable[[], Any]
 
+    def defines(self, function: str) -> bool:
+        """Whether its module's text defines a function; the module is not loaded to find out."""
+        spec = importlib.util.find_spec(self.value)
+        text = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin else ""
+        return f"\ndef {function}(" in text
+
     def taken(self) -> str:
         """Why a file cannot have this name too."""
         return (

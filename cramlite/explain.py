@@ -57,6 +57,7 @@ def solution_text(solution: Solution, folder: str) -> str:
         lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
     lines.append("  Judged after running the text:")
     lines += [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in solution.verdict.findings]
+    lines += [f"    --  {solution.verdict.not_judged}"] if solution.verdict.left_out else []
     return "\n".join([*lines, f"  Files: {folder}"])
 
 

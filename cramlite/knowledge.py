@@ -79,6 +79,12 @@ class Knowledge:
         return tuple(self.registry.named("validators", "name").values())
 
     @cached_property
+    def left_out(self) -> tuple[str, ...]:
+        """Names of shipped validators that nobody asks, because their plugins are blocked and no other has one of that name."""
+        asked = {v.name for v in self.validators}
+        return tuple(v.name for v in self.registry.left_out("validators") if v.name not in asked)
+
+    @cached_property
     def experts(self) -> tuple[Expert, ...]:
         return tuple(self.registry.named("experts", "name").values())
 

@@ -188,7 +188,7 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
     plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
     return {
         "cramlite": __version__, "scenario": scenario.name, "content": content_key(*files),
-        "seed": setting.seed,
+        "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
         "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 
@@ -234,6 +234,7 @@ def _summary(solution: Solution, run: RunDirectory) -> dict[str, Any]:
     return {
         "solved": True, "directory": str(run.path), "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
+        "left_out": solution.verdict.left_out,
     }  # fmt: skip
 
 

@@ -61,25 +61,30 @@ def prove(
     Returns:
         The candidate with code and rollout as far as they came to be, and the verdict.
     """
+    candidate, findings = _prove(candidate, knowledge, backend, seed, real)
+    return candidate, Verdict(tuple(findings), knowledge.left_out)
+
+
+def _prove(
+    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int, real: World | None
+) -> tuple[Candidate, list[Finding]]:
     findings = judge(candidate, knowledge, rollout=False)
     if any(not f.passed for f in findings):
-        return candidate, Verdict(tuple(findings))
+        return candidate, findings
     try:
         candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
     except UserError as refused:
-        return candidate, Verdict((*findings, Finding("code", False, f"backend '{backend.name}': {refused}")))
+        return candidate, [*findings, Finding("code", False, f"backend '{backend.name}': {refused}")]
     except Exception as error:
         owner = knowledge.registry.owner("backends", backend.name)
         fault = knowledge.registry.fault(owner, "backends", candidate.program.name, error)
-        return candidate, Verdict(
-            (*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}"))
-        )
+        return candidate, [*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}")]
     assert candidate.code is not None
     instead = not backend.executable and getattr(backend, "typed_stands_in", False)
     remark = _remark(backend, instead)
     findings += [Finding("execution", True, remark)] if remark else []
     if not backend.executable and not instead:
-        return candidate, Verdict(tuple(findings))
+        return candidate, findings
     ran = typed_code(candidate.program) if instead else candidate.code
     rollout = knowledge.simulator.execute(
         ran.text, real or candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
@@ -88,10 +93,10 @@ def prove(
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
     judged = replace(candidate, code=ran, rollout=rollout, episode=episode)  # lines of a rollout are those of what ran
-    verdict = Verdict((*findings, *judge(judged, knowledge, rollout=True)))
-    if candidate.program.late and verdict.passed:
-        verdict = Verdict((*verdict.findings, *_at_the_edges(judged, knowledge, real or candidate.world, seed)))
-    return replace(judged, code=candidate.code), verdict
+    findings += judge(judged, knowledge, rollout=True)
+    if candidate.program.late and all(f.passed for f in findings):
+        findings += _at_the_edges(judged, knowledge, real or candidate.world, seed)
+    return replace(judged, code=candidate.code), findings
 
 
 def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed: int) -> list[Finding]:

@@ -170,6 +170,12 @@ class Registry(Struct, dict=True):
                 continue
             yield from ((impl.plugin_name, answer) for answer in answers)
 
+    def left_out(self, hook: str) -> Iterator[Any]:
+        """What blocked shipped plugins would have declared under a hook; no other is loaded to find out."""
+        for point in entry_points() if self.blocked else ():
+            if point.name in self.blocked and point.distribution == OWN_DISTRIBUTION and point.defines(hook):
+                yield from getattr(point.load(), hook)()
+
     def examine(self) -> None:
         """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, names that clash included."""
         for hook, (key, *_) in NAMED_BY.items():

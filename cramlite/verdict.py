@@ -31,9 +31,14 @@ class Finding(Value):
 
 
 class Verdict(Value):
-    """All findings about one candidate."""
+    """All findings about one candidate.
+
+    Args:
+        left_out: names of shipped validators that were not asked, because their plugins are blocked.
+    """
 
     findings: tuple[Finding, ...]
+    left_out: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -48,3 +53,8 @@ class Verdict(Value):
     def reason(self) -> str:
         """The objections in one line."""
         return "; ".join(f"{f.validator}: {f.reason}" for f in self.objections) or "passed"
+
+    @property
+    def not_judged(self) -> str:
+        """What was left out, as a clause; empty if nothing was."""
+        return f"not judged, since blocked: {', '.join(self.left_out)}" if self.left_out else ""

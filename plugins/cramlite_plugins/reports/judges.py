@@ -39,6 +39,7 @@ def render(done: Finished) -> str:
         "judges",
         done=done,
         known=targets(done),
+        left_out=done.shown.verdict.not_judged.capitalize(),
         findings=[measured(f) for f in findings],
         suffix=candidate.code.suffix if candidate.code is not None else "",
         episode=candidate.episode is not None,
