@@ -8,15 +8,23 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 from string import Template
+from typing import TYPE_CHECKING
 
 from . import __version__
 from .errors import UserError
+from .experts import OBJECTS, SEGMENT, SEGMENTS, VIEW
+
+if TYPE_CHECKING:
+    from .knowledge import Knowledge
 
 KINDS = ("backend", "expert", "predicate", "robot", "task", "validator")
 """Kinds of plugin that ``cramlite new`` writes; each has a folder of templates in ``skeletons/``."""
 
 LONGEST = 40
 """Characters of a name: it becomes part of file, module and class names."""
+
+EXPERT_WORDS = (VIEW, SEGMENT, SEGMENTS, OBJECTS)
+"""Values that have a meaning for the engine: no expert can be named after one."""
 
 _PLACES = {
     "pyproject.toml": "pyproject.toml",
@@ -41,9 +49,12 @@ def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path,
         the files, the folder first.
 
     Raises:
-        UserError: the name cannot be used, or the folder is not empty.
+        UserError: the name cannot be used, or something that is installed has it already, or the folder is not empty.
     """
     name = _checked(name)
+    why = _taken(kind, name)
+    if why:
+        raise UserError(f"The {kind} cannot be called '{name}': {why}. Choose another name; nothing was written.")
     folder = out or Path(f"cramlite-{name.replace('_', '-')}")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UserError(f"'{folder}' exists and is not an empty folder; nothing was written. Choose another --out.")
@@ -94,6 +105,43 @@ def _checked(name: str) -> str:
                 "'cramlite plugins' lists the names that are taken; choose another."
             )
     return name
+
+
+def _taken(kind: str, name: str) -> str:
+    """Why what the package would declare could not be loaded, or would hide something; empty if it works."""
+    from .knowledge import Knowledge
+    from .plugin_faults import NAMED_BY
+    from .registry import Registry
+
+    if name == "plugins":
+        return "its package would be 'cramlite_plugins', which is the shipped plugins' own"
+    if re.search(rf"\b{camel(name)}\b", "".join(t.read_text(encoding="utf-8") for t in _templates(kind))):
+        return f"its class would be '{camel(name)}', a name that the module needs for something else"
+    registry = Registry()
+    if kind == "task":
+        return _taken_task(camel(name), Knowledge(registry))
+    hook = f"{kind}s"
+    owner = next((p for p, item in registry.collect(hook) if getattr(item, NAMED_BY[hook][0]) == name), "")
+    if kind == "expert" and name in EXPERT_WORDS:
+        return "an expert makes a value of its own name, and that one is the engine's"
+    return f"the plugin '{owner}' declares the {kind} '{name}', and names are unique" if owner else ""
+
+
+def _taken_task(local: str, knowledge: Knowledge) -> str:
+    """Why there cannot be a task "cram:LOCAL": another has the name, or its rule, or something that is no task is called so."""
+    for task in knowledge.tasks.values():
+        if local in (task.task.split(":")[-1], *task.aliases):
+            return f"'{local}' is a name of the task '{task.task}', of the plugin '{knowledge.task_owners[task.task]}'"
+    taxonomy, own = knowledge.taxonomy, f"cram:{local}"
+    rule = next((r for r in knowledge.rules if r.task == own), None)
+    if rule is not None:
+        return (
+            f"'{own}' has a rule already ({rule.path.name}) and is recognised in demonstrations by it; to do it too, make "
+            f"the package under another name, and give its class task = \"{own}\" and no rule_file"
+        )
+    same = [c for c in taxonomy.classes if c.split(":")[-1] == local]
+    other = next((c for c in same if c == own or not taxonomy.is_a(c, "dul:Task")), "")
+    return f"there is a class '{other}' already" if other else ""
 
 
 def skeleton_text(kind: str, files: tuple[Path, ...]) -> str:

@@ -14,8 +14,9 @@ from typing import Any
 import pytest
 from conftest import Run
 
-from cramlite import UserError
-from cramlite.skeleton import KINDS, write_skeleton
+from cramlite import Engine, UserError, read_scenario
+from cramlite.skeleton import KINDS, camel, write_skeleton
+from cramlite.trace import Trace
 
 NAMES = {kind: f"made_{kind}" for kind in KINDS}
 
@@ -114,6 +115,75 @@ def test_bad_names_are_explained(name: str, says: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=says):
         write_skeleton("task", name, tmp_path / "made")
     assert not (tmp_path / "made").exists()
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "says"),
+    [
+        ("task", "shaking", "'cram:Shaking' has a rule already .shaking.yaml."),
+        ("task", "lift", "'Lift' is a name of the task 'soma:PickingUp', of the plugin 'picking_up'"),
+        ("task", "handle", "there is a class 'cram:Handle' already"),
+        ("task", "cup", "there is a class 'soma:Cup' already"),
+        ("task", "location", "its class would be 'Location', a name that the module needs"),
+        ("task", "plugins", "its package would be 'cramlite_plugins'"),
+        ("backend", "text", ""),
+        ("backend", "code", "its class would be 'Code'"),
+        ("expert", "segment", "that one is the engine's"),
+        ("expert", "antipodal", ""),
+        ("predicate", "supports", "declares the predicate 'supports', and names are unique"),
+        ("robot", "ur5e", "the plugin 'arms' declares the robot 'ur5e'"),
+        ("validator", "collision", "the plugin 'physics' declares the validator 'collision'"),
+        ("validator", "finding", "its class would be 'Finding'"),
+    ],
+)
+def test_names_of_what_there_is_are_refused_at_once(kind: str, name: str, says: str, tmp_path: Path) -> None:
+    if says:
+        with pytest.raises(UserError, match=says):
+            write_skeleton(kind, name, tmp_path / "made")
+    else:
+        write_skeleton(kind, name, tmp_path / "made")
+    assert (tmp_path / "made").exists() == (not says)
+
+
+def task_words() -> list[str]:
+    """Names that tasks could have: classes of the ontologies, shipped tasks and their other names, rules, and free ones."""
+    knowledge = Engine().knowledge
+    tasks = [n for t in knowledge.tasks.values() for n in (t.task, *t.aliases)]
+    words = [c.split(":")[-1] for c in (*tasks, *sorted(knowledge.taxonomy.classes)[::40], *(r.task for r in knowledge.rules))]
+    words += ["Mixing", "Tapping", "Action", "Motion", "Role", "TaskType", "Path", "Block", "Floor", "Try", "Gripper", "Patient"]
+    return sorted({re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", w).lower() for w in words})
+
+
+def test_a_task_of_every_name_that_is_accepted_works(tmp_path: Path) -> None:
+    made: list[Path] = []
+    refused = 0
+    for word in task_words():
+        try:
+            _, *files = write_skeleton("task", word, tmp_path / f"cramlite-{word}")
+        except UserError:
+            refused += 1
+            continue
+        module = next(f for f in files if f.name == "__init__.py")
+        made.append(module)
+    assert refused > 60 and len(made) >= 2
+    for module in made:
+        engine = Engine(files=[module])
+        word = module.parent.name.removeprefix("cramlite_")
+        scenario = read_scenario(module.parent.parent / "tests" / f"try_{word}.yaml")
+        assert f"cram:{camel(word)}" in {r.task for r in engine.knowledge.rules}
+        setting = engine.setting(scenario)
+        plan, _ = next(iter(engine.plans(scenario, setting, Trace())))
+        assert plan.actions[1].task == f"cram:{camel(word)}"
+
+
+def test_a_task_with_a_name_of_soma_is_proven(tmp_path: Path) -> None:
+    _, *files = write_skeleton("task", "mixing", tmp_path / "cramlite-mixing")
+    module = next(f for f in files if f.name == "__init__.py")
+    scenario = next(f for f in files if f.name == "try_mixing.yaml")
+    solution = next(Engine(files=[module]).resolve(read_scenario(scenario)))
+    assert solution.verdict.passed
+    judged = [f.reason for f in solution.verdict.findings if f.validator == "task_rules"]
+    assert any("2.Mixing" in reason for reason in judged)
 
 
 def test_nothing_is_overwritten(tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
