@@ -53,7 +53,7 @@ def attempts(
             progress(f"refused: {verdict.reason}")
         yield candidate, verdict
         conflict = None if verdict.passed else conflict_of(verdict, state)
-    reason = f"{budget.proofs} programs were made, the budget of one task sequence"
+    reason = f"proofs = {budget.proofs}: so many programs were made, the budget of one task sequence"
     trace.add(0, "budget", f"proofs = {budget.proofs}", "capped", "engine", reason)
 
 

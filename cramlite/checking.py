@@ -67,10 +67,12 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
     if scenario.spec.goal is not None:
         from .task_sequences import plans_for_goal
 
-        plan = next(plans_for_goal(scenario, setting, engine.knowledge, Trace()), None)
-        start = f"the goal '{' and '.join(scenario.spec.goal)}', with " + (
-            f"the plan {plan}" if plan else "no plan for it"
-        )
+        trace, goal = Trace(), " and ".join(scenario.spec.goal)
+        plan = next(plans_for_goal(scenario, setting, engine.knowledge, trace), None)
+        if plan is None:
+            why = "; ".join(dict.fromkeys(e.reason for e in trace.entries if e.outcome == "refused"))
+            raise UserError(f"{scenario.where('goal')}: no plan achieves the goal '{goal}': {why}.")
+        start = f"the goal '{goal}', with the plan {plan}"
     elif scenario.spec.demonstration is None:
         from .goals import plan_from_tasks
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -24,13 +25,30 @@ if TYPE_CHECKING:
 
 
 def as_json(value: Any) -> str:
-    """Indented JSON of plain data, structs and arrays."""
-    return json.dumps(value, indent=1, default=_plain)
+    """Indented JSON of plain data, structs and arrays; null for numbers that JSON has not: infinite ones, and NaN."""
+    return _json(value, 1)
 
 
 def plain_json(value: Any) -> str:
     """The same on one line."""
-    return json.dumps(value, default=_plain)
+    return _json(value, None)
+
+
+def _json(value: Any, indent: int | None) -> str:
+    try:
+        return json.dumps(value, indent=indent, default=_plain, allow_nan=False)
+    except ValueError:  # rare, so that only then everything is looked at
+        return json.dumps(_finite(value), indent=indent)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    return value if value is None or isinstance(value, bool | int | str) else _finite(_plain(value))
 
 
 def _plain(value: Any) -> Any:

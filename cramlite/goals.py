@@ -41,7 +41,7 @@ def plan_from_tasks(name: str, goal: Tasks, tasks: Mapping[str, TaskType], world
     """The plan of a goal, its names checked against task types and world.
 
     Raises:
-        UserError: an unknown task, role, parameter or object; a scenario's with file and line.
+        UserError: no task, an unknown task, role, parameter or object; a scenario's with file and line.
     """
     objects = dict(goal.spec.objects) if isinstance(goal, Scenario) else {}
 
@@ -56,6 +56,9 @@ def plan_from_tasks(name: str, goal: Tasks, tasks: Mapping[str, TaskType], world
         return _ruled(entry, where, branches)
 
     calls = [called(entry, path) for entry, path in _listed(goal)]
+    if not calls:
+        place = f"{goal.where('tasks')}: " if isinstance(goal, Scenario) else ""
+        raise UserError(f"{place}There is no task, so there is nothing to do; name one, such as 'Grasping'.")
     fillers = dict.fromkeys(f for c in task_calls(calls) for f in c.roles.values())
     return build_plan(name, calls, {f: _object(f, objects, world) for f in fillers})
 

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from . import __version__
 from .doubts import doubts
 from .errors import NoSolution, PluginError, UserError
-from .explain import as_json, failure_text, solution_text
+from .explain import as_json, failure_text, how_it_ended, nearest_miss, solution_text
 from .plugin_choice import INSTALLED, make_engine
 from .resources import find_scenario
 from .run import RunDirectory, content_key, read_json
@@ -66,11 +66,13 @@ def resolve_scenario(
     if solution is None:
         if report:
             _report_refusal(run, scenario, setting, trace, engine, tried)
+        if json_output:
+            print(as_json(_nothing(trace, run, engine, seed)))
         text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
         raise PluginError(text) if engine.registry.faults else NoSolution(text)
     write_solution(run, solution, engine, seed)
     _finish(run, solution, engine, say, report=report)
-    print(as_json(_summary(solution, run)) if json_output else solution_text(solution, str(run.path)))
+    print(as_json(_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     return 0
 
 
@@ -222,20 +224,35 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     run.write("verdict.json", as_json(solution.verdict))
     if candidate.rollout is not None:
         save_rollout(candidate.rollout, run.path / "rollout.npz")
-    run.write("summary.json", as_json({**_summary(solution, run), "seed": seed}))
+    run.write("summary.json", as_json(_summary(solution, run, engine, seed)))
     if solution.interpretation is not None:
         run.write("interpretation.json", as_json(solution.interpretation.to_json()))
     if candidate.episode is not None and not (run.path / "episode").exists():
         engine.knowledge.simulator.save_episode(candidate.episode, run.path / "episode")
 
 
-def _summary(solution: Solution, run: RunDirectory) -> dict[str, Any]:
+def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
     entities = {k: v for k, v in solution.candidate.bindings.items() if isinstance(v, str)}
     return {
-        "solved": True, "directory": str(run.path), "candidate": solution.number, "plan": str(solution.plan),
+        "solved": True, "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
         "left_out": solution.verdict.left_out,
+        "reason": solution.verdict.reason, "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
+
+
+def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
+    """The same keys where nothing was proven."""
+    return {
+        "solved": False, "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
+        "objects": {}, "steps": 0, "findings": [], "left_out": [],
+        "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
+        "faults": _faults(engine),
+    }  # fmt: skip
+
+
+def _faults(engine: Engine) -> list[str]:
+    return list(dict.fromkeys(map(str, engine.registry.faults)))
 
 
 class Progress:

@@ -94,6 +94,40 @@ def test_a_scenario_that_is_wrong_is_explained_with_its_line(tmp_path: Path, old
     assert done.returncode == 2 and said in done.stderr and f"{path}:" in done.stderr and "Traceback" not in done.stderr
 
 
+GOAL = """\
+scenario: trays
+goal: [{goal}]
+robot: {{type: ur5e}}
+things:
+  - {{name: tray, model: table, at: {{position: [0.35, -0.4, 50 mm]}}, with: {{size: [30 cm, 30 cm, 20 mm]}}}}
+  - {{name: mug, model: can, at: {{position: [0.45, 0.25, 59 mm]}}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("goal", "code", "said"),
+    [
+        ("mug on tray", 0, "with the plan"),
+        ("mug on tray, tray on mug", 2, "yaml:2: no plan achieves the goal 'mug on tray and tray on mug': no task's rule makes"),
+    ],
+)
+def test_whether_tasks_achieve_a_goal(tmp_path: Path, goal: str, code: int, said: str) -> None:
+    path = tmp_path / "trays.yaml"
+    path.write_text(GOAL.format(goal=goal))
+    done = cramlite("check", path)
+    assert done.returncode == code
+    assert said in (done.stderr if code else done.stdout)
+
+
+@pytest.mark.parametrize(("tasks", "code"), [("[ParkingArms]", 0), ("[]", 2)])
+def test_a_scenario_has_a_task(tmp_path: Path, tasks: str, code: int) -> None:
+    path = tmp_path / "idle.yaml"
+    path.write_text(f"scenario: idle\ntasks: {tasks}\nrobot: {{type: ur5e}}\nthings: []\n")
+    done = cramlite("check", path)
+    assert done.returncode == code, done.stderr
+    assert code == 0 or f"{path}:2: There is no task" in done.stderr
+
+
 def test_a_rule_that_is_wrong_is_explained_with_its_line(tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
     path.write_text((ROOT / "task_rules" / "grasping.yaml").read_text().replace("grasps(", "graspz("))

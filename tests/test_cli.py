@@ -82,11 +82,27 @@ def test_why_of_what_is_not_there(why: str, run: Run) -> None:
     assert "Traceback" not in ran.err
 
 
+KEYS = ["solved", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "left_out", "reason", "nearest", "faults"]
+
+
+def test_json_of_what_was_not_solved(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "short.yaml"
+    path.write_text(TASKS.read_text() + "budget: {asks: 2}\n")
+    ran = run("resolve", path, "--no-report", "--out", tmp_path / "run", "--json")
+    assert ran.code == 1 and "asks = 2" in ran.err
+    said = json.loads(ran.out)
+    assert said["solved"] is False and "asks = 2" in said["reason"]
+    assert list(said) == KEYS
+
+
 def test_a_run_is_explained_and_not_overwritten(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "run"
     solved = run("resolve", TASKS, "--no-report", "--out", out, "--json")
     assert solved.code == 0
-    assert json.loads(solved.out)["solved"] is True
+    said = json.loads(solved.out)
+    assert list(said) == KEYS
+    assert said["solved"] is True and said["plan"] and not said["nearest"]
+    assert json.loads(run("resolve", TASKS, "--no-report", "--out", out, "--json").out) == said
     assert (out / "program.script").is_file()
     assert "Grasping" in run("explain", out).out
     grasp = run("explain", out, "grasp(tea)")

@@ -6,11 +6,18 @@ import io
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from cramlite import Budget, Engine, Trace, UserError, cli, read_scenario
-from cramlite.explain import failure_text
+from cramlite.explain import as_json, failure_text, plain_json
+from cramlite.report import Finished
+from cramlite.resources import find_scenario
 from cramlite.service import Service
+from cramlite.trace import Entry
+from cramlite.trace_text import trace_text
 
 BLOCKS = """\
 scenario: one_of_two
@@ -152,3 +159,51 @@ def test_a_seed_is_a_whole_number(seed: object, tmp_path: Path) -> None:
     setting = engine.setting(scenario, seed=1)
     with pytest.raises(UserError, match="The seed is"):
         next(engine.resolve(scenario, world=setting, seed=seed))  # type: ignore[arg-type]
+
+
+def test_no_tasks_are_no_goal(tmp_path: Path) -> None:
+    engine = Engine()
+    setting = engine.setting(read_scenario(_scenario(tmp_path, "")))
+    with pytest.raises(UserError, match="There is no task"):
+        next(engine.resolve([], world=setting))
+
+
+def test_what_ended_a_search(tmp_path: Path) -> None:
+    """Not all that was refused was every alternative: after one program of several the message, the trace and the report say so."""
+    scenario, trace, engine = read_scenario(find_scenario("tasks/grasping_fails")), Trace(), Engine()
+    assert next(engine.resolve(scenario, trace=trace, budget=Budget(proofs=1)), None) is None
+    assert trace_text(trace, "budget") == "!  budget proofs = 1: so many programs were made, the budget of one task sequence"
+    said = failure_text(trace, ()).splitlines()[0]
+    assert "budget proofs = 1" in said and "budget: {proofs: 2}" in said
+    done = Finished(engine, None, engine.setting(scenario), trace, None, None, None)  # type: ignore[arg-type]
+    page = next(s for _, s in engine.registry.collect("report_sections") if s.title == "Summary").render(done)
+    assert "proofs = 1" in page and "every alternative was refused" not in page
+
+
+def test_a_search_that_was_not_cut_short(tmp_path: Path) -> None:
+    trace = Trace()
+    path = tmp_path / "far.yaml"
+    path.write_text(_scenario(tmp_path, "").read_text().replace("[0.5, ", "[1.5, "))
+    assert next(Engine().resolve(read_scenario(path), trace=trace), None) is None
+    assert failure_text(trace, ()).startswith("No solution: every alternative was refused.")
+    assert not trace_text(trace, "budget")
+
+
+PLAIN = st.recursive(
+    st.floats() | st.text(max_size=3) | st.none() | st.booleans() | st.integers(),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=3), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+@settings(max_examples=50, deadline=None)
+@given(PLAIN)
+def test_json_has_no_infinity(value: object) -> None:
+    for text in (as_json({"value": value}), plain_json([Entry(1, 0, 1, "a", "b", "chosen", "c", "d", float("inf")), value])):
+        json.loads(text, parse_constant=_no_number)
+    assert as_json(float("nan")) == as_json(np.float32("inf")) == "null"
+    assert json.loads(as_json(value)) == value or "null" in as_json(value)
+
+
+def _no_number(text: str) -> None:
+    raise AssertionError(f"{text} is no JSON")

@@ -90,4 +90,4 @@ def _write(order: Order, whole: Tables, results: tuple[DemonstrationResult, ...]
 
 def _store(path: Path, what: str, whole: Tables) -> None:
     known = json.loads(path.read_text()) if path.is_file() else {}
-    write_whole(path, json.dumps(known | {what: baseline(whole)}, indent=1) + "\n")
+    write_whole(path, as_json(known | {what: baseline(whole)}) + "\n")
