@@ -210,6 +210,7 @@ class Service:
         bound = solution.candidate.bindings
         return {
             "plan": str(solution.plan), "code": solution.code, "findings": solution.verdict.findings,
+            "left_out": solution.verdict.left_out,
             "objects": {o.name: bound.get(o.name) for o in solution.plan.objects},
         }  # fmt: skip
 

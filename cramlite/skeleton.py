@@ -135,10 +135,7 @@ def _taken_task(local: str, knowledge: Knowledge) -> str:
     taxonomy, own = knowledge.taxonomy, f"cram:{local}"
     rule = next((r for r in knowledge.rules if r.task == own), None)
     if rule is not None:
-        return (
-            f"'{own}' has a rule already ({rule.path.name}) and is recognised in demonstrations by it; to do it too, make "
-            f"the package under another name, and give its class task = \"{own}\" and no rule_file"
-        )
+        return f"'{own}' has a rule already ({rule.path.name}), by which it is recognised in demonstrations"
     same = [c for c in taxonomy.classes if c.split(":")[-1] == local]
     other = next((c for c in same if c == own or not taxonomy.is_a(c, "dul:Task")), "")
     return f"there is a class '{other}' already" if other else ""

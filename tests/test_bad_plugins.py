@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 from conftest import TASKS, Run
 
-from cramlite import Engine, UserError
+from cramlite import Engine, UserError, read_scenario
 from cramlite.cli import COMMANDS
 from cramlite.registry import Registry
+from cramlite.resources import find_scenario
 
 Plugin = Callable[[str, str], Path]
 Install = Callable[..., None]
@@ -347,6 +348,15 @@ def test_checks_that_are_left_out_are_said(run: Run, tmp_path: Path) -> None:
     full = run("resolve", TASKS, "--block", "near", "--out", tmp_path / "full")
     assert full.code == 0 and "not judged" not in full.out + (tmp_path / "full" / "report.html").read_text("utf-8")
     assert json.loads((tmp_path / "full" / "verdict.json").read_text())["left_out"] == []
+
+
+def test_a_scenario_that_leaves_checks_out_says_so_from_python(plugin: Plugin, tmp_path: Path) -> None:
+    text = find_scenario("grasp_one_thing").read_text()
+    scenario = tmp_path / "grasp.yaml"
+    scenario.write_text(text.replace("robot:", "block: [physics, strict]\nrobot:", 1))
+    solution = next(Engine(files=[plugin("strict", STRICT)]).resolve(read_scenario(scenario)))
+    assert solution.verdict.left_out == ("execution", "collision", "force_peak", "grasp_slip")
+    assert solution.verdict.not_judged.endswith("grasp_slip")
 
 
 def test_what_stands_for_a_blocked_judge_is_not_left_out(plugin: Plugin) -> None:

@@ -145,6 +145,7 @@ def test_a_program_and_the_next_one(process: subprocess.Popen[str]) -> None:
     assert first["result"]["plan"] == "Grasping"
     assert first["result"]["objects"] == {"something": "coffee"}
     assert all(f["passed"] for f in first["result"]["findings"])
+    assert first["result"]["left_out"] == []
     assert second["result"]["code"] != first["result"]["code"]
     process.stdin.close()
     assert process.wait(30) == 0
