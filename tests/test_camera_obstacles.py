@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from as_a_user import cramlite
 from msgspec.structs import replace
-from test_camera_scenarios import FETCH, SCENARIOS, run, variant
+from test_camera_scenarios import FETCH, SCENARIOS, variant
 
 from cramlite import Action, Engine, Object, Plan, Pose, Thing, World, read_scenario
 from cramlite.belief import Estimate, Held, initial_belief
@@ -42,7 +43,7 @@ def cluttered(folder: Path) -> Path:
 
 
 def test_unknown_things_are_driven_around(tmp_path: Path) -> None:
-    done = run("resolve", cluttered(tmp_path), "--out", tmp_path / "run", "--no-report", "--json")
+    done = cramlite("resolve", cluttered(tmp_path), "--out", tmp_path / "run", "--no-report", "--json")
     assert done.returncode == 0, done.stderr
     assert "thing 'obstacle_1': seen; no known model explains it" in done.stderr
     world = json.loads((tmp_path / "run" / "world.json").read_text())
@@ -50,7 +51,7 @@ def test_unknown_things_are_driven_around(tmp_path: Path) -> None:
 
 
 def test_without_obstacles_the_program_hits_the_box(tmp_path: Path) -> None:
-    done = run(
+    done = cramlite(
         "resolve", cluttered(tmp_path), "--block", "perception_obstacles", "--out", tmp_path / "run", "--no-report"
     )
     assert done.returncode == 1

@@ -11,9 +11,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from as_a_user import changed, cramlite
+from flat_steps import flat
 from msgspec.structs import replace
 
-from cramlite import Action, Engine, NoSolution, Object, Pose, UserError, World, read_scenario
+from cramlite import Action, Engine, Motion, NoSolution, Object, Pose, UserError, World, read_scenario
 from cramlite.recognised import renamed
 
 SCENARIOS = Path(__file__).parents[1] / "scenarios"
@@ -191,7 +192,8 @@ def test_a_peg_that_is_less_surely_known_is_felt_for_further(world: World, sigma
     roles = {"Locatum": Object("held", entity="second"), "Relatum": Object("peg", entity="hook/peg")}
     action = Action("1.InsertHoleOntoPeg", "artm:InsertHoleOntoPeg", roles)
     (way,) = InsertHoleOntoPeg().decompose(action, replace(belief, poses=poses))
-    touch = next(s for s in way.steps if s.name.endswith("/touch"))
+    touch = next(s for s in flat(way.steps) if s.name.endswith("/touch"))
+    assert isinstance(touch, Motion)
     assert touch.parameters["beyond_m"] == pytest.approx(beyond)
 
 

@@ -88,24 +88,24 @@ def test_answers_are_taken_one_at_a_time(plugin: Plugin) -> None:
 
 def test_search_jumps_over_choices_that_do_not_matter(plugin: Plugin) -> None:
     """The k-th grasp is not tried because the basket is out of reach."""
-    trial = Trial(plugin("objects", _with(OBJECTS, 2)), plugin("places", _with(PLACES, 5)))
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 2)), plugin("my_places", _with(PLACES, 5)))
     agenda = (Object("tea"), Object("basket"), Location("grasp", "grasp", "tea"), Location("in", "far", "basket"))
     assert trial.bindings(*agenda) == []
-    asked = trial.module("places").ASKED
+    asked = trial.module("my_places").ASKED
     assert asked.count("in") == 2, "once for each basket"
     assert asked.count("grasp") == 2, "not once more for any of its five alternatives"
 
 
 def test_without_a_cause_every_choice_is_tried(plugin: Plugin) -> None:
     body = PLACES.replace(", because=(location.of,)", "")
-    trial = Trial(plugin("objects", _with(OBJECTS, 2)), plugin("places", _with(body, 5)))
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 2)), plugin("my_places", _with(body, 5)))
     agenda = (Object("tea"), Object("basket"), Location("grasp", "grasp", "tea"), Location("in", "far", "basket"))
     assert trial.bindings(*agenda) == []
-    assert trial.module("places").ASKED.count("in") > 4
+    assert trial.module("my_places").ASKED.count("in") > 4
 
 
 def test_a_combination_that_failed_is_not_tried_again(plugin: Plugin) -> None:
-    trial = Trial(plugin("objects", _with(OBJECTS, 2)))
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 2)))
     belief = Belief(World(()), {}, "arm", (), 0.0)
     states = trial.search.solve(State((Object("tea"), Object("basket")), belief))
     found = [dict(next(states).bindings)]
@@ -118,20 +118,20 @@ def test_a_combination_that_failed_is_not_tried_again(plugin: Plugin) -> None:
 
 
 def test_choice_points_are_capped(plugin: Plugin) -> None:
-    trial = Trial(plugin("objects", _with(OBJECTS, 50)))
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 50)))
     assert len(trial.bindings(Object("tea"))) == CAPS[Object]
     assert any(e.outcome == "capped" for e in trial.trace.entries)
 
 
 def test_asks_are_counted(plugin: Plugin) -> None:
-    trial = Trial(plugin("objects", _with(OBJECTS, 5)), budget=Budget(asks=3))
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 5)), budget=Budget(asks=3))
     trial.bindings(*(Object(f"cup{k}") for k in range(5)))
     assert "3 designators were asked about" in trial.trace.entries[-1].reason
 
 
 def test_a_generator_without_answers_and_one_that_says_none(plugin: Plugin) -> None:
     silent = "@hookimpl\ndef resolve_object(designator, belief, context):\n    return None\n    yield\n"
-    trial = Trial(plugin("silent", silent), plugin("objects", _with(OBJECTS, 1)))
+    trial = Trial(plugin("silent", silent), plugin("my_objects", _with(OBJECTS, 1)))
     assert trial.bindings(Object("tea")) == [{"tea": "tea_0"}]
     assert trial.registry.faults == []
 
@@ -145,7 +145,7 @@ def test_nobody_answers() -> None:
 @pytest.mark.parametrize("answer", ["['tea']", "[None]", "5"])
 def test_answers_of_a_wrong_type_are_the_plugins_fault(answer: str, plugin: Plugin) -> None:
     wrong = f"@hookimpl\ndef resolve_object(designator, belief, context):\n    return {answer}\n"
-    trial = Trial(plugin("wrong", wrong), plugin("objects", _with(OBJECTS, 1)))
+    trial = Trial(plugin("wrong", wrong), plugin("my_objects", _with(OBJECTS, 1)))
     assert trial.bindings(Object("tea")) == [{"tea": "tea_0"}]
     (fault,) = trial.registry.faults
     assert (fault.plugin, fault.hook, fault.designator) == ("wrong", "resolve_object", "tea")
@@ -153,7 +153,7 @@ def test_answers_of_a_wrong_type_are_the_plugins_fault(answer: str, plugin: Plug
 
 def test_refusals_reach_the_trace(plugin: Plugin) -> None:
     body = "@hookimpl\ndef resolve_object(designator, belief, context):\n    yield Refused('tin', 'it has no hole')\n"
-    trial = Trial(plugin("objects", body))
+    trial = Trial(plugin("my_objects", body))
     assert trial.bindings(Object("tea")) == []
     assert trial.outcomes("tea", "refused") == ["tin"]
 
@@ -292,7 +292,7 @@ def task_types():
 
 
 def test_a_motion_that_nobody_resolves_is_not_cured_by_another_place(plugin: Plugin) -> None:
-    trial = Trial(plugin("places", _with(PLACES, 5)), plugin("odd", ODD_MOTIONS))
+    trial = Trial(plugin("my_places", _with(PLACES, 5)), plugin("odd", ODD_MOTIONS))
     assert trial.bindings(Action("1.Sliding", "cram:Sliding")) == []
     assert len(trial.outcomes("place", "chosen")) == 1
     assert [e.reason for e in trial.trace.entries if "no plugin resolves" in e.reason]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from flat_steps import flat
 from msgspec.structs import replace
 
 from cramlite import Motion, Unresolvable
@@ -97,7 +98,7 @@ def test_tasks_say_only_what_kinds_know() -> None:
     for task in Knowledge(Registry()).tasks.values():
         for belief in (sample_belief(), sample_belief("cube")):
             try:
-                steps = [s for way in task.decompose(sample_action(task), belief) for s in way.steps]
+                steps = [s for way in task.decompose(sample_action(task), belief) for s in flat(way.steps)]
             except Unresolvable:
                 continue
             for motion in (s for s in steps if isinstance(s, Motion) and s.kind in KINDS):

@@ -1,0 +1,14 @@
+"""What a decomposition is made of, whatever rules its steps stand under."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from cramlite.designators import Designator
+from cramlite.flow import Compound
+
+
+def flat(steps: Iterable[Designator]) -> Iterator[Designator]:
+    """Steps, and those that compounds hold in their place."""
+    for step in steps:
+        yield from flat(p for branch in step.branches for p in branch) if isinstance(step, Compound) else (step,)
