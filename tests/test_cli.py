@@ -14,7 +14,7 @@ from conftest import ROOT, TASKS, Run
 DEMONSTRATION = ROOT / "scenarios" / "fetch_from_hanger" / "demonstration"
 STAGES = [f"cramlite.{m}" for m in ("scenario", "goals", "search", "proof", "late_poses", "scenario_world", "pipeline")]
 """What comes after interpretation."""
-JUDGED = [f"cramlite.{m}" for m in ("interpretation", "decision", "proof", "late_poses", "goals")]
+JUDGED = [f"cramlite.{m}" for m in ("interpretation", "decision", "proof", "late_poses", "goals"), "glfw", "asyncio", "numpy.random", "cramlite_plugins.simulation.controller"]
 """What a scenario that starts from a demonstration needs only when it is resolved."""
 IMPORTED = """
 import sys
