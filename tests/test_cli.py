@@ -33,7 +33,10 @@ print("IMPORTED", *[m for m in {heavy!r} if m in sys.modules])
         (["--help"], ["mujoco", "ompl", "rdflib", "scipy", "pydantic", "numpy", "pluggy.__none__", "yaml"]),
         (["tasks"], ["mujoco", "ompl", "rdflib", "scipy", "matplotlib", "jinja2", "pydantic", "cramlite.engine"]),
         (["interpret", str(DEMONSTRATION)], ["mujoco", "ompl", "scipy", "matplotlib", "pydantic", *STAGES]),
-        (["check", str(ROOT / "scenarios" / "fetch_from_hanger.yaml")], ["ompl", "rdflib", "scipy", "matplotlib", "jinja2", *JUDGED, *UNASKED]),
+        (
+            ["check", str(ROOT / "scenarios" / "fetch_from_hanger.yaml")],
+            ["ompl", "rdflib", "scipy", "matplotlib", "jinja2", *JUDGED, *UNASKED],
+        ),
     ],
 )
 def test_light_commands_import_no_heavy_library(arguments: list[str], heavy: list[str]) -> None:
