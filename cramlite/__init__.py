@@ -1,195 +1,97 @@
 """cramlite: demonstrations become robot programs whose text was proven in simulation.
 
-This module is the whole public API. Names are imported when they are first used,
-so that ``import cramlite`` costs next to nothing.
+This module is for programs that embed the engine; `cramlite.plugin` is for those who write plugins, `cramlite.model` has the
+values that both talk about, and `cramlite.testing` checks plugins. These four are the whole public API. Names are imported
+when they are first used, so that ``import cramlite`` costs next to nothing.
 """
 
 from __future__ import annotations
 
-import importlib
 from typing import TYPE_CHECKING, Any
 
-from .hookspecs import hookimpl
+from .base.lazy_names import LazyNames
 from .version import VERSION
 
 if TYPE_CHECKING:
-    from .answers import Answers, Context, Grounding, Refused
-    from .belief import Belief, Estimate, Held, initial_belief
-    from .budget import Budget
-    from .designators import Action, Late, Location, Motion, Object, Place, Stand
-    from .engine import Engine
-    from .episode import Entity, Episode, Event, Repair, Track
-    from .errors import EARLIER_TASKS, CramliteError, NoSolution, PluginError, Unresolvable, UserError, nearest
-    from .experts import Expert, Inputs, Judged
-    from .geometry import Pose
-    from .goals import Goal
-    from .interpretation import Interpretation
-    from .plan import Plan
-    from .plugin_types import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
-    from .program import (
-        CompliantSlide,
-        Drive,
-        ForceExtract,
-        ForceInsert,
-        ForceMove,
-        Monitor,
-        MoveJoints,
-        MoveLinear,
-        MoveUntilContact,
-        Parallel,
-        Program,
-        Repeat,
-        SetGripper,
-        SetPayload,
-        SpiralSearch,
-        Step,
-        TryInOrder,
-        Wait,
-        ZeroSensor,
-    )
-    from .robot_code import Code
-    from .robots import Gripper, Platform, Robot
-    from .rollout import Message, Rollout, Touch
-    from .scenario import Scenario, read_scenario
-    from .solution import Solution
-    from .tasks import Decomposition, Parameter, Role, TaskType
-    from .trace import Trace
-    from .value import Value, replace
-    from .verdict import Finding, Verdict
-    from .view import Intrinsics, View
-    from .world import Feature, Geom, Physics, RobotMount, Thing, World
+    from .base.errors import CramliteError, NoSolution, PluginError, Unresolvable, UserError
+    from .base.resources import data_folder, find_scenario
+    from .cli.trace_text import trace_text
+    from .engine.engine import Engine
+    from .engine.setting import Setting
+    from .engine.solution import Solution
+    from .interpretation.interpretation import Interpretation
+    from .model.plan import Plan
+    from .model.verdict import Verdict
+    from .perception.active_perception import Picture
+    from .perception.result import Percept
+    from .planning.budget import Budget
+    from .planning.diagnosis import failure_text, how_it_ended, nearest_miss
+    from .planning.task_goals import Goal
+    from .planning.trace import Entry, Trace
+    from .report import Finished
+    from .scenario.scenario import Scenario, read_scenario
+    from .scenario.task_specs import RuleSpec, TaskSpec, task_entry
 
 __version__ = VERSION
 
 _HOMES = {
-    "answers": "Answers Context Grounding Refused",
-    "belief": "Belief Estimate Held initial_belief",
-    "budget": "Budget",
-    "designators": "Action Late Location Motion Object Place Stand",
-    "engine": "Engine",
-    "episode": "Entity Episode Event Repair Track",
-    "errors": "EARLIER_TASKS CramliteError NoSolution PluginError Unresolvable UserError nearest",
-    "experts": "Expert Inputs Judged",
-    "geometry": "Pose",
-    "goals": "Goal",
-    "interpretation": "Interpretation",
-    "plan": "Plan",
-    "plugin_types": "Backend Candidate ModelMaker ReportSection Simulator Validator",
-    "program": "CompliantSlide Drive ForceExtract ForceInsert ForceMove Monitor MoveJoints MoveLinear MoveUntilContact Parallel"
-    " Program Repeat SetGripper SetPayload SpiralSearch Step TryInOrder Wait ZeroSensor",
-    "robot_code": "Code",
-    "robots": "Gripper Platform Robot",
-    "rollout": "Message Rollout Touch",
-    "scenario": "Scenario read_scenario",
-    "solution": "Solution",
-    "tasks": "Decomposition Parameter Role TaskType",
-    "trace": "Trace",
-    "value": "Value replace",
-    "verdict": "Finding Verdict",
-    "view": "Intrinsics View",
-    "world": "Feature Geom Physics RobotMount Thing World",
+    ".base.errors": "CramliteError NoSolution PluginError Unresolvable UserError",
+    ".base.resources": "data_folder find_scenario",
+    ".engine.engine": "Engine",
+    ".engine.setting": "Setting",
+    ".engine.solution": "Solution",
+    ".interpretation.interpretation": "Interpretation",
+    ".model.plan": "Plan",
+    ".model.verdict": "Verdict",
+    ".perception.active_perception": "Picture",
+    ".perception.result": "Percept",
+    ".planning.budget": "Budget",
+    ".planning.diagnosis": "failure_text how_it_ended nearest_miss",
+    ".planning.task_goals": "Goal",
+    ".planning.trace": "Entry Trace",
+    ".report": "Finished",
+    ".scenario.scenario": "Scenario read_scenario",
+    ".scenario.task_specs": "RuleSpec TaskSpec task_entry",
+    ".cli.trace_text": "trace_text",
 }
-_HOME_OF = {name: module for module, names in _HOMES.items() for name in names.split()}
+_NAMES = LazyNames(__name__, _HOMES)
 
 __all__ = [
-    "EARLIER_TASKS",
-    "Action",
-    "Answers",
-    "Backend",
-    "Belief",
     "Budget",
-    "Candidate",
-    "Code",
-    "CompliantSlide",
-    "Context",
     "CramliteError",
-    "Decomposition",
-    "Drive",
     "Engine",
-    "Entity",
-    "Episode",
-    "Estimate",
-    "Event",
-    "Expert",
-    "Feature",
-    "Finding",
-    "ForceExtract",
-    "ForceInsert",
-    "ForceMove",
-    "Geom",
+    "Entry",
+    "Finished",
     "Goal",
-    "Gripper",
-    "Grounding",
-    "Held",
-    "Inputs",
     "Interpretation",
-    "Intrinsics",
-    "Judged",
-    "Late",
-    "Location",
-    "Message",
-    "ModelMaker",
-    "Monitor",
-    "Motion",
-    "MoveJoints",
-    "MoveLinear",
-    "MoveUntilContact",
     "NoSolution",
-    "Object",
-    "Parallel",
-    "Parameter",
-    "Physics",
-    "Place",
+    "Percept",
+    "Picture",
     "Plan",
-    "Platform",
     "PluginError",
-    "Pose",
-    "Program",
-    "Refused",
-    "Repair",
-    "Repeat",
-    "ReportSection",
-    "Robot",
-    "RobotMount",
-    "Role",
-    "Rollout",
+    "RuleSpec",
     "Scenario",
-    "SetGripper",
-    "SetPayload",
-    "Simulator",
+    "Setting",
     "Solution",
-    "SpiralSearch",
-    "Stand",
-    "Step",
-    "TaskType",
-    "Thing",
-    "Touch",
+    "TaskSpec",
     "Trace",
-    "Track",
-    "TryInOrder",
     "Unresolvable",
     "UserError",
-    "Validator",
-    "Value",
     "Verdict",
-    "View",
-    "Wait",
-    "World",
-    "ZeroSensor",
-    "hookimpl",
-    "initial_belief",
-    "nearest",
+    "data_folder",
+    "failure_text",
+    "find_scenario",
+    "how_it_ended",
+    "nearest_miss",
     "read_scenario",
-    "replace",
+    "task_entry",
+    "trace_text",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'cramlite' has no attribute '{name}'")
-    found = globals()[name] = getattr(importlib.import_module(f".{_HOME_OF[name]}", __name__), name)
-    return found
+    return _NAMES.load(name)
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME_OF])
+    return sorted([*globals(), *__all__])

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from cramlite.cli import main
+from cramlite.cli.main import main
 
 ROOT = Path(__file__).parent.parent
 TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
@@ -48,7 +48,7 @@ def process() -> Run:
     """One command in a process of its own."""
 
     def go(*arguments: object) -> Ran:
-        command = [sys.executable, "-m", "cramlite.cli", *map(str, arguments)]
+        command = [sys.executable, "-m", "cramlite.cli.main", *map(str, arguments)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         return Ran(done.returncode, done.stdout, done.stderr)
 
@@ -77,7 +77,7 @@ def plugin(tmp_path: Path) -> Callable[[str, str], Path]:
 
     def write(name: str, body: str) -> Path:
         path = tmp_path / f"{name}.py"
-        path.write_text(f"from cramlite import *\nfrom cramlite import hookimpl\n\n{body}")
+        path.write_text(f"from cramlite.model import *\nfrom cramlite.plugin import *\n\n{body}")
         return path
 
     return write

@@ -15,8 +15,8 @@ root_package = cramlite
 [importlinter:contract:1]
 name = The command line does not use the pipeline
 type = forbidden
-source_modules = cramlite.cli
-forbidden_modules = cramlite.pipeline
+source_modules = cramlite.cli.main
+forbidden_modules = cramlite.cli.resolve
 """
 
 

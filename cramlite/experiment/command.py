@@ -7,10 +7,10 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from ..errors import NoSolution
-from ..explain import as_json
-from ..plugin_choice import INSTALLED, PluginChoice
-from ..run import write_whole
+from ..base.errors import NoSolution
+from ..base.json_text import as_json
+from ..base.run_directory import write_whole
+from ..plugin.selection import INSTALLED, PluginChoice
 from .page import page
 from .report import BASELINE, against_baseline, baseline, below, text, to_csv, to_json
 from .results import DemonstrationResult

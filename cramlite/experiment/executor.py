@@ -17,13 +17,12 @@ from typing import IO
 
 from msgspec import Struct, json
 
-from ..errors import CramliteError, UserError
-from ..execution import read_world
-from ..knowledge import Knowledge
-from ..plugin_choice import INSTALLED, PluginChoice
-from ..rollout import Rollout
-from ..rollout_file import load_rollout, save_rollout
-from ..world import World
+from ..base.errors import CramliteError, UserError
+from ..model.rollout import Rollout, load_rollout, save_rollout
+from ..model.world import World
+from ..plugin.catalogue import Knowledge
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.worlds import read_world
 
 
 class ExecutorDied(Exception):

@@ -11,7 +11,7 @@ from typing import Any
 from msgspec import to_builtins
 from msgspec.structs import asdict
 
-from ..errors import UserError
+from ..base.errors import UserError
 from .results import DemonstrationResult
 from .spec import ThresholdSpec
 from .tables import STAGES, Row, Share, Tables

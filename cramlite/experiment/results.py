@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec import field
 
-from ..value import Value
+from ..base.value import Value
 
 
 class Execution(Value):

@@ -14,16 +14,17 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..errors import UserError
-from ..plugin_choice import INSTALLED, PluginChoice
-from ..resources import find_scenario
-from ..run import RunDirectory, content_key
-from ..scenario import read_scenario
-from ..value import Value
+from ..base.errors import UserError
+from ..base.resources import find_scenario
+from ..base.run_directory import RunDirectory, content_key
+from ..base.value import Value
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import read_scenario
+from .bench import Trial, bench
 from .results import DemonstrationResult
 from .spec import Demonstration, Experiment
 from .store import LOCK, Store, code_key, locked
-from .trial import Trial, bench, run_trial
+from .trial import run_trial
 
 DEATHS = 2
 """A demonstration whose worker died this often is given up, and counts as failed."""

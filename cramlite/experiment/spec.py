@@ -8,11 +8,11 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from ..errors import UserError, nearest
-from ..resources import data_folder
-from ..twin import TwinSpec
-from ..value import Value
-from ..yaml_file import explain_validation, load_yaml
+from ..base.errors import UserError, nearest
+from ..base.resources import data_folder
+from ..base.value import Value
+from ..base.yaml_file import explain_validation, load_yaml
+from .twin import TwinSpec
 
 FILE = "experiment.yaml"
 

@@ -12,9 +12,9 @@ from typing import IO, TypeVar
 
 from msgspec import DecodeError, json
 
-from ..errors import UserError
-from ..explain import as_json
-from ..run import write_whole
+from ..base.errors import UserError
+from ..base.json_text import as_json
+from ..base.run_directory import write_whole
 from .results import CandidateResult, DemonstrationResult
 
 LOCK = "lock"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from ..value import Value
+from ..base.value import Value
 from .results import CandidateResult, DemonstrationResult
 from .spec import PublishedSpec
 

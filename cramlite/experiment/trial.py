@@ -7,87 +7,29 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from msgspec import field
 from msgspec.structs import replace
 
-from ..attempts import attempts
-from ..budget import Budget
-from ..coherence import candidates
-from ..engine import Engine
-from ..episode import Episode
-from ..errors import UserError
-from ..pipeline import record_episode
-from ..plan import TaskCall, plan_from_episode
-from ..plugin_choice import INSTALLED, PluginChoice
-from ..plugin_types import Candidate
-from ..proof import judge
-from ..ranking import TaskSequence
-from ..scenario import Scenario, read_scenario
-from ..seeds import derive_seed
-from ..setting import Setting
-from ..trace import Trace
-from ..value import Value
-from ..verdict import Verdict
-from .executor import Executor
+from ..base.errors import UserError
+from ..base.seeds import derive_seed
+from ..engine.candidates import attempts
+from ..engine.recording import record_episode
+from ..engine.setting import Setting
+from ..interpretation.coherence import candidates
+from ..interpretation.ranking import TaskSequence
+from ..model.episode import Episode
+from ..model.verdict import Verdict
+from ..planning.budget import Budget
+from ..planning.plan import TaskCall, plan_from_episode
+from ..planning.trace import Trace
+from ..plugin.protocols import Candidate
+from .bench import Bench, Trial, bench, goal_missed
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
-from .spec import AblationSpec, Demonstration, Experiment, read_experiment
-from .stopwatch import Stopwatch
+from .spec import AblationSpec, Demonstration
 from .store import Store
 from .twins import execute_in_twin
-
-
-class Trial(Value):
-    """What a worker is given: plain values, so that any process can do it.
-
-    Args:
-        experiment: path of the file.
-        set_name, without: which demonstrations, and the ablation.
-        directory: of the run.
-        pictures: whether to draw how each execution ended.
-        plugins: of the engine.
-    """
-
-    experiment: Path
-    set_name: str
-    demonstration: Demonstration
-    directory: Path
-    without: str | None = None
-    pictures: bool = True
-    plugins: PluginChoice = INSTALLED
-
-
-class Bench(Value):
-    """What one process needs for all its trials of an experiment."""
-
-    experiment: Experiment
-    scenario: Scenario
-    engine: Engine
-    executor: Executor
-    watch: Stopwatch = field(default_factory=Stopwatch)
-
-
-@lru_cache(maxsize=2)
-def bench(
-    path: Path,
-    set_name: str,
-    without: str | None,
-    plugins: PluginChoice = INSTALLED,
-) -> Bench:
-    """The engine of an experiment, built once a process."""
-    experiment = read_experiment(path)
-    ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
-    scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))
-    taken = (experiment.beside(ablation.plugin),) if ablation.plugin else ()
-    chosen = plugins.asked_by(scenario)
-    rules = experiment.beside(ablation.rules) if ablation.rules else None
-    engine = replace(chosen, files=(*chosen.files, *taken)).engine(scenario.ontologies, rules)
-    watch = Stopwatch()
-    engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate", episode="detect")
-    return Bench(experiment, scenario, engine, Executor(chosen), watch)
 
 
 def run_trial(trial: Trial) -> DemonstrationResult:
@@ -246,17 +188,3 @@ def _attempt(
     execution = execute_in_twin(trial, store, place, number, candidate, setting, errors=ablation.twin)
     force = (candidate.rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5
     return Attempt(verdict.passed, "" if verdict.passed else verdict.reason, execution, float(force)), reached
-
-
-def goal_missed(place: Bench, candidate: Candidate) -> str:
-    """What the judges say against a run that should have reached the experiment's goal; empty if nothing.
-
-    The goal is the experiment's, not what the plan predicts: a plan that promises nothing has not reached it.
-    """
-    spec = place.experiment.spec
-    aim = replace(candidate, belief=replace(candidate.belief, relations=frozenset({spec.goal}), held=None))
-    findings = judge(aim, place.engine.knowledge, rollout=True, only=spec.judges)
-    said = "; ".join(f"{f.validator}: {f.reason}" for f in findings if not f.passed)
-    return said or (
-        "" if any(f.validator == "end_state" for f in findings) else "nothing was moved that the goal is about"
-    )

@@ -6,18 +6,18 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..plugin_types import Candidate
-from ..rollout import Rollout
-from ..seeds import derive_seed
-from ..setting import Setting
-from ..twin import twin
-from ..world import World
+from ..base.seeds import derive_seed
+from ..engine.setting import Setting
+from ..model.rollout import Rollout
+from ..model.world import World
+from ..plugin.protocols import Candidate
 from .executor import ExecutorDied
 from .results import Execution
+from .twin import twin
 
 if TYPE_CHECKING:
+    from .bench import Bench, Trial
     from .store import Store
-    from .trial import Bench, Trial
 
 PICTURE = (320, 240)
 DEATHS = 2
@@ -33,7 +33,7 @@ def execute_in_twin(
         number: of the candidate: names its files, and seeds its twin.
         errors: whether the twin has any; without them it is the believed world.
     """
-    from .trial import goal_missed
+    from .bench import goal_missed
 
     assert candidate.code is not None
     seed = derive_seed(trial.demonstration.seed, (), f"twin {number}")

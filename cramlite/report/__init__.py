@@ -10,20 +10,20 @@ from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from ..value import Value
+from ..base.value import Value
 
 if TYPE_CHECKING:
     from jinja2 import Environment, Template
 
-    from ..engine import Engine
-    from ..episode import Episode
-    from ..interpretation import Interpretation
-    from ..plugin_types import ReportSection
-    from ..run import RunDirectory
-    from ..scene import Scene
-    from ..setting import Setting
-    from ..solution import Solution
-    from ..trace import Trace
+    from ..base.run_directory import RunDirectory
+    from ..engine.engine import Engine
+    from ..engine.setting import Setting
+    from ..engine.solution import Solution
+    from ..interpretation.interpretation import Interpretation
+    from ..model.episode import Episode
+    from ..model.rollout import Scene
+    from ..planning.trace import Trace
+    from ..plugin.protocols import ReportSection
 
 __all__ = ["Finished", "Part", "template", "write_page", "write_report"]
 

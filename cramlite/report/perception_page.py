@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 from . import template
 
 if TYPE_CHECKING:
-    from ..perceived import Perceived, Percept
-    from ..view import View
-    from ..world import Thing
+    from ..model.view import View
+    from ..model.world import Thing
+    from ..perception.result import Perceived, Percept
 
 COLOURS = ((42, 110, 187), (214, 106, 20), (40, 140, 80), (150, 70, 170), (190, 150, 20), (205, 60, 105), (20, 150, 160),
            (120, 120, 60))  # fmt: skip
@@ -26,7 +26,7 @@ def write_page(folder: Path, found: Perceived, view: View, models: Sequence[Thin
     """Write ``perception.html`` into a folder, which is made if need be."""
     from markupsafe import Markup
 
-    from ..seeing import in_words, plain
+    from ..perception.result import in_words, plain
 
     folder.mkdir(parents=True, exist_ok=True)
     own = files(__package__)

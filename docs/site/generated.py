@@ -11,7 +11,7 @@ from typing import Any
 
 import cramlite
 import cramlite.testing
-from cramlite.value import Value
+from cramlite.model import Value
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -145,7 +145,7 @@ def plain(text: str) -> str:
 
 def schema_page() -> str:
     """The JSON Schemas as ``cramlite schema`` prints them."""
-    from cramlite.schema import SCHEMAS
+    from cramlite.scenario.schema import SCHEMAS
 
     parts = ["# JSON Schemas", "", "`cramlite schema KIND` prints them for editors; see [commands](cli.md#schema)."]
     for kind, make in SCHEMAS.items():
@@ -155,7 +155,7 @@ def schema_page() -> str:
 
 def errors_page() -> str:
     """The errors that reach a person, each with its exit code."""
-    from cramlite import errors
+    from cramlite.base import errors
 
     parts = [
         "# Errors", "", "An error is for a person: where, what, what would be right, what next. A traceback is a defect.", "",

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cramlite import Answers, Belief, Context, Grounding, Motion, MoveLinear, hookimpl
+from cramlite.model import Belief, Motion, MoveLinear
+from cramlite.plugin import Answers, Context, Grounding, hookimpl
 from cramlite_plugins.motions import free_motion
-from cramlite_plugins.motions.kinds import KINDS, value
+from cramlite_plugins.motions.motion_kinds import KINDS, value
 
 ACCELERATION = 0.25  # [m/s2]
 CORNERS = 3  # of an insertion's path that lead to its depth; the last one lets the hole down, which is a motion of its own

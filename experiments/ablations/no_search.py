@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from cramlite import Answers, Belief, Context, Grounding, Motion, hookimpl
+from cramlite.model import Belief, Motion
+from cramlite.plugin import Answers, Context, Grounding, hookimpl
 
 
 @hookimpl

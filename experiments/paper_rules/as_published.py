@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from cramlite import hookimpl
-from cramlite.phases import Phase, PhaseName, Predicate, Row
-from cramlite_plugins.experts.motion_predicates import ARM_MOVED, GRIPPER_MOVED
-from cramlite_plugins.experts.predicates import chain, touches
+from cramlite.plugin import Phase, PhaseName, Predicate, Row, hookimpl
+from cramlite_plugins.predicates.motion import ARM_MOVED, GRIPPER_MOVED
+from cramlite_plugins.predicates.relations import chain, touches
 
 RUN: frozenset[PhaseName] = frozenset({"run"})
 

@@ -19,12 +19,11 @@ import mujoco
 import numpy as np
 from msgspec import json
 
-from cramlite.rollout import Rollout
-from cramlite.world import World
+from cramlite.model import Rollout, World
 from cramlite_plugins.robots.arms import robots
-from cramlite_plugins.simulation import controller
-from cramlite_plugins.simulation.compile import compile_world
+from cramlite_plugins.simulation.controller import controller
 from cramlite_plugins.simulation.execute import execute
+from cramlite_plugins.simulation.model.compile import compile_world
 
 ROBOTS = {r.type: r for r in robots()}
 CATEGORIES = {

@@ -18,12 +18,10 @@ from typing import Any
 import numpy as np
 from seeds import wilson
 
-from cramlite import Engine, Value, replace
-from cramlite.geometry import Pose
-from cramlite.looking import ask
-from cramlite.object_query import parse_query
-from cramlite.view import View
-from cramlite.world import Thing, World
+from cramlite import Engine
+from cramlite.model import Pose, Thing, Value, View, World, replace
+from cramlite.perception.active_perception import ask
+from cramlite.perception.query import parse_query
 
 SPACING, HEIGHT, AWAY = 0.16, 0.45, 0.87  # between hangers, of the pegs, from the origin to the panel [m]
 DEPTHS = (0.035, 0.105)  # along the peg: behind and in front [m]
@@ -59,8 +57,8 @@ def clutter(seed: int, products: tuple[Thing, ...], *, noise: bool = True, renam
         products: of which four are drawn; six things hang.
         rename: call the things otherwise; no answer may change.
     """
-    from cramlite_plugins.perception.camera import looking_at
-    from cramlite_plugins.simulation.models import hanger, hung, table
+    from cramlite_plugins.locations.viewpoints import looking_at
+    from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, table
 
     rng = np.random.default_rng([seed, 411])
     kinds = [products[k] for k in rng.permutation(len(products))[:4]]
@@ -87,9 +85,9 @@ def clutter(seed: int, products: tuple[Thing, ...], *, noise: bool = True, renam
 
 def _picture(world: World, camera: Pose, seed: int, *, noise: bool) -> tuple[View, Any]:
     """The view, and the name of the thing that each pixel shows."""
-    from cramlite_plugins.perception.camera import render
-    from cramlite_plugins.perception.noise import Noise
-    from cramlite_plugins.simulation.compile import compile_world
+    from cramlite_plugins.simulation.camera.depth_camera import render
+    from cramlite_plugins.simulation.camera.noise import Noise
+    from cramlite_plugins.simulation.model.compile import compile_world
 
     compiled = compile_world(world, {})
     view, bodies = render(compiled.model, compiled.data(), camera, noise=Noise() if noise else None, seed=seed)

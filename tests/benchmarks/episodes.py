@@ -17,8 +17,8 @@ from pathlib import Path
 import bson
 import numpy as np
 
-from cramlite.episode import Entity, Episode, Event, Track
-from cramlite_plugins.episodes.neem import read_neem, write_neem
+from cramlite.model import Entity, Episode, Event, Track
+from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
 
 
 def random_episode(poses: int, seed: int, frames: int = 10) -> Episode:

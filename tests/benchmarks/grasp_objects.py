@@ -12,10 +12,9 @@ import numpy as np
 import trimesh
 from msgspec.structs import replace
 
-from cramlite.geometry import Pose
-from cramlite.world import Geom, Thing
-from cramlite_plugins.simulation.models import block, make
-from cramlite_plugins.simulation.vessels import bottle, bowl, can, mug
+from cramlite.model import Geom, Pose, Thing
+from cramlite_plugins.simulation.objects.products_and_fixtures import block, make
+from cramlite_plugins.simulation.objects.vessels import bottle, bowl, can, mug
 
 Rng = np.random.Generator
 MASS = (0.05, 0.6)  # [kg]

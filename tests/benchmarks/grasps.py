@@ -15,9 +15,9 @@ import flying_gripper
 import grasp_objects
 from msgspec.structs import replace
 
-from cramlite.geometry import Pose
-from cramlite.world import Geom, Thing
-from cramlite_plugins.experts import antipodal, grasps, rays
+from cramlite.model import Geom, Pose, Thing
+from cramlite_plugins.locations import antipodal, grasps
+from cramlite_plugins.shapes import ray_casting as rays
 
 GRIPPER = flying_gripper.GRIPPER
 TABLE = Geom("box", (0.6, 0.6, 0.02), Pose((0.5, 0.0, -0.02)))

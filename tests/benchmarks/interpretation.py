@@ -32,16 +32,15 @@ from timeline_translation import (
     timeline_program,
 )
 
-from cramlite.collector import paused_collector
-from cramlite.decision import DecisionTree, Found
-from cramlite.episode import Episode
-from cramlite.interpretation import interpret
-from cramlite.matching import Phases
-from cramlite.ontology import Taxonomy, load_taxonomy
-from cramlite.phases import Timeline
-from cramlite.resources import data_folder
-from cramlite.rules import RuleBook, load_rules
-from cramlite_plugins.experts.predicates import all_predicates
+from cramlite import data_folder
+from cramlite.interpretation.decision_tree import DecisionTree, Found
+from cramlite.interpretation.interpretation import interpret, paused_collector
+from cramlite.interpretation.matching import Phases
+from cramlite.interpretation.rules import RuleBook, load_rules
+from cramlite.model import Episode
+from cramlite.ontology.taxonomy import Taxonomy, load_taxonomy
+from cramlite.plugin import Timeline
+from cramlite_plugins.predicates.relations import all_predicates
 
 
 def many_actions(actions: int) -> Episode:

@@ -27,13 +27,10 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from task_scenarios import REFUSED, attempt
 
-from cramlite import Action, Engine, Episode, Pose, Rollout, SetGripper
-from cramlite.episode import Event
-from cramlite.interpretation import Interpreted
-from cramlite.phases import PADDING
-from cramlite.plugin_types import Candidate
-from cramlite.resources import data_folder
-from cramlite.run import content_key
+from cramlite import Engine, data_folder
+from cramlite.base.run_directory import content_key
+from cramlite.model import Action, Episode, Event, Pose, Rollout, SetGripper
+from cramlite.plugin import PADDING, Candidate, Interpreted
 
 GRASPED = {
     "artm:CloseGripperTask", "artm:ExtractHoleFromPeg", "artm:InsertHoleOntoPeg", "artm:OpenGripperTask",

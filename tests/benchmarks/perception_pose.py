@@ -23,10 +23,12 @@ import numpy as np
 import pose_views
 from seeds import wilson
 
-from cramlite.errors import UserError
-from cramlite_plugins.perception import pose_libraries, pose_recipes
-from cramlite_plugins.perception.models import PoseModel
-from cramlite_plugins.perception.pose import UPRIGHT, PoseHypothesis, estimate
+from cramlite.plugin import UserError
+from cramlite_plugins.perception.pose import baselines as pose_recipes
+from cramlite_plugins.perception.pose import libraries as pose_libraries
+from cramlite_plugins.perception.pose.estimate import PoseHypothesis, estimate
+from cramlite_plugins.perception.pose.model import PoseModel
+from cramlite_plugins.perception.pose.prior import UPRIGHT
 
 METHODS: dict[str, Callable[..., list[PoseHypothesis]]] = {
     "ours": estimate,

@@ -28,11 +28,11 @@ sys.path.insert(0, str(File(__file__).parents[1] / "plugins" / "motions"))
 
 import coal_check
 
-from cramlite.geometry import Floats
-from cramlite_plugins.motions.blends import rounded, zone
-from cramlite_plugins.motions.kinematics import inverse
-from cramlite_plugins.motions.planner import Path, plan, resampled
-from cramlite_plugins.motions.scene import CLEARANCE, Scene
+from cramlite.model import Floats
+from cramlite_plugins.kinematics.blends import rounded, zone
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.motion_planning.planner import Path, plan, resampled
+from cramlite_plugins.motion_planning.planning_scene import CLEARANCE, Scene
 
 SPEED, ACCELERATION = 1.57, 3.0  # of the planners' comparison [rad/s, rad/s2]
 PEER = ("sscbirrt==3.15.0", "mujoco==3.14.0")

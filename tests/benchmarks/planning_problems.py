@@ -13,10 +13,9 @@ sys.path.insert(0, str(File(__file__).parents[1] / "plugins" / "motions"))
 
 from scenes import TABLE, box, make
 
-from cramlite.geometry import Pose
-from cramlite.world import Thing
-from cramlite_plugins.motions.kinematics import inverse
-from cramlite_plugins.motions.scene import Scene
+from cramlite.model import Pose, Thing
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.motion_planning.planning_scene import Scene
 from cramlite_plugins.robots.ur5e import UR5E
 
 Joints = tuple[float, ...]

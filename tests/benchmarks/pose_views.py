@@ -13,17 +13,13 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
-from cramlite import Value, replace
-from cramlite.engine import Engine
-from cramlite.geometry import Pose
-from cramlite.resources import data_folder
-from cramlite.scenario import read_scenario
-from cramlite.view import D435, Intrinsics, Mask, View
-from cramlite.world import Feature, Geom, Thing, World
-from cramlite_plugins.perception.camera import looking_at, render
-from cramlite_plugins.perception.models import PoseModel, pose_model
-from cramlite_plugins.simulation.compile import Compiled, compile_world
-from cramlite_plugins.simulation.models import hanger, hung, product, table
+from cramlite import Engine, data_folder, read_scenario
+from cramlite.model import D435, Feature, Geom, Intrinsics, Mask, Pose, Thing, Value, View, World, replace
+from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.perception.pose.model import PoseModel, pose_model
+from cramlite_plugins.simulation.camera.depth_camera import render
+from cramlite_plugins.simulation.model.compile import Compiled, compile_world
+from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product, table
 
 DEVELOPMENT, TEST = 0, 20_000
 """First seeds. Whatever has a number in it was chosen on the development seeds. A first version was tested on seeds from

@@ -16,10 +16,10 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from cramlite.errors import UserError
-from cramlite_plugins.backends.urscript_flow import FUNCTIONS as FLOW
-from cramlite_plugins.backends.urscript_parts import FUNCTIONS
-from cramlite_plugins.backends.urscript_search import FUNCTIONS as SEARCH
+from cramlite.plugin import UserError
+from cramlite_plugins.backends.urscript.flow import FUNCTIONS as FLOW
+from cramlite_plugins.backends.urscript.parts import FUNCTIONS
+from cramlite_plugins.backends.urscript.search import FUNCTIONS as SEARCH
 
 SLOW = 2.0  # processor time of one program [s]
 TOKENS = ("def", "thread", "end", "if", "while", "(", ")", "[", "]", "p[", ":", "=", "==", ",", "1", "1e400", '"', "#", "\n",
@@ -74,9 +74,9 @@ def mutated(text: str, random_: random.Random) -> str:
 
 def judged(count: int, seed: int) -> Iterator[tuple[str, str, float]]:
     """What became of each program: (outcome, message, processor time)."""
-    from cramlite_plugins.simulation.ur_functions import known_functions
-    from cramlite_plugins.simulation.urscript import load
+    from cramlite_plugins.simulation.ur.functions import known_functions
     from cramlite_plugins.simulation.urscript.doubts import doubts
+    from cramlite_plugins.simulation.urscript.interpreter import load
     from cramlite_plugins.simulation.urscript.kinds import wrong_kinds
 
     library, random_, texts = known_functions(), random.Random(seed), sources()
@@ -115,8 +115,8 @@ LOOP = "def p():\n  i = 0\n  while i < 500000:\n    i = i + 1\n  end\nend\n"
 
 def speed(script: Path | None) -> None:
     """Print figures; all in processor time, so that a busy machine does not count."""
-    from cramlite_plugins.simulation.ur_functions import known_functions
-    from cramlite_plugins.simulation.urscript import Limits, Machine, load
+    from cramlite_plugins.simulation.ur.functions import known_functions
+    from cramlite_plugins.simulation.urscript.interpreter import Limits, Machine, load
 
     machine = Machine(load(LOOP), limits=Limits(slice=10**9, statements=10**9))
     begin = time.process_time()
@@ -124,7 +124,7 @@ def speed(script: Path | None) -> None:
         machine.cycle()
     print(f"interpreter: {machine.total} statements in {time.process_time() - begin:.2f} s")
     if script is not None:
-        from cramlite_plugins.simulation.virtual_ur.registers import Registers
+        from cramlite_plugins.simulation.ur.registers import Registers
 
         text, library = script.read_text(), {**known_functions(), **Registers(lambda: 0.0).library()}
         spent = []
@@ -140,11 +140,10 @@ def _controller() -> None:
     """The controller at 500 Hz while it moves, and the same number of bare physics steps of the same model."""
     import mujoco
 
-    from cramlite.geometry import Pose
-    from cramlite.world import RobotMount, World
+    from cramlite.model import Pose, RobotMount, World
     from cramlite_plugins.robots.ur5e import UR5E
-    from cramlite_plugins.simulation.models import table
-    from cramlite_plugins.simulation.virtual_ur.robot import VirtualRobot
+    from cramlite_plugins.simulation.objects.products_and_fixtures import table
+    from cramlite_plugins.simulation.ur.virtual_robot import VirtualRobot
 
     world = World((table("floor", Pose((0.4, 0, -0.001))),), (RobotMount("arm", "ur5e"),))
     robot, cycles = VirtualRobot(world, {"ur5e": UR5E}, "arm", lambda _: None), 5000

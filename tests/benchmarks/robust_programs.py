@@ -15,15 +15,22 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from cramlite import Engine, read_scenario
-from cramlite.execution import read_world
-from cramlite.program import AnyStep, Monitor, Parallel, Program, Repeat, SpiralSearch, TryInOrder
-from cramlite.program_text import read_program
-from cramlite.resources import find_scenario
-from cramlite.rollout import Rollout
-from cramlite.twin import OffSpec, TwinSpec, twin
-from cramlite.world import World
-from cramlite_plugins.backends.urscript import emit
+from cramlite import Engine, find_scenario, read_scenario
+from cramlite.experiment.twin import OffSpec, TwinSpec, twin
+from cramlite.model import (
+    AnyStep,
+    Monitor,
+    Parallel,
+    Program,
+    Repeat,
+    Rollout,
+    SpiralSearch,
+    TryInOrder,
+    World,
+    read_program,
+)
+from cramlite.scenario.worlds import read_world
+from cramlite_plugins.backends.urscript.emit import emit
 
 NEAR = 0.03  # where the product hangs may differ by this from the undisturbed run [m]
 
@@ -74,8 +81,8 @@ def main() -> None:
     scenario = read_scenario(find_scenario("hang_onto_hanger"))
     engine = Engine()
     if arguments.run is None:
-        from cramlite.pipeline import write_solution
-        from cramlite.run import RunDirectory
+        from cramlite.base.run_directory import RunDirectory
+        from cramlite.cli.resolve import write_solution
 
         arguments.run = Path(tempfile.mkdtemp()) / "run"
         solution = next(engine.resolve(scenario))

@@ -19,9 +19,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from task_scenarios import REFUSED, attempt
 
-from cramlite import Engine, Trace, UserError, read_scenario
-from cramlite.resources import find_scenario
-from cramlite.scenario import PoseSpec, RobotSpec
+from cramlite import Engine, Trace, find_scenario, read_scenario
+from cramlite.plugin import UserError
+from cramlite.scenario.scenario import PoseSpec, RobotSpec
 
 
 def judged(engine: Engine, name: str, robot: RobotSpec, *, whole: bool) -> str:

@@ -21,7 +21,7 @@ from statistics import median
 ROOT = Path(__file__).resolve().parents[2]
 EMPTY = "python -c pass"
 OTHERS = """
-from cramlite_plugins.simulation.no_window import import_mujoco
+from cramlite_plugins.simulation.model.no_window import import_mujoco
 import_mujoco()
 import argparse, importlib.metadata, msgspec, pluggy, pydantic, yaml
 pydantic.BaseModel, pydantic.Field
@@ -31,10 +31,10 @@ COMMANDS = {
     "import numpy": ["-c", "import numpy"],
     "what check imports of others": ["-c", OTHERS],
     "import cramlite": ["-c", "import cramlite"],
-    "cramlite --help": ["-m", "cramlite.cli", "--help"],
-    "cramlite tasks": ["-m", "cramlite.cli", "tasks"],
-    "cramlite check fetch_from_hanger": ["-m", "cramlite.cli", "check", "scenarios/fetch_from_hanger.yaml"],
-    "cramlite interpret, shipped episode": ["-m", "cramlite.cli", "interpret", "scenarios/fetch_from_hanger/demonstration"],
+    "cramlite --help": ["-m", "cramlite.cli.main", "--help"],
+    "cramlite tasks": ["-m", "cramlite.cli.main", "tasks"],
+    "cramlite check fetch_from_hanger": ["-m", "cramlite.cli.main", "check", "scenarios/fetch_from_hanger.yaml"],
+    "cramlite interpret, shipped episode": ["-m", "cramlite.cli.main", "interpret", "scenarios/fetch_from_hanger/demonstration"],
 }
 
 

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from cramlite.attempts import attempts
-from cramlite.budget import Budget
-from cramlite.coherence import candidates
+from cramlite import Budget, Trace, find_scenario
+from cramlite.engine.candidates import attempts
+from cramlite.experiment.bench import bench
 from cramlite.experiment.spec import find_experiment
-from cramlite.experiment.trial import bench
-from cramlite.plan import TaskCall, plan_from_episode
-from cramlite.program import walk
-from cramlite.resources import find_scenario
-from cramlite.trace import Trace
-from cramlite_plugins.motions.kinds import KINDS
+from cramlite.interpretation.coherence import candidates
+from cramlite.model import walk
+from cramlite.planning.plan import TaskCall, plan_from_episode
+from cramlite_plugins.motions.motion_kinds import KINDS
 
 FELT = {k.step for k in KINDS.values() if k.widens > 0}
 """Steps that feel: those in contact, after which less is known of what is held."""

@@ -9,11 +9,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from cramlite import Engine, UserError, World
+from cramlite import Engine
 from cramlite.experiment import twins
 from cramlite.experiment.executor import Executor, ExecutorDied
 from cramlite.experiment.stopwatch import Stopwatch
-from cramlite.world import RobotMount
+from cramlite.model import RobotMount, World
+from cramlite.plugin import UserError
 
 TEXT = "def p():\n  textmsg('here')\n  movej([0.1, -1.5, 1.5, -1.5, -1.5, 0.0], a=4, v=2)\nend\np()\n"
 WORLD = World((), (RobotMount("arm", "ur5"),))

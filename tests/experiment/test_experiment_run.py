@@ -13,12 +13,13 @@ from pathlib import Path
 
 import pytest
 
-from cramlite import UserError
+from cramlite.experiment.bench import Trial
 from cramlite.experiment.run import Order, run_experiment
 from cramlite.experiment.spec import find_experiment, read_experiment
 from cramlite.experiment.store import Store, locked
-from cramlite.experiment.trial import Trial, run_trial
-from cramlite.plugin_choice import PluginChoice
+from cramlite.experiment.trial import run_trial
+from cramlite.plugin import UserError
+from cramlite.plugin.selection import PluginChoice
 
 FOLDER = find_experiment("fetch_from_hanger").parent
 
@@ -84,7 +85,7 @@ def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, t
 DIES = """
 import os
 from pathlib import Path
-from cramlite import hookimpl
+from cramlite.plugin import hookimpl
 
 @hookimpl(tryfirst=True)
 def read_episode(path):
@@ -110,7 +111,7 @@ def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always
 
 
 def start(experiment: Path, out: Path) -> subprocess.Popen[str]:
-    words = [sys.executable, "-m", "cramlite.cli", "experiment", str(experiment), "--out", str(out), "--workers", "1"]
+    words = [sys.executable, "-m", "cramlite.cli.main", "experiment", str(experiment), "--out", str(out), "--workers", "1"]
     return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
 
 

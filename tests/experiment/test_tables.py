@@ -10,12 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from cramlite import UserError
 from cramlite.experiment.page import page
 from cramlite.experiment.report import against_baseline, baseline, below, share, text, to_csv, to_json
 from cramlite.experiment.results import Attempt, CandidateResult, DemonstrationResult, Execution
 from cramlite.experiment.spec import PublishedSpec, ThresholdSpec
 from cramlite.experiment.tables import Share, tables
+from cramlite.plugin import UserError
 
 GOOD, BAD = Execution(True, "", 9.0, 20.0), Execution(False, "end_state: 'coffee' is 0.12 m off", 70.0, 20.0)
 

@@ -12,10 +12,8 @@ from typing import Any
 
 import py_trees
 
-from cramlite import CramliteError, Engine, Goal, Solution, Trace
-from cramlite.explain import nearest_miss
-from cramlite.scenario import RuleSpec, TaskSpec
-from cramlite.setting import Setting
+from cramlite import Engine, Goal, RuleSpec, Setting, Solution, TaskSpec, Trace, nearest_miss
+from cramlite.plugin import CramliteError
 
 Work = Goal | TaskSpec | RuleSpec | list[TaskSpec | RuleSpec]
 

@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from cramlite import Engine, Goal, Solution, Trace, UserError
-from cramlite.explain import nearest_miss
-from cramlite.goal_plans import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
-from cramlite.operators import Fact, Grounder, Operator, Pattern, facts_of, matches
-from cramlite.setting import Setting
-from cramlite.value import Value
+from cramlite import Engine, Goal, Setting, Solution, Trace, nearest_miss
+from cramlite.model import Value
+from cramlite.planning.goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
+from cramlite.planning.operators import Fact, Grounder, Operator, Pattern, facts_of, matches
+from cramlite.plugin import UserError
 
 Planner = Callable[[Any], "list[str] | None"]
 """From a unified-planning problem to the names of the actions of a plan; None where there is none."""

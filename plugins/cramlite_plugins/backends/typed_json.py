@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Backend, Code, Program, Robot, hookimpl
-from cramlite.errors import UserError
+from cramlite.model import Program, Robot
+from cramlite.plugin import Backend, Code, UserError, hookimpl
 
 
 class TypedJson:
@@ -24,7 +24,7 @@ class TypedJson:
         Raises:
             UserError: the program is for another robot.
         """
-        from cramlite.program_text import typed_code
+        from cramlite.model import typed_code
 
         if program.robot_type != robot.type:
             raise UserError(f"a program for '{program.robot_type}' is not one for '{robot.type}'")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cramlite.errors import UserError
-from cramlite.program import AnyStep, Drive, Program, walk
+from cramlite.model import AnyStep, Drive, Program, walk
+from cramlite.plugin import UserError
 
 
 def unsaid(step: AnyStep, language: str, why: str = "") -> UserError:

@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from cramlite import Episode, hookimpl
+from cramlite.model import Episode
+from cramlite.plugin import hookimpl
 
 
 @hookimpl
 def read_episode(path: Path) -> Episode | None:
-    from .neem import read_neem
-    from .one_handed import one_handed
-    from .repair import repaired
+    from .formats.neem import read_neem
+    from .repair.flicker import repaired
+    from .repair.two_hands import one_handed
 
     episode = read_neem(path)
     return None if episode is None else one_handed(repaired(episode))
@@ -24,6 +25,6 @@ def read_episode(path: Path) -> Episode | None:
 
 @hookimpl
 def episode_triples(episode: Episode) -> Iterable[str]:
-    from .soma import ntriples, triples_of
+    from .formats.soma import ntriples, triples_of
 
     return ntriples(triples_of(episode))

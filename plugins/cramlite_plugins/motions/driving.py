@@ -7,13 +7,15 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from cramlite import EARLIER_TASKS, Answers, Belief, Context, Drive, Grounding, Motion, Stand, Unresolvable, hookimpl
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Belief, Drive, Motion, Stand
+from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
-from .kinds import value
-from .knowledge import adapted, noted
+from .motion_kinds import value
+from .ontology_limits import adapted, noted
 
 if TYPE_CHECKING:
-    from .ground import Ground
+    from ..motion_planning.base_planner import Ground
 
 SAME = 0.005, 0.01  # the platform stands there already within this [m, rad]
 
@@ -24,7 +26,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    from .ground import NoWay, at, unwound, way
+    from ..motion_planning.base_planner import NoWay, at, unwound, way
 
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
     stand: Stand = context.bindings[motion.to.name]
@@ -53,7 +55,7 @@ def _floor(belief: Belief, context: Context) -> Ground:
     Raises:
         Unresolvable: it stands too near to something, or has no platform.
     """
-    from .ground import CLEARANCES, at
+    from ..motion_planning.base_planner import CLEARANCES, at
 
     here = at(context.robot.stand_of(belief.base()))
     blocked = ""
@@ -70,7 +72,7 @@ def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
     Raises:
         Unresolvable: the robot has no platform.
     """
-    from .ground import ground
+    from ..motion_planning.base_planner import ground
 
     if context.robot.platform is None:
         raise Unresolvable(f"'{context.robot.type}' is bolted down; it has no platform to drive", ("",))

@@ -7,27 +7,15 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
-from cramlite import (
-    Answers,
-    Belief,
-    Context,
-    Grounding,
-    Motion,
-    MoveJoints,
-    MoveLinear,
-    Place,
-    Pose,
-    Unresolvable,
-    hookimpl,
-)  # fmt: skip
+from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
+from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
-from .kinds import value
-from .knowledge import adapted, noted
+from ..motion_planning.cartesian import goes_on, line, near
+from .motion_kinds import value
+from .ontology_limits import adapted, noted
 
 Found = Iterator[Grounding]
-SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 GOALS = 6  # nearest inverse solutions that a transfer may end at
-COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
 
 @hookimpl
@@ -39,10 +27,10 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     """Joint-space motion to the stand-off of a place, once per inverse solution that can go on from there."""
-    from cramlite_plugins.experts.reach import make_scene, tcp
-
-    from .planner import Refusal, plan
-    from .upright import carried, load
+    from ..motion_planning.planner import plan
+    from ..motion_planning.reach import make_scene, tcp
+    from ..motion_planning.space import Refusal
+    from ..motion_planning.upright import carried, load
 
     place, here = place_of(motion, context), tcp(belief, context)
     if near(here, place.before) or near(here, place.pose):
@@ -79,9 +67,8 @@ def _pace(motion: Motion, context: Context) -> tuple[float, float]:
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
     """Free joint positions at the stand-off from which a straight line leads on to the place."""
-    from cramlite_plugins.experts.reach import make_scene
-
-    from .kinematics import inverse, reach_shortfall
+    from ..kinematics.kinematics import inverse, reach_shortfall
+    from ..motion_planning.reach import make_scene
 
     if motion.to is not None and motion.to.relation == "home":
         return [context.robot.home]
@@ -99,23 +86,8 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     return goals
 
 
-def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
-    """Why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
-
-    An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
-    on its way is up to the motion that follows.
-    """
-    from .linear import straight
-    from .planner import Refusal
-
-    if near(place.before, place.pose):
-        return ""
-    line = straight(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
-    return line.reason if isinstance(line, Refusal) else ""
-
-
 def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
-    from cramlite_plugins.experts.reach import tcp
+    from ..motion_planning.reach import tcp
 
     place, here = place_of(motion, context), tcp(belief, context)
     target = place.before if motion.parameters.get("stage") == "before" else place.pose
@@ -129,24 +101,6 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="line")
 
 
-def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
-    """Checked joint positions along straight lines from here through the targets.
-
-    Raises:
-        Unresolvable: out of reach, singular, or something is in the way.
-    """
-    from cramlite_plugins.experts.reach import make_scene, touched
-
-    from .linear import straight
-    from .planner import Refusal
-
-    scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
-    found = straight(scene, context.robot, belief.joints, targets)
-    if isinstance(found, Refusal):
-        raise Unresolvable(f"no straight line to {motion.to}: {found.reason}")
-    return found.points
-
-
 def place_of(motion: Motion, context: Context) -> Place:
     """The place that a motion leads to."""
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
@@ -158,9 +112,3 @@ def because(motion: Motion, context: Context) -> tuple[str, ...]:
     """A motion to a place fails because of that place, and of the grasp that it is made with."""
     grasps = tuple(k for k in context.bindings if k.startswith("grasp("))
     return ((motion.to.name,) if motion.to else ()) + grasps
-
-
-def near(a: Pose, b: Pose) -> bool:
-    """Whether two poses are the same for a motion."""
-    metres, radians = a.distance(b)
-    return metres < SAME[0] and radians < SAME[1]

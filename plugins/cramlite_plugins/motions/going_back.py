@@ -11,22 +11,20 @@ from collections.abc import Iterable, Iterator
 
 from msgspec.structs import replace
 
-from cramlite import (
-    Answers,
+from cramlite.model import (
+    AnyStep,
     Belief,
-    Context,
-    Grounding,
+    Joints,
     Motion,
     MoveJoints,
     MoveLinear,
     SetGripper,
     SetPayload,
-    Unresolvable,
     Wait,
     ZeroSensor,
-    hookimpl,
-)  # fmt: skip
-from cramlite.program import AnyStep, Joints, walk
+    walk,
+)
+from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
 SURE = (MoveJoints, MoveLinear, SetPayload, ZeroSensor, Wait)
 """Steps that cannot fail; nor does a gripper that expects nothing, unless it does not answer."""
@@ -80,11 +78,10 @@ def _ends(steps: Iterable[AnyStep]) -> list[Joints]:
 
 
 def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints, ends: list[Joints]) -> None:
-    from cramlite_plugins.experts.reach import make_scene, touched
-
-    from .kinematics import forward
-    from .linear import straight
-    from .planner import Refusal
+    from ..kinematics.kinematics import forward
+    from ..motion_planning.cartesian import straight
+    from ..motion_planning.reach import make_scene, touched
+    from ..motion_planning.space import Refusal
 
     scene = make_scene(start, context, touched(motion.may_touch, context), clearance=0.0)
     target = forward(context.robot, pivot)
@@ -104,7 +101,7 @@ def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnySt
 
 def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnyStep]) -> Iterator[AnyStep]:
     """To the pose first, so that what was gripped or touched is left straight; then to the very joint position."""
-    from .kinematics import forward
+    from ..kinematics.kinematics import forward
 
     if _ends(rest):
         target = forward(context.robot, pivot)
@@ -113,7 +110,7 @@ def _straight(motion: Motion, context: Context, pivot: Joints, rest: list[AnySte
 
 def _retraced(motion: Motion, start: Belief, context: Context, lead: list[AnyStep]) -> Iterator[AnyStep]:
     """The motions at the beginning, the last one first."""
-    from .kinematics import forward
+    from ..kinematics.kinematics import forward
 
     here = start.joints
     back: list[AnyStep] = []

@@ -8,23 +8,11 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite import (
-    Answers,
-    Belief,
-    Context,
-    Estimate,
-    Gripper,
-    Grounding,
-    Held,
-    Motion,
-    Pose,
-    SetGripper,
-    SetPayload,
-    hookimpl,
-)  # fmt: skip
+from cramlite.model import Belief, Estimate, Gripper, Held, Motion, Pose, SetGripper, SetPayload
+from cramlite.plugin import Answers, Context, Grounding, hookimpl  # fmt: skip
 
-from .kinds import value
-from .knowledge import grip
+from .motion_kinds import value
+from .ontology_limits import grip
 
 Found = Iterator[Grounding]
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
@@ -44,8 +32,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     """Close on the thing at a place; it moves with the hand from then on."""
-    from cramlite_plugins.experts.reach import tcp
-
+    from ..motion_planning.reach import tcp
     from .free_motion import place_of
 
     place, gripper = place_of(motion, context), context.robot.gripper
@@ -90,8 +77,8 @@ def _opening(motion: Motion, context: Context) -> float:
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
     """Released things are expected where they are; over a container on its floor, and if they were put down, on that."""
-    from cramlite_plugins.experts.reach import held_pose
-    from cramlite_plugins.experts.set_down import lowest
+    from ..motion_planning.reach import held_pose
+    from ..shapes.bounds import lowest
 
     assert belief.held is not None
     pose, thing = held_pose(belief, context), belief.world.thing(belief.held.thing)
@@ -110,7 +97,7 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
 
 def _taken_along(belief: Belief, context: Context, pose: Pose) -> Belief:
     """What lay in a drawer has moved with it."""
-    from cramlite_plugins.experts.reach import inside_held
+    from ..motion_planning.reach import inside_held
 
     before, names = inside_held(belief, context)
     way = pose * before.inverse()

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from cramlite import Answers, Belief, Context, Grounding, Motion, MoveJoints, Unresolvable, hookimpl
+from cramlite.model import Belief, Motion, MoveJoints
+from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
-from .kinds import value
+from .motion_kinds import value
 
 
 @hookimpl
@@ -18,13 +19,12 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
     """To the end of the path ("tilted"), or back to its beginning ("upright")."""
-    from cramlite_plugins.experts.reach import make_scene
-
+    from ..kinematics.timing import leading
+    from ..motion_planning.cartesian import straight
+    from ..motion_planning.reach import make_scene
+    from ..motion_planning.round_off import blended
+    from ..motion_planning.space import Refusal
     from .free_motion import place_of
-    from .linear import straight
-    from .planner import Refusal
-    from .round_off import blended
-    from .timing import leading
 
     path = place_of(motion, context).path
     poses = path[1:] if motion.parameters["to"] == "tilted" else path[-2::-1]

@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cramlite import Expert, Judged, Parameter, hookimpl
-from cramlite.object_query import UNKNOWN
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import UNKNOWN, Expert, Judged, Parameter, hookimpl
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from cramlite import Inputs, Thing
+    from cramlite.model import Thing
+    from cramlite.plugin import Inputs
 
     Floats = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -88,9 +88,9 @@ def _lengths(model: Thing) -> list[float]:
     import numpy as np
     from msgspec.structs import replace
 
-    from cramlite import Pose
+    from cramlite.model import Pose
 
-    from .cut_out import corners_of
+    from ..shapes.bounds import corners_of
 
     return sorted(np.ptp(corners_of(replace(model, pose=Pose())), axis=0).tolist())
 

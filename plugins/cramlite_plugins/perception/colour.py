@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cramlite import Expert, Inputs, Judged, Parameter, hookimpl
+from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
 if TYPE_CHECKING:
     import numpy as np

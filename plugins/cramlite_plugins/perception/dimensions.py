@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cramlite import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
+from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
 if TYPE_CHECKING:
     import numpy as np

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from cramlite import Expert, Geom, Inputs, Judged, Parameter, Thing, hookimpl
+from cramlite.model import Geom, Thing
+from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
 if TYPE_CHECKING:
     import numpy as np

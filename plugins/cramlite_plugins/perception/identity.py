@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from cramlite import Expert, Inputs, Judged, Parameter, hookimpl
+from cramlite.plugin import Expert, Inputs, Judged, Parameter, hookimpl
 
 UNLIKELY = 1e6
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from cramlite import Expert, Inputs, Judged, Unresolvable, hookimpl
-from cramlite.object_query import UNKNOWN
+from cramlite.plugin import UNKNOWN, Expert, Inputs, Judged, Unresolvable, hookimpl
 
-from .products import entries
+from ..simulation.objects.products import entries
 
 PROPERTY = "cram:material"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cramlite import Expert, Inputs, Judged, Parameter, Thing, hookimpl
-from cramlite.object_query import RELATIONS
+from cramlite.model import Thing
+from cramlite.plugin import RELATIONS, Expert, Inputs, Judged, Parameter, hookimpl
 
 if TYPE_CHECKING:
     import numpy as np

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from cramlite.value import Value
+from cramlite.model import Value
 
 if TYPE_CHECKING:
-    from cramlite.view import Mask
+    from cramlite.model import Mask
 
 Points32 = NDArray[np.float32]
 

@@ -6,11 +6,10 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from cramlite.value import Value
+from cramlite.model import Value
 
 if TYPE_CHECKING:
-    from cramlite import Trace
-    from cramlite.trace import Entry
+    from cramlite import Entry, Trace
 
 PROOF = ("proof", "budget")
 """Designators of entries that are about a whole candidate."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, hookimpl
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import ReportSection, hookimpl
 
 from .readings import chosen_sequence, pair_up
 from .shared import fill, short
 
 if TYPE_CHECKING:
-    from cramlite import Episode, Event
-    from cramlite.interpretation import Interpreted
-    from cramlite.report import Finished
+    from cramlite import Finished
+    from cramlite.model import Episode, Event
+    from cramlite.plugin import Interpreted
 
 
 class Bar(Value):

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.value import Value
+from cramlite.model import Value
 
 if TYPE_CHECKING:
-    from cramlite.geometry import Floats
-    from cramlite.report import Finished
+    from cramlite import Finished
+    from cramlite.model import Floats
 
     from .shared import Span
 

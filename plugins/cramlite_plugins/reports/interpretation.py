@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, hookimpl
-from cramlite.explain import how_it_ended, nearest_miss
-from cramlite.value import Value
+from cramlite import how_it_ended, nearest_miss
+from cramlite.model import Value
+from cramlite.plugin import ReportSection, hookimpl
 
 from .readings import chosen_sequence, first_sequences, pair_up
 from .shared import fill, short
 
 if TYPE_CHECKING:
-    from cramlite import Interpretation
-    from cramlite.interpretation import Interpreted, Match, TaskSequence
-    from cramlite.report import Finished
+    from cramlite import Finished, Interpretation
+    from cramlite.plugin import Interpreted, Match, TaskSequence
 
 UNTRIED = 4
 """Readings shown beyond those that were tried."""

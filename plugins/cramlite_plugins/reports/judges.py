@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, hookimpl
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import ReportSection, hookimpl
 
 from .links import targets
 from .shared import fill
 
 if TYPE_CHECKING:
-    from cramlite import Finding
-    from cramlite.report import Finished
+    from cramlite import Finished
+    from cramlite.plugin import Finding
 
 
 class Measured(Value):

@@ -9,8 +9,8 @@ from .decisions import attempts
 from .readings import number_of
 
 if TYPE_CHECKING:
-    from cramlite import Code
-    from cramlite.report import Finished
+    from cramlite import Finished
+    from cramlite.plugin import Code
 
 COMMENTS = ("#", "//", ";")
 """How a line of comment begins in the languages of robots."""
@@ -24,7 +24,7 @@ def targets(done: Finished) -> frozenset[str]:
 
 
 def look_name(number: int) -> str:
-    """What the steps towards a picture are called, from 1 (cramlite.looking)."""
+    """What the steps towards a picture are called, from 1 (cramlite.perception.active_perception)."""
     return f"0.LookingFor_{number}"
 
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, hookimpl
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import ReportSection, hookimpl
 
 from .filmstrip import as_uri
 from .links import lines_of, look_name, steps_of
 from .shared import fill
 
 if TYPE_CHECKING:
-    from cramlite import Thing
-    from cramlite.looking import Picture
-    from cramlite.perceived import Percept
-    from cramlite.report import Finished
+    from cramlite import Finished, Percept, Picture
+    from cramlite.model import Thing
 
 QUALITY = 78
 """WebP quality: 25 kB for an overlay of 848 x 480 pixels."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from cramlite import Action, ReportSection, hookimpl
-from cramlite.flow import Compound
-from cramlite.value import Value
+from cramlite.model import Action, Compound, Value
+from cramlite.plugin import ReportSection, hookimpl
 
 from .decisions import attempts
 from .links import lines_of, steps_of
@@ -15,9 +14,8 @@ from .readings import number_of
 from .shared import fill
 
 if TYPE_CHECKING:
-    from cramlite import Object
-    from cramlite.report import Finished
-    from cramlite.trace import Entry
+    from cramlite import Entry, Finished
+    from cramlite.model import Object
 
     from .decisions import Decision
 

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.value import Value
+from cramlite.model import Value
 
 if TYPE_CHECKING:
-    from cramlite.geometry import Floats
+    from cramlite.model import Floats
 
 POINTS = 360
 """Points of a curve at most."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, hookimpl
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import ReportSection, hookimpl
 
 from .links import COMMENTS, steps_of, target, targets
 from .shared import fill
 
 if TYPE_CHECKING:
-    from cramlite import Code
-    from cramlite.report import Finished
+    from cramlite import Finished
+    from cramlite.plugin import Code
 
 
 class Line(Value):

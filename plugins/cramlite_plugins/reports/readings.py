@@ -6,9 +6,8 @@ import itertools
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cramlite import Interpretation
-    from cramlite.interpretation import Interpreted, Match, TaskSequence
-    from cramlite.report import Finished
+    from cramlite import Finished, Interpretation
+    from cramlite.plugin import Interpreted, Match, TaskSequence
 
 
 def number_of(done: Finished) -> int:

@@ -11,9 +11,7 @@ import numpy as np
 from .shared import colour
 
 if TYPE_CHECKING:
-    from cramlite import Rollout
-    from cramlite.geometry import Floats
-    from cramlite.scene import Scene, Solid
+    from cramlite.model import Floats, Rollout, Scene, Solid
 
     from .shared import Span
 

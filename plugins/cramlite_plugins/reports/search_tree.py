@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, hookimpl
-from cramlite.explain import nearest_miss
-from cramlite.value import Value
+from cramlite import nearest_miss
+from cramlite.model import Value
+from cramlite.plugin import ReportSection, hookimpl
 
 from .decisions import attempts
 from .links import lines_of, steps_of
@@ -17,8 +17,7 @@ from .readings import first_sequences, number_of
 from .shared import fill, short
 
 if TYPE_CHECKING:
-    from cramlite.report import Finished
-    from cramlite.trace import Entry
+    from cramlite import Entry, Finished
 
     from .decisions import Attempt, Decision
 

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from cramlite.model import Value
 from cramlite.report import template
-from cramlite.value import Value
 
 from .links import target
 
 if TYPE_CHECKING:
     from cramlite import Solution
-    from cramlite.geometry import Floats
+    from cramlite.model import Floats
 
 COLOURS = 8
 """Task colours of the page: the classes t1 to t8, t0 for what belongs to no task."""

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from cramlite import ReportSection, hookimpl
-from cramlite.explain import how_it_ended, nearest_miss
+from cramlite import how_it_ended, nearest_miss
+from cramlite.plugin import ReportSection, hookimpl
 
 from .decisions import attempts, path
 from .readings import number_of
 from .shared import fill
 
 if TYPE_CHECKING:
-    from cramlite import Rollout
-    from cramlite.report import Finished
+    from cramlite import Finished
+    from cramlite.model import Rollout
 
 
 @hookimpl

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cramlite import ReportSection, hookimpl
+from cramlite.plugin import ReportSection, hookimpl
 
 from .filmstrip import filmstrip
 from .plots import plot
@@ -16,8 +16,8 @@ from .scene_data import scene_data
 from .shared import fill, script, spans
 
 if TYPE_CHECKING:
-    from cramlite import Rollout
-    from cramlite.report import Finished
+    from cramlite import Finished
+    from cramlite.model import Rollout
 
     from .plots import Plot
     from .shared import Span

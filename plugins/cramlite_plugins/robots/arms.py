@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Robot, hookimpl
+from cramlite.model import Robot
+from cramlite.plugin import hookimpl
 
 
 @hookimpl

@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from cramlite.geometry import Pose
-from cramlite.robots import Gripper
+from cramlite.model import Gripper, Pose
 
 HEIGHT, MASS = 0.0254, 0.274
 

@@ -13,8 +13,7 @@ import math
 import numpy as np
 from msgspec import field
 
-from cramlite.geometry import Floats, Pose
-from cramlite.value import Value
+from cramlite.model import Floats, Pose, Value
 
 Row = tuple[float, float, float]
 
@@ -81,7 +80,7 @@ def arm_mjcf(
 
     Args:
         name: of the model.
-        dh, limits: as in ``cramlite.robots.Robot``.
+        dh, limits: as in ``cramlite.model.robot.Robot``.
         base: shape of the part that does not move.
         tool: (body element for the flange, elements beside worldbody) of the gripper.
         apart: pairs of bodies whose shapes overlap although the real ones never meet.

@@ -21,7 +21,7 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
-from cramlite.robots import Robot
+from cramlite.model import Robot
 
 from . import franka_hand, robotiq_2f85
 from .dh_arm import Cylinder, Link, Row, arm_mjcf

@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import math
 
-from cramlite.geometry import Pose
-from cramlite.robots import Gripper
+from cramlite.model import Gripper, Pose
 
 from .parallel_gripper import Jaws, beside, finger
 

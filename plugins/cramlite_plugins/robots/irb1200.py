@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from cramlite.robots import Robot
+from cramlite.model import Robot
 
 from .axia80 import HEIGHT, MASS, sensed
 from .dh_arm import Cylinder, Link, Row, arm_mjcf

@@ -6,7 +6,7 @@ coupled, and one actuator pulls on their mean. Tool frame: z is the approach dir
 
 from __future__ import annotations
 
-from cramlite.value import Value
+from cramlite.model import Value
 
 
 class Jaws(Value):

@@ -8,8 +8,7 @@ force 20 to 235 N, 0.9 kg, 162.8 mm from the mounting face to the fingertip) and
 
 from __future__ import annotations
 
-from cramlite.geometry import Pose
-from cramlite.robots import Gripper
+from cramlite.model import Gripper, Pose
 
 from .parallel_gripper import Jaws, beside, finger
 

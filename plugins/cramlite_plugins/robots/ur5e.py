@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from cramlite.robots import Robot
+from cramlite.model import Robot
 
 from .dh_arm import Cylinder, Link, Row, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf

@@ -20,8 +20,7 @@ import math
 
 from msgspec.structs import replace
 
-from cramlite.geometry import Pose
-from cramlite.robots import Platform
+from cramlite.model import Platform, Pose
 
 from .ur5e import UR5E
 from .ur5e import mjcf as arm

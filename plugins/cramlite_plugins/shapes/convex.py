@@ -20,8 +20,7 @@ from typing import Any
 import manifold3d
 import numpy as np
 
-from cramlite.geometry import Floats
-from cramlite.value import Value
+from cramlite.model import Floats, Value
 
 MOST = 72  # parts of one mesh
 DEPTH = 0.0015  # how far a hull may fill in a hollow [m], and

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.errors import UserError, nearest
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import UserError, nearest
 
 KINDS = ("stl", "obj", "ply", "off")
 MOST_FACES = 500_000  # a scan of a product has 10,000 to 200,000; cutting more takes minutes

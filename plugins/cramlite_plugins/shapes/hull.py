@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cramlite.geometry import Floats, Vector3
+from cramlite.model import Floats, Vector3
 
 
 @lru_cache(maxsize=4096)

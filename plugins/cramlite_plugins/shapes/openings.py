@@ -13,9 +13,7 @@ from typing import Any
 import manifold3d
 import numpy as np
 
-from cramlite.geometry import Floats, Pose
-from cramlite.value import Value
-from cramlite.world import Feature
+from cramlite.model import Feature, Floats, Pose, Value
 
 from .convex import Bore, solid
 

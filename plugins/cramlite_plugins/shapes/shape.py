@@ -14,10 +14,8 @@ import numpy as np
 from msgspec import DecodeError, json
 from msgspec.structs import replace
 
-from cramlite.errors import UserError
-from cramlite.geometry import Floats, Pose
-from cramlite.value import Value
-from cramlite.world import Feature, Geom
+from cramlite.model import Feature, Floats, Geom, Pose, Value
+from cramlite.plugin import UserError
 
 VERSION = 4  # of what is kept: raise it when parts or features of the same file change
 FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they are cut

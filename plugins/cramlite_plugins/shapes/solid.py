@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cramlite.world import Geom, Thing
+from cramlite.model import Geom, Thing
 
 SECTIONS = 32  # of round geoms
 

@@ -18,23 +18,21 @@ from typing import Protocol
 
 from msgspec.structs import replace
 
-from cramlite.errors import UserError, nearest
-from cramlite.program_text import is_program_text
-from cramlite.robots import Robot
-from cramlite.rollout import Rollout
-from cramlite.world import World
+from cramlite.model import Robot, Rollout, World, is_program_text
+from cramlite.plugin import UserError, nearest
 
-from .compile import Compiled, compile_world, displace, unstable
-from .controller import Controller
-from .gripper_drive import GripperDrive
-from .gripper_server import GripperServer
-from .peaks import Peaks
-from .pose_server import PoseServer
-from .program_machine import ProgramMachine, load_program
-from .protective_stop import ProtectiveStop, Safety
-from .recorder import Recorder
-from .ur_functions import Functions
-from .urscript import Halted, Limits, Machine, ScriptError, Stopped, load
+from .controller.controller import Controller
+from .controller.gripper_drive import GripperDrive
+from .controller.gripper_server import GripperServer
+from .controller.protective_stop import ProtectiveStop, Safety
+from .model.compile import Compiled, compile_world, displace, unstable
+from .recording.peaks import Peaks
+from .recording.recorder import Recorder
+from .typed_program.machine import ProgramMachine, load_program
+from .ur.functions import Functions
+from .ur.pose_server import PoseServer
+from .urscript.interpreter import Halted, Limits, Machine, Stopped, load
+from .urscript.values import ScriptError
 
 BEFORE = 0.5  # the world settles for this long before the program starts [s]
 
@@ -192,7 +190,7 @@ def execute_file(
 
     Args:
         program: URScript text, or a typed program as JSON.
-        world: JSON of a ``cramlite.world.World`` (``msgspec.json.encode``).
+        world: JSON of a ``cramlite.model.world.World`` (``msgspec.json.encode``).
         mount: name of the robot; by default the world's first.
         plugins: files of further plugins, which may declare robots; installed ones are known.
         options: ``time_limit``, ``settle`` and ``force_noise`` of ``execute``.
@@ -247,8 +245,8 @@ def main(arguments: list[str] | None = None) -> int:
 def _execute_paths(program: Path, world: Path, *, mount: str, plugins: Sequence[Path], **options: float) -> Rollout:
     from msgspec import DecodeError, json
 
-    from cramlite.knowledge import Knowledge
-    from cramlite.registry import Registry
+    from cramlite.plugin.catalogue import Knowledge
+    from cramlite.plugin.registry import Registry
 
     try:
         scene = json.decode(world.read_bytes(), type=World)

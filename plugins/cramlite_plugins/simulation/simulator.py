@@ -6,13 +6,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cramlite import Episode, ModelMaker, Robot, Rollout, Simulator, World, hookimpl
+from cramlite.model import Episode, Robot, Rollout, World
+from cramlite.plugin import ModelMaker, Simulator, hookimpl
 
 if TYPE_CHECKING:
-    from cramlite import Pose, Thing
-    from cramlite.scene import Scene
-    from cramlite.view import View
-    from cramlite.world import Camera
+    from cramlite.model import Camera, Pose, Scene, Thing, View
 
 
 class MujocoSimulator:
@@ -21,31 +19,31 @@ class MujocoSimulator:
     name = "mujoco"
 
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
-        from .no_window import import_mujoco
+        from .model.no_window import import_mujoco
 
         import_mujoco()
-        from .compile import compile_world
+        from .model.compile import compile_world
 
         compile_world(world, robots)
 
     def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
         """Things of a world that are odd at its start, and why."""
-        from .doubts import world_doubts
+        from .model.world_doubts import world_doubts
 
         return world_doubts(world, robots)
 
     def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
         from .execute import execute
-        from .virtual_ur.client_program import execute_client, is_client_program
+        from .ur.client_program import execute_client, is_client_program
 
         if is_client_program(text):
             return execute_client(text, world, robots, mount=mount, seed=seed)
         return execute(text, world, robots, mount=mount, seed=seed)
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
-        from .ur_functions import known_functions
-        from .urscript import load
+        from .ur.functions import known_functions
         from .urscript.doubts import doubts
+        from .urscript.interpreter import load
         from .urscript.kinds import wrong_kinds
 
         tree = load(text, known_functions()).tree
@@ -63,50 +61,50 @@ class MujocoSimulator:
         seed: int,
         say: Callable[[str], None],
     ) -> str:
-        from .virtual_ur.robot import VirtualRobot
-        from .virtual_ur.serve import serve
+        from .ur.network import serve
+        from .ur.virtual_robot import VirtualRobot
 
         return serve(VirtualRobot(world, robots, mount, say, seed=seed), host, seconds=seconds, idle=idle, ready=say)
 
     def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
-        from .looking import look
+        from .camera.depth_camera import look
 
         return look(world, robots, camera, seed=seed)
 
     def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
-        from .demonstration import demonstrate
+        from .person.demonstrate import demonstrate
 
         return demonstrate(world, script=script, seed=seed)
 
     def episode(self, rollout: Rollout, name: str) -> Episode:
-        from cramlite_plugins.episodes.detect import detect
+        from ..episodes.detection.detect import detect
 
         return detect(rollout, name)
 
     def save_episode(self, episode: Episode, folder: Path) -> None:
-        from cramlite_plugins.episodes.neem import write_neem
+        from ..episodes.formats.neem import write_neem
 
         write_neem(episode, folder)
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
-        from .pictures import picture
+        from .recording.pictures import picture
 
         return picture(rollout, sample, robots, size)
 
     def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
-        from .pictures import scene
+        from .recording.pictures import scene
 
         return scene(rollout, robots, samples)
 
 
 def _maker(name: str) -> ModelMaker:
     def make(*, name: str, pose: Pose, model: str = name, **parameters: object) -> Thing:
-        from .models import make as make_thing
+        from .objects.products_and_fixtures import make as make_thing
 
         return make_thing(model, name, pose, parameters)
 
     def hang(thing: Thing, hanger: Thing, depth: float, yaw: float) -> Pose:
-        from .models import hung
+        from .objects.products_and_fixtures import hung
 
         return hung(thing, hanger, depth, yaw)
 
@@ -120,6 +118,6 @@ def simulators() -> Iterable[Simulator]:
 
 @hookimpl
 def object_models() -> Iterable[ModelMaker]:
-    from .models import MODELS
+    from .objects.products_and_fixtures import MODELS
 
     return [_maker(name) for name in MODELS]

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, TaskType, hookimpl
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, TaskType, hookimpl
 
 # Something was let go with the fingers around it and stays there, known to this standard deviation [m]: gripping.LET_GO
 # is half of it. A planned path would brush against it.

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Motion, Role, TaskType, hookimpl
-from cramlite_plugins.motions.hand import empty_hand
+from cramlite.model import Action, Belief, Motion
+from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
+
+from ..task_kit.preconditions import empty_hand
 
 
 class CloseGripperTask(TaskType):

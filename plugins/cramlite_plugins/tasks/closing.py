@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Location, TaskType, hookimpl
-from cramlite_plugins.motions.by_handle import ByHandle
+from cramlite.model import Action, Location
+from cramlite.plugin import TaskType, hookimpl
+
+from ..task_kit.bases import ByHandle
 
 
 class Closing(ByHandle):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, hookimpl
-from cramlite_plugins.motions.hand import empty_hand
-from cramlite_plugins.motions.places import grasp_of
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Parameter, Role, TaskType, hookimpl
+
+from ..task_kit.preconditions import empty_hand, grasp_of
 
 IN_PLACE = 0.01  # standard deviation [m] up to which a thing that was let go may still be between the fingers
 

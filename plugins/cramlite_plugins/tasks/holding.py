@@ -4,18 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Motion,
-    Parameter,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Belief, Motion
+from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 
 class Holding(TaskType):

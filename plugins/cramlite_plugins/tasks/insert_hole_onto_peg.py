@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
-from cramlite.flow import attempts, sequence
+from cramlite.model import Action, Belief, Location, Motion, attempts, sequence
+from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 TIP, DEEP, DOWN = 0, 2, 3  # corners of the place "insert": at the tip, past its bend, on the peg, let down
 FURTHER = 0.012  # how far below its believed place the peg may be met [m]: 5 mm of error, and the play twice

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Motion, Parameter, TaskType, hookimpl
+from cramlite.model import Action, Belief, Motion
+from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
 
 
 class NoOp(TaskType):

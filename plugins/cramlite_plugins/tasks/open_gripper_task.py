@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import EARLIER_TASKS, Action, Belief, Decomposition, Motion, Role, TaskType, Unresolvable, hookimpl
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Belief, Motion
+from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
 
 class OpenGripperTask(TaskType):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Location, Parameter, TaskType, hookimpl
-from cramlite_plugins.motions.by_handle import FORCES, SPEED, ByHandle
+from cramlite.model import Action, Location
+from cramlite.plugin import Parameter, TaskType, hookimpl
+
+from ..task_kit.bases import FORCES, SPEED, ByHandle
 
 
 class Opening(ByHandle):

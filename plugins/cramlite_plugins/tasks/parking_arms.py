@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, hookimpl
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
 
 
 class ParkingArms(TaskType):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Role, TaskType, hookimpl
-from cramlite_plugins.motions.hand import empty_hand
-from cramlite_plugins.motions.places import grasp_of
+from cramlite.model import Action, Belief, Location
+from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
+
+from ..task_kit.preconditions import empty_hand, grasp_of
 
 
 class PickAndPlace(TaskType):

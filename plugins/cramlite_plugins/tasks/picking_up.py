@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Parameter, Role, TaskType, Unresolvable, hookimpl
-from cramlite.errors import EARLIER_TASKS
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 
 class PickingUp(TaskType):

@@ -4,20 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Location,
-    Motion,
-    Parameter,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
-from cramlite_plugins.experts.contents import SHARE, SPILLED, why_not
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
+
+from ..shapes.contents import SHARE, SPILLED, why_not
 
 
 class Pouring(TaskType):

@@ -6,19 +6,9 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Location,
-    Motion,
-    Parameter,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 
 class Pushing(TaskType):

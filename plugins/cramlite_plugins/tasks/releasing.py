@@ -4,21 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import (
-    EARLIER_TASKS,
-    Action,
-    Belief,
-    Decomposition,
-    Held,
-    Location,
-    Motion,
-    Role,
-    TaskType,
-    Unresolvable,
-    hookimpl,
-)
-from cramlite_plugins.experts.near import near
-from cramlite_plugins.motions.hand import what_is_held
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Belief, Held, Location, Motion
+from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
+
+from ..task_kit.preconditions import near, what_is_held
 
 
 class Releasing(TaskType):

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Role, TaskType, Unresolvable, hookimpl
-from cramlite_plugins.motions.sliding import Sliding
+from cramlite.model import Action, Belief
+from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
+
+from ..task_kit.bases import Sliding
 
 
 class SlidingGripper(Sliding):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Role, TaskType, hookimpl
-from cramlite_plugins.motions.hand import what_is_held
-from cramlite_plugins.motions.sliding import Sliding
+from cramlite.model import Action, Belief
+from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
+
+from ..task_kit.bases import Sliding
+from ..task_kit.preconditions import what_is_held
 
 
 class SlidingObject(Sliding):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite import Action, Belief, Decomposition, Location, Motion, Role, TaskType, hookimpl
-from cramlite_plugins.motions.hand import what_is_held
-from cramlite_plugins.motions.places import spot
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Role, TaskType, hookimpl
+
+from ..task_kit.preconditions import spot, what_is_held
 
 
 class Ungrasping(TaskType):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 
-from cramlite import Candidate, Finding, Validator, hookimpl
-from cramlite.value import Value
-from cramlite.verdict import Cost
-from cramlite_plugins.experts.contents import SHARE, SPILLED, where
+from cramlite.model import Value
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
+
+from ..shapes.contents import SHARE, SPILLED, where
 
 
 class Poured(Value):

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from cramlite.phases import Phase, Timeline
-    from cramlite.rules import Clause
+    from cramlite.plugin import Clause, Phase, Timeline
 
 MOMENT = 0.1  # how often it is looked [s]: at 0.1 m/s the pads, 38 mm long, pass in 0.4 s
 LISTED = 3  # times: a contact that chatters has dozens
@@ -24,7 +23,7 @@ def held_times(clause: Clause, bindings: Iterable[dict[str, Any]], timeline: Tim
     What is asked all through an action is asked of each piece between two changes of state, as for a demonstration; what is
     asked of a moment, of those changes and of every ``MOMENT``.
     """
-    from cramlite.phases import Phase
+    from cramlite.plugin import Phase
 
     def holds(phase: Phase) -> bool:
         return any(next(clause.condition.solve(phase, b), None) is not None for b in bindings)
@@ -58,7 +57,7 @@ def said_times(spans: list[Span]) -> str:
 
 def said_values(clause: Clause, bindings: Iterable[dict[str, Any]], phase: Phase) -> str:
     """What a value was that a condition compares, as ": it is 2"; empty for other conditions, and where it has none."""
-    from cramlite.conditions import Compare
+    from cramlite.plugin import Compare
 
     if not isinstance(clause.condition, Compare):
         return ""

@@ -6,10 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from cramlite import Candidate, Finding, MoveJoints, Validator, hookimpl
-from cramlite.program import AnyStep, Joints, walk
-from cramlite.value import Value
-from cramlite.verdict import Cost
+from cramlite.model import AnyStep, Joints, MoveJoints, Value, walk
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the position servo lags, then catches up
 

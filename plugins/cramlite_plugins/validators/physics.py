@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from cramlite import Candidate, Finding, Rollout, Validator, hookimpl
-from cramlite.value import Value
-from cramlite.verdict import Cost
+from cramlite.model import Rollout, Value
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 SLIP = 0.012  # a held thing may settle this far between the pads [m]: half the pad width of a 2F-85
 BRUSH = 2.0  # contact force below this is a brush, not a collision [N]: the guarded threshold of the controller

@@ -7,17 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cramlite import Action, Candidate, Finding, Rollout, Thing, Validator, hookimpl
-from cramlite.belief import Relation
-from cramlite.geometry import Pose, Vector3
-from cramlite.value import Value
-from cramlite.verdict import Cost
+from cramlite.model import Action, Pose, Relation, Rollout, Thing, Value, Vector3
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .held_times import MOMENT, Span, held_times, said_times, said_values
 
 if TYPE_CHECKING:
-    from cramlite.phases import Phase, PhaseName, Timeline
-    from cramlite.rules import Clause, Rule
+    from cramlite.plugin import Clause, Phase, PhaseName, Rule, Timeline
 
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
 SWING = 0.04
@@ -88,7 +84,7 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
     """Empty when a peg of the hanger passes through a hole of the thing and touches it."""
-    from cramlite_plugins.episodes.threaded import threaded
+    from ..episodes.detection.threaded import threaded
 
     pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
     if not any(flags[-1] for _, _, flags in pairs):
@@ -138,7 +134,7 @@ class TaskRules(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from cramlite.phases import Timeline
+        from cramlite.plugin import Timeline
 
         assert candidate.episode is not None
         timeline = Timeline(candidate.episode, candidate.taxonomy)
@@ -168,7 +164,7 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
     appear (the padding of the published rule base); and from a change of state in it on, where, as for an action of a
     demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch.
     """
-    from cramlite.phases import PADDING, Segment
+    from cramlite.plugin import PADDING, Segment
 
     yield timeline.phases(Segment(start, end)), False
     if end - start > 2 * PADDING:
@@ -178,7 +174,7 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
 
 
 def _judged(rule: Rule, action: Action, timeline: Timeline, span: Span, name: str, *, after_only: bool) -> Finding:
-    from cramlite.phases import Segment
+    from cramlite.plugin import Segment
 
     phases = ("post",) if after_only else ("run", "post")
     clauses = [c for c in rule.written_order if c.phase in phases or _binds(c)]
@@ -198,8 +194,7 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, span: Span, name: st
 
 def _begun(rule: Rule, action: Action, timeline: Timeline, start: float, name: str) -> Iterator[Finding]:
     """Whether what a rule asks for before held at some moment until a task's start, where it asks no more of its things."""
-    from cramlite.conditions import atoms
-    from cramlite.phases import Segment
+    from cramlite.plugin import Segment, atoms
 
     later = {v for c in rule.clauses if c.phase != "pre" for a in atoms(c.condition) for v in a.binds()}
     things = {k for k, o in action.roles.items() if k in rule.roles and o.entity}
@@ -251,7 +246,7 @@ def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mappin
 
 def _binds(clause: Clause) -> bool:
     """Whether a clause says which entities are meant (the effector, a class), rather than what holds."""
-    from cramlite.conditions import atoms
+    from cramlite.plugin import atoms
 
     return all(a.predicate.timeless for a in atoms(clause.condition))
 

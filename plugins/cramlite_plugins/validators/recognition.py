@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from cramlite import Candidate, Finding, Validator, hookimpl
-from cramlite.value import Value
-from cramlite.verdict import Cost
+from cramlite.model import Value
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 
 class Recognised(Value):

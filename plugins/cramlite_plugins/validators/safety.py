@@ -4,19 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cramlite import Candidate, Finding, Validator, hookimpl
-from cramlite.value import Value
-from cramlite.verdict import Cost
+from cramlite.model import Value
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 
 class ProgramSafety(Value):
-    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.program_safety``."""
+    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.program_safety``."""
 
     name: str = "program_safety"
     cost: Cost = "facts"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from cramlite.program_safety import PROGRAM_RULES, STEP_RULES, objections
+        from cramlite.model import PROGRAM_RULES, STEP_RULES, objections
 
         found = list(objections(candidate.program, candidate.robot))
         for o in found:

@@ -6,9 +6,7 @@ import time
 
 import pytest
 
-from cramlite import Engine, Goal, read_scenario
-from cramlite.resources import find_scenario
-from cramlite.scenario import TaskSpec
+from cramlite import Engine, Goal, TaskSpec, find_scenario, read_scenario
 
 py_trees = pytest.importorskip("py_trees")
 

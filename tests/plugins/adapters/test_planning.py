@@ -6,19 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from cramlite import Engine, Goal, UserError, read_scenario
-from cramlite.resources import find_scenario
-from cramlite.setting import Setting
+from cramlite import Engine, Goal, Setting, find_scenario, read_scenario
+from cramlite.plugin import UserError
 
 pytest.importorskip("unified_planning")
 pytest.importorskip("up_pyperplan")
 
-from cramlite_plugins.adapters.planning import (
-    problem_of,
-    pyperplan,
-    resolve_planned,
-    to_unified_planning,
-)
+from cramlite_plugins.adapters.planning import problem_of, pyperplan, resolve_planned, to_unified_planning
 
 ENGINE = Engine()
 GOAL = Goal(("block on shelf",))

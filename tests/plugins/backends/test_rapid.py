@@ -13,9 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.program import (
+from cramlite.model import (
     AnyStep,
     ForceExtract,
     ForceInsert,
@@ -23,22 +21,24 @@ from cramlite.program import (
     MoveJoints,
     MoveLinear,
     MoveUntilContact,
+    Pose,
     Program,
     Repeat,
     Section,
     SetGripper,
     SetPayload,
-    Snapshot,
     SpiralSearch,
     TryInOrder,
     Wait,
     ZeroSensor,
     walk,
 )
-from cramlite_plugins.backends.rapid import emit
-from cramlite_plugins.backends.rapid_backend import Rapid
-from cramlite_plugins.backends.rapid_text import ZONES, zone
-from cramlite_plugins.motions.kinematics import forward
+from cramlite.model.program import Snapshot
+from cramlite.plugin import UserError
+from cramlite_plugins.backends.rapid.backend import Rapid
+from cramlite_plugins.backends.rapid.emit import emit
+from cramlite_plugins.backends.rapid.literals import ZONES, zone
+from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.irb1200 import IRB1200, LIMITS, ZERO
 from cramlite_plugins.robots.ur5e import UR5E
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cramlite.errors import UserError
-from cramlite.program import MoveJoints, Program, Wait
-from cramlite.program_text import read_program
+from cramlite.model import MoveJoints, Program, Wait, read_program
+from cramlite.plugin import UserError
 from cramlite_plugins.backends.typed_json import TypedJson
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E

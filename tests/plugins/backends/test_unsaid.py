@@ -9,8 +9,7 @@ from msgspec.structs import replace
 from test_ur_rtde import AWAY, DOWN, OPEN, SLIDE
 from test_urscript import STEPS, program
 
-from cramlite.errors import UserError
-from cramlite.program import (
+from cramlite.model import (
     AnyStep,
     Drive,
     ForceExtract,
@@ -18,11 +17,15 @@ from cramlite.program import (
     Monitor,
     Parallel,
     Repeat,
+    Robot,
     SpiralSearch,
     TryInOrder,
 )
-from cramlite.robots import Robot
-from cramlite_plugins.backends import rapid, typed_json, ur_rtde, urscript
+from cramlite.plugin import UserError
+from cramlite_plugins.backends import typed_json
+from cramlite_plugins.backends.rapid import emit as rapid
+from cramlite_plugins.backends.ur_rtde import emit as ur_rtde
+from cramlite_plugins.backends.urscript import emit as urscript
 from cramlite_plugins.robots import irb1200
 from cramlite_plugins.robots.ur5e import UR5E
 

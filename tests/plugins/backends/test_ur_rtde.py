@@ -10,33 +10,35 @@ import pytest
 from msgspec.structs import replace
 from test_urscript import STEPS, program
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.program import (
+from cramlite.model import (
     AnyStep,
     CompliantSlide,
     ForceMove,
+    Geom,
     Monitor,
     MoveJoints,
     MoveLinear,
     MoveUntilContact,
     Parallel,
+    Pose,
     Program,
     Repeat,
+    RobotMount,
+    Rollout,
     SetGripper,
     SpiralSearch,
+    Thing,
     TryInOrder,
     Wait,
+    World,
     ZeroSensor,
 )
-from cramlite.robot_code import Code
-from cramlite.rollout import Rollout
-from cramlite.world import Geom, RobotMount, Thing, World
-from cramlite_plugins.backends.ur_rtde import emit
-from cramlite_plugins.motions.kinematics import forward
+from cramlite.plugin import Code, UserError
+from cramlite_plugins.backends.ur_rtde.emit import emit
+from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.virtual_ur.client_program import execute_client
+from cramlite_plugins.simulation.ur.client_program import execute_client
 
 CLIENT = pytest.mark.skipif(sys.version_info >= (3, 13), reason="ur_rtde has wheels for 3.11 and 3.12")
 BLOCK = Thing("block", "cram:Block", Pose((0.42, 0.0, 0.15)), (Geom("box", (0.1, 0.1, 0.15)),))

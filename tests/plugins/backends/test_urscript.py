@@ -9,9 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.program import (
+from cramlite.model import (
     AnyStep,
     ForceMove,
     Monitor,
@@ -19,21 +17,23 @@ from cramlite.program import (
     MoveLinear,
     MoveUntilContact,
     Parallel,
+    Pose,
     Program,
     Repeat,
     Section,
     SetGripper,
     SetPayload,
-    Snapshot,
     TryInOrder,
     Wait,
     ZeroSensor,
 )
-from cramlite_plugins.backends.urscript import emit
-from cramlite_plugins.backends.urscript_text import number
+from cramlite.model.program import Snapshot
+from cramlite.plugin import UserError
+from cramlite_plugins.backends.urscript.emit import emit
+from cramlite_plugins.backends.urscript.literals import number
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.simulator import MujocoSimulator
-from cramlite_plugins.simulation.urscript import parse
+from cramlite_plugins.simulation.urscript.parser import parse
 
 DOWN = Pose.from_axes((0.5, 0.1, 0.3), (0, 0, -1), (1, 0, 0))
 STEPS: tuple[AnyStep, ...] = (

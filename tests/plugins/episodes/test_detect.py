@@ -7,10 +7,9 @@ import pytest
 from episode_builders import rollout, shop
 from msgspec.structs import replace
 
-from cramlite.episode import Episode
-from cramlite.rollout import Rollout, Touch
-from cramlite_plugins.episodes.detect import detect
-from cramlite_plugins.episodes.signals import GAP, SHORT
+from cramlite.model import Episode, Rollout, Touch
+from cramlite_plugins.episodes.detection.detect import detect
+from cramlite_plugins.episodes.detection.signals import GAP, SHORT
 
 
 def states(episode: Episode, type_: str) -> list[tuple[float, float, tuple[str, ...]]]:

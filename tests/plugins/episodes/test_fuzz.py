@@ -14,11 +14,10 @@ from episode_builders import episode
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from cramlite.episode import Entity, Episode
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite_plugins.episodes.neem import read_neem, write_neem
-from cramlite_plugins.episodes.repair import repaired
+from cramlite.model import Entity, Episode, Pose
+from cramlite.plugin import UserError
+from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
+from cramlite_plugins.episodes.repair.flicker import repaired
 
 QUICK = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 #: What a reader may take of a file that it refuses, beside Python and NumPy themselves [bytes].
@@ -175,9 +174,9 @@ def test_a_gigabyte_is_refused_in_bounded_memory(tmp_path: Path, name: str) -> N
     code = f"""
 import sys, numpy, bson, rdflib
 from pathlib import Path
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite_plugins.episodes.neem import read_neem
+from cramlite.plugin import UserError
+from cramlite.model import Pose
+from cramlite_plugins.episodes.formats.neem import read_neem
 try:
     read_neem(Path({str(tmp_path / name)!r}))
 except UserError as error:

@@ -14,13 +14,11 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from robcog_samples import TIMELINE, event_data
 
-from cramlite.episode import Entity, Episode, Event, Track
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.world import Geom
-from cramlite_plugins.episodes import parts
-from cramlite_plugins.episodes.detect import detect
-from cramlite_plugins.episodes.neem import read_neem, write_neem
+from cramlite.model import Entity, Episode, Event, Geom, Pose, Track
+from cramlite.plugin import UserError
+from cramlite_plugins.episodes.detection.detect import detect
+from cramlite_plugins.episodes.formats import parts
+from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
 
 SAMPLES = Path(__file__).resolve().parents[4] / "shared" / "data" / "neem"
 needs_samples = pytest.mark.skipif(not SAMPLES.exists(), reason="the real samples are not here")

@@ -9,12 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
-from test_motion import infer, lifted, poses, recording
+from test_from_motion import infer, lifted, poses, recording
 
-from cramlite.episode import Entity, Episode
-from cramlite.geometry import Pose
-from cramlite_plugins.episodes.oriented_box import OrientedBox, box_of, gap, over, within
-from cramlite_plugins.episodes.standing import encloses
+from cramlite.model import Entity, Episode, Pose
+from cramlite_plugins.episodes.detection.oriented_box import OrientedBox, box_of, gap, over, within
+from cramlite_plugins.episodes.detection.standing import encloses
 
 EPISODE = Episode("sample", (), ())
 

@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 import pytest
-from test_motion import SAMPLES
-from test_vanish import shipped, unseen
+from test_dropouts import shipped, unseen
+from test_from_motion import SAMPLES
 
-from cramlite import cli
-from cramlite_plugins.episodes.neem import write_neem
+from cramlite.cli import main as cli
+from cramlite_plugins.episodes.formats.neem import write_neem
 
 
 def test_repairs_are_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

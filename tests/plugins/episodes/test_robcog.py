@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from robcog_samples import TIMELINE, Lines, event_data
 
-from cramlite.geometry import Pose
-from cramlite_plugins.episodes.neem import read_neem
-from cramlite_plugins.episodes.robcog import to_unreal, unreal_pose
+from cramlite.model import Pose
+from cramlite_plugins.episodes.formats.neem import read_neem
+from cramlite_plugins.episodes.formats.robcog import to_unreal, unreal_pose
 
 
 @given(st.lists(st.floats(-1, 1), min_size=7, max_size=7).filter(lambda v: np.linalg.norm(v[3:]) > 0.1))

@@ -7,11 +7,10 @@ from typing import Any
 import pytest
 from scenes import TABLE, WALL, down, world
 
-from cramlite import Context, Location, Motion, MoveJoints, Place, Pose, Unresolvable
-from cramlite.belief import initial_belief
-from cramlite.world import Thing
+from cramlite.model import Location, Motion, MoveJoints, Place, Pose, Thing, initial_belief
+from cramlite.plugin import Context, Unresolvable
+from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motions.free_motion import resolve_motion
-from cramlite_plugins.motions.kinematics import inverse
 from cramlite_plugins.robots.ur5e import UR5E
 
 MOTION = Motion("1.Reaching/move", "transfer", Location("there", "on"))

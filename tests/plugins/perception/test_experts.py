@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from msgspec.structs import asdict, replace
 
-from cramlite import Engine, Expert, Inputs, Judged, Thing, Unresolvable
-from cramlite.expert_plan import NoPipeline
-from cramlite.looking import ask
-from cramlite.object_query import parse_query
-from cramlite.perceived import Perceived
-from cramlite.view import Intrinsics, View
+from cramlite import Engine
+from cramlite.model import Intrinsics, Thing, View
+from cramlite.perception.active_perception import ask
+from cramlite.perception.pipeline import NoPipeline
+from cramlite.perception.query import parse_query
+from cramlite.perception.result import Perceived
+from cramlite.plugin import Expert, Inputs, Judged, Unresolvable
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from clutter import Sample, clutter
@@ -193,7 +194,7 @@ def test_a_class_without_a_model_is_refused_with_those_there_are() -> None:
 
 def test_without_models_the_pose_says_what_is_missing() -> None:
     query = replace(parse_query("colour=red", engine().knowledge.taxonomy), wanted=("pose",))
-    from cramlite.expert_plan import plan_pipeline
+    from cramlite.perception.pipeline import plan_pipeline
 
     with pytest.raises(NoPipeline, match=r"'models'.*no expert makes 'models', and no prior value gives it"):
         plan_pipeline(query, engine().knowledge.experts, {"view": 1, "query": query, "taxonomy": 1}, None)
@@ -230,11 +231,11 @@ def test_names_stay_over_frames() -> None:
 
 
 def test_a_peg_that_is_not_where_the_map_has_it() -> None:
-    from cramlite import Pose
-    from cramlite.world import World
-    from cramlite_plugins.perception.camera import looking_at, render
-    from cramlite_plugins.simulation.compile import compile_world
-    from cramlite_plugins.simulation.models import hanger
+    from cramlite.model import Pose, World
+    from cramlite_plugins.locations.viewpoints import looking_at
+    from cramlite_plugins.simulation.camera.depth_camera import render
+    from cramlite_plugins.simulation.model.compile import compile_world
+    from cramlite_plugins.simulation.objects.products_and_fixtures import hanger
 
     real = hanger("hook", Pose((0.873, -0.002, 0.447), (0, 0, 0, 1)))
     believed = hanger("hook", Pose((0.87, 0, 0.45), (0, 0, 0, 1)))

@@ -13,16 +13,17 @@ import pytest
 from msgspec.structs import replace
 from scipy import ndimage
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.view import Intrinsics, Mask, View
-from cramlite.world import World
-from cramlite_plugins.perception import pose_libraries, pose_recipes
-from cramlite_plugins.perception.camera import looking_at, render
-from cramlite_plugins.perception.models import PoseModel, pose_model
-from cramlite_plugins.perception.pose import UPRIGHT, Alignment, PoseHypothesis, Prior, estimate, keeps_to
-from cramlite_plugins.simulation.compile import compile_world
-from cramlite_plugins.simulation.models import hanger, hung, product
+from cramlite.model import Intrinsics, Mask, Pose, View, World
+from cramlite.plugin import UserError
+from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.perception.pose import baselines as pose_recipes
+from cramlite_plugins.perception.pose import libraries as pose_libraries
+from cramlite_plugins.perception.pose.estimate import PoseHypothesis, estimate, keeps_to
+from cramlite_plugins.perception.pose.model import PoseModel, pose_model
+from cramlite_plugins.perception.pose.prior import UPRIGHT, Alignment, Prior
+from cramlite_plugins.simulation.camera.depth_camera import render
+from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product
 
 FLAT = (0.08, 0.02, 0.12)
 

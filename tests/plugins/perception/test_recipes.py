@@ -8,16 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cramlite.engine import Engine
-from cramlite.errors import UserError
-from cramlite.experts import Inputs, Judged
-from cramlite.geometry import Pose
-from cramlite.world import World
-from cramlite_plugins.perception.camera import looking_at, render
-from cramlite_plugins.perception.recipes import by_paper
-from cramlite_plugins.perception.registration import FITTING, hypotheses
-from cramlite_plugins.simulation.compile import compile_world
-from cramlite_plugins.simulation.models import block
+from cramlite import Engine
+from cramlite.model import Pose, World
+from cramlite.plugin import Inputs, Judged, UserError
+from cramlite_plugins.locations.viewpoints import looking_at
+from cramlite_plugins.perception.pose.recipes import by_paper
+from cramlite_plugins.perception.pose.registration import FITTING, hypotheses
+from cramlite_plugins.simulation.camera.depth_camera import render
+from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
 
 def _inputs(confidence: float) -> Inputs:

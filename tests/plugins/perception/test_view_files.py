@@ -14,10 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from cramlite.errors import UserError
-from cramlite.view import Intrinsics
-from cramlite_plugins.perception.cloud_files import read_cloud
-from cramlite_plugins.perception.view_files import read_view
+from cramlite.model import Intrinsics
+from cramlite.plugin import UserError
+from cramlite_plugins.perception.recordings.cloud_files import read_cloud
+from cramlite_plugins.perception.recordings.view_files import read_view
 
 CAMERA = {"fx": 60.0, "fy": 60.0, "cx": 31.5, "cy": 23.5, "width": 64, "height": 48}
 INTRINSICS = Intrinsics(60.0, 60.0, 31.5, 23.5, 64, 48)

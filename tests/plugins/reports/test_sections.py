@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite import Action, Code, Finding, Object, Trace
-from cramlite.flow import compound
+from cramlite import Trace
+from cramlite.model import Action, Object
+from cramlite.model.control_flow import compound
+from cramlite.plugin import Code, Finding
 from cramlite_plugins.reports.decisions import attempts, path
 from cramlite_plugins.reports.filmstrip import spread
 from cramlite_plugins.reports.judges import measured

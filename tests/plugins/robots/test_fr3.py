@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cramlite.geometry import Pose
+from cramlite.model import Pose
 from cramlite_plugins.robots.dh_arm import forward
 from cramlite_plugins.robots.fr3 import DH, FR3, FR3_2F85, LINKS, MODIFIED, mjcf, standard
 

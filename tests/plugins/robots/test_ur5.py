@@ -10,14 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.geometry import Pose
-from cramlite.program import Program, ZeroSensor
-from cramlite_plugins.backends.urscript import emit
+from cramlite.model import Pose, Program, ZeroSensor
+from cramlite_plugins.backends.urscript.emit import emit
 from cramlite_plugins.robots.dh_arm import forward
 from cramlite_plugins.robots.ur5 import DH, LINKS, UR5, mjcf
 from cramlite_plugins.robots.ur5e import DH as DH_OF_E_SERIES
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.urscript import parse
+from cramlite_plugins.simulation.urscript.parser import parse
 
 MODEL = mujoco.MjModel.from_xml_string(mjcf())
 ANGLE = st.floats(-math.pi, math.pi)

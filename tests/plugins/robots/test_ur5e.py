@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.geometry import Pose
+from cramlite.model import Pose
 from cramlite_plugins.robots.dh_arm import forward
 from cramlite_plugins.robots.ur5e import DH, LINKS, UR5E, mjcf
 

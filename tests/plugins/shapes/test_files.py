@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
+from cramlite.model import Pose
+from cramlite.plugin import UserError
 from cramlite_plugins.shapes import files
-from cramlite_plugins.simulation.models import make
+from cramlite_plugins.simulation.objects.products_and_fixtures import make
 
 
 @pytest.fixture(autouse=True)

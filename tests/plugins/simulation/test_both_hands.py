@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite import Engine, Episode, Rollout, World, read_scenario
+from cramlite import Engine, read_scenario
 from cramlite.experiment.spec import find_experiment
-from cramlite.scenario_world import build_world
-from cramlite_plugins.episodes.detect import detect
-from cramlite_plugins.episodes.neem import read_neem, write_neem
-from cramlite_plugins.episodes.one_handed import handovers, one_handed
-from cramlite_plugins.simulation import variety
-from cramlite_plugins.simulation.demonstration import demonstrate
-from cramlite_plugins.simulation.habits import Habits, habits
-from cramlite_plugins.simulation.person import Person
+from cramlite.model import Episode, Rollout, World
+from cramlite.scenario.worlds import build_world
+from cramlite_plugins.episodes.detection.detect import detect
+from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
+from cramlite_plugins.episodes.repair.two_hands import handovers, one_handed
+from cramlite_plugins.simulation.person import variety
+from cramlite_plugins.simulation.person.demonstrate import demonstrate
+from cramlite_plugins.simulation.person.habits import Habits, habits
+from cramlite_plugins.simulation.person.person import Person
 
 ENGINE = Engine()
 SCRIPTS = {"fetch_from_hanger": "take_off_hanger_distracted", "hang_onto_hanger": "hang_onto_hanger_distracted"}
@@ -101,7 +102,7 @@ def test_a_pinch_without_friction_takes_nothing_over() -> None:
         patch.setattr(
             variety, "habits", lambda _rng, distracted: Habits(False, False, False, 0.0, other_hand="hand_over")
         )
-        patch.setattr("cramlite_plugins.simulation.demonstration.ATTEMPTS", 1)
+        patch.setattr("cramlite_plugins.simulation.person.demonstrate.ATTEMPTS", 1)
         recorded = detect(demonstrate(slippery, seed=7, script=SCRIPTS["fetch_from_hanger"]), "demo")
     assert not list(handovers(recorded))
 

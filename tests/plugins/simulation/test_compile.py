@@ -11,13 +11,12 @@ from arm import lift, solve
 from msgspec.structs import replace
 from standard import BACK, ROBOTS, standard_world, standing_world
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.world import Geom, Physics, RobotMount, Thing, World
+from cramlite.model import Geom, Physics, Pose, RobotMount, Thing, World
+from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.build import SOLREF
-from cramlite_plugins.simulation.compile import Carried, compile_world
-from cramlite_plugins.simulation.models import MODELS, hanger, hung, make, product
+from cramlite_plugins.simulation.model.build import SOLREF, Carried
+from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.objects.products_and_fixtures import MODELS, hanger, hung, make, product
 
 
 def thing(*geoms: Geom, mass: float | None = None, name: str = "plate", at: Pose | None = None) -> Thing:

@@ -13,13 +13,12 @@ import pytest
 from short_programs import CLOSED, FINGERTIP, GUARDED, WORLD, down, go, run, script, text
 from standard import ROBOTS
 
-from cramlite.errors import UserError
-from cramlite.program import MoveJoints, MoveLinear, Wait
-from cramlite.rollout import Rollout
-from cramlite_plugins.motions.kinematics import forward
+from cramlite.model import MoveJoints, MoveLinear, Rollout, Wait
+from cramlite.plugin import UserError
+from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.execute import execute, execute_file
-from cramlite_plugins.simulation.urscript import Limits
+from cramlite_plugins.simulation.urscript.interpreter import Limits
 
 # Motion
 

@@ -8,14 +8,11 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite.episode import Episode
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.rollout import Rollout
-from cramlite.world import Physics, World
-from cramlite_plugins.episodes.detect import detect
-from cramlite_plugins.simulation import models
-from cramlite_plugins.simulation.demonstration import demonstrate
+from cramlite.model import Episode, Physics, Pose, Rollout, World
+from cramlite.plugin import UserError
+from cramlite_plugins.episodes.detection.detect import detect
+from cramlite_plugins.simulation.objects import products_and_fixtures as models
+from cramlite_plugins.simulation.person.demonstrate import demonstrate
 
 SIZES = ((0.04, 0.025, 0.15), (0.06, 0.05, 0.10), (0.08, 0.02, 0.12))
 

@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite import Pose, RobotMount, Rollout, UserError, World
-from cramlite.rollout_file import load_rollout, save_rollout
-from cramlite.world import Disturbance
+from cramlite.model import Pose, RobotMount, Rollout, World
+from cramlite.model.rollout import load_rollout, save_rollout
+from cramlite.model.world import Disturbance
+from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5 import UR5
-from cramlite_plugins.simulation import models
 from cramlite_plugins.simulation.execute import execute
+from cramlite_plugins.simulation.objects import products_and_fixtures as models
 
 WORLD = World((models.table("floor", Pose((0, 0, -0.005))),), (RobotMount("arm", "ur5"),))
 STILL = "def stand():\n  sleep(1.0)\nend\nstand()\n"

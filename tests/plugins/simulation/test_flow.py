@@ -8,27 +8,28 @@ from msgspec import json
 from msgspec.structs import replace
 from short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run, text
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.program import (
+from cramlite.model import (
     AnyStep,
     Control,
     Monitor,
     MoveLinear,
     Parallel,
+    Pose,
     Program,
     Repeat,
+    RobotMount,
+    Rollout,
     SetGripper,
     SpiralSearch,
     TryInOrder,
     Wait,
+    World,
     ZeroSensor,
     walk,
 )
-from cramlite.rollout import Rollout
-from cramlite.world import RobotMount, World
+from cramlite.plugin import UserError
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.models import table
+from cramlite_plugins.simulation.objects.products_and_fixtures import table
 
 TOP, EDGE = 0.10, 0.55  # of a board: its height, and where it ends in x [m]
 WORLD = World(

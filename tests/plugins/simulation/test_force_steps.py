@@ -9,11 +9,20 @@ import pytest
 from msgspec.structs import replace
 from short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run
 
-from cramlite.geometry import Pose
-from cramlite.program import AnyStep, CompliantSlide, ForceExtract, MoveLinear, SetGripper, ZeroSensor
-from cramlite.rollout import Rollout
-from cramlite.world import RobotMount, Thing, World
-from cramlite_plugins.simulation.models import block, table
+from cramlite.model import (
+    AnyStep,
+    CompliantSlide,
+    ForceExtract,
+    MoveLinear,
+    Pose,
+    RobotMount,
+    Rollout,
+    SetGripper,
+    Thing,
+    World,
+    ZeroSensor,
+)
+from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
 
 TOP, X = 0.10, 0.45  # of a board: its height, and where sliding begins [m]
 FLOOR = table("floor", Pose((0.4, 0, -0.001)))

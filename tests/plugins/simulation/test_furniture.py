@@ -10,14 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.world import Joint, RobotMount, Thing, World
-from cramlite_plugins.experts.handles import joint_value
+from cramlite.model import Joint, Pose, RobotMount, Thing, World
+from cramlite.plugin import UserError
+from cramlite_plugins.locations.handles import joint_value
 from cramlite_plugins.robots.arms import robots
-from cramlite_plugins.simulation.compile import compile_world
-from cramlite_plugins.simulation.furniture import cabinet, door, drawer
-from cramlite_plugins.simulation.recorder import Recorder
+from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.objects.furniture import cabinet, door, drawer
+from cramlite_plugins.simulation.recording.recorder import Recorder
 
 ROBOTS = {r.type: r for r in robots()}
 AT = Pose.from_rotvec((0.7, 0.1, 0.4), (0, 0, 2.5))
@@ -91,7 +90,7 @@ def test_what_cannot_be_used(thing: Thing, says: str) -> None:
 
 
 def test_the_value_is_known_from_the_pose() -> None:
-    from cramlite.belief import initial_belief
+    from cramlite.model import initial_belief
 
     thing = door("x", AT, "cabinet", opened=0.2)
     belief = initial_belief(world(thing), "arm", (0.0,) * 6, 0.08)

@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cramlite.errors import UserError
-from cramlite_plugins.backends.urscript_parts import FUNCTIONS
-from cramlite_plugins.simulation.urscript import PURE, Limits, Machine, Stopped, load
+from cramlite.plugin import UserError
+from cramlite_plugins.backends.urscript.parts import FUNCTIONS
+from cramlite_plugins.simulation.urscript.builtins import PURE
+from cramlite_plugins.simulation.urscript.interpreter import Limits, Machine, Stopped, load
 
 
 def sync() -> Iterator[None]:

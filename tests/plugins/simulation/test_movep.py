@@ -11,8 +11,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from short_programs import down, script
 
-from cramlite.geometry import Pose
-from cramlite_plugins.simulation.ur_process import process_motion
+from cramlite.model import Pose
+from cramlite_plugins.simulation.controller.movep import process_motion
 
 
 def movep(*places: tuple[float, float, float], r: float, v: float = 0.1, last: str = "") -> str:

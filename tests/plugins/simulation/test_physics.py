@@ -11,10 +11,9 @@ from arm import FORWARD, follow, line, ramp, solve
 from msgspec.structs import replace
 from standard import ROBOTS, standard_world
 
-from cramlite.geometry import Pose
-from cramlite.world import Physics, World
-from cramlite_plugins.simulation.compile import Compiled, compile_world
-from cramlite_plugins.simulation.models import hung, product
+from cramlite.model import Physics, Pose, World
+from cramlite_plugins.simulation.model.compile import Compiled, compile_world
+from cramlite_plugins.simulation.objects.products_and_fixtures import hung, product
 
 START = (3.02, -1.17, 2.0, -1.0, 1.45, -1.57)
 

@@ -10,12 +10,10 @@ import pytest
 from arm import lift
 from standard import ROBOTS, standard_world, standing_world
 
-from cramlite.errors import UserError
-from cramlite.geometry import Pose
-from cramlite.rollout import Rollout
-from cramlite.world import Physics
-from cramlite_plugins.simulation.compile import Compiled, compile_world
-from cramlite_plugins.simulation.recorder import Recorder
+from cramlite.model import Physics, Pose, Rollout
+from cramlite.plugin import UserError
+from cramlite_plugins.simulation.model.compile import Compiled, compile_world
+from cramlite_plugins.simulation.recording.recorder import Recorder
 
 AHEAD = Pose.from_axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, -1))
 

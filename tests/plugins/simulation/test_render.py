@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 from standard import ROBOTS, standard_world
 
-from cramlite.geometry import Pose
-from cramlite.world import Geom, Thing, World
-from cramlite_plugins.simulation.compile import compile_world
-from cramlite_plugins.simulation.render import Camera, cast, render
+from cramlite.model import Geom, Pose, Thing, World
+from cramlite_plugins.simulation.camera.ray_tracer import Camera, cast, render
+from cramlite_plugins.simulation.model.compile import compile_world
 
 
 def test_a_picture_shows_robot_product_and_basket() -> None:

@@ -7,10 +7,9 @@ import pytest
 from msgspec.structs import replace
 from short_programs import CLOSED, FINGERTIP, GUARDED, WORLD, down, go, near_home, peak, run, script
 
-from cramlite.geometry import Pose
-from cramlite.program import AnyStep, ForceMove, MoveLinear, SetGripper, SetPayload, Wait, ZeroSensor
+from cramlite.model import AnyStep, ForceMove, MoveLinear, Pose, SetGripper, SetPayload, Wait, ZeroSensor
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.protective_stop import Safety
+from cramlite_plugins.simulation.controller.protective_stop import Safety
 
 
 @pytest.mark.parametrize(("speed", "most"), [(0.02, 18.0), (0.01, 9.0), (0.005, 6.0)])

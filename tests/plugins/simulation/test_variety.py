@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite import Engine, Rollout, World, read_scenario
+from cramlite import Engine, read_scenario
 from cramlite.experiment.spec import find_experiment
-from cramlite.scenario_world import build_world
-from cramlite_plugins.episodes.detect import detect
-from cramlite_plugins.simulation import habits as people
-from cramlite_plugins.simulation.demonstration import SCRIPTS, demonstrate
-from cramlite_plugins.simulation.habits import Habits, glitched, habits
+from cramlite.model import Rollout, World
+from cramlite.scenario.worlds import build_world
+from cramlite_plugins.episodes.detection.detect import detect
+from cramlite_plugins.simulation.person import habits as people
+from cramlite_plugins.simulation.person.demonstrate import SCRIPTS, demonstrate
+from cramlite_plugins.simulation.person.habits import Habits, glitched, habits
 
 ENGINE = Engine()
 FETCH, HANG = "take_off_hanger_varied", "hang_onto_hanger_varied"
@@ -59,7 +60,7 @@ def test_a_seed_is_one_person_and_another_another() -> None:
 
 @pytest.mark.parametrize(("own", "held"), [(Habits(False, False, False, 0.0), 1), (Habits(True, True, True, 0.0), 3)])
 def test_taking_again_and_putting_down_are_seen(own: Habits, held: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    from cramlite_plugins.simulation import variety
+    from cramlite_plugins.simulation.person import variety
 
     monkeypatch.setattr(variety, "habits", lambda _rng, distracted: own)
     recorded = demonstrate(world("hang_onto_hanger"), seed=11, script=HANG)
@@ -88,7 +89,7 @@ def test_a_recording_that_went_wrong_is_made_anew() -> None:
 
     assert script.done is not None
     scripts = SCRIPTS | {FETCH: replace(script, done=done, after=None)}  # type: ignore[operator]
-    from cramlite_plugins.simulation import demonstration
+    from cramlite_plugins.simulation.person import demonstrate as demonstration
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(demonstration, "SCRIPTS", scripts)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from msgspec.structs import replace
 
-from cramlite import Action, Held, Pose, Unresolvable, World, initial_belief
-from cramlite.designators import Location, Object
-from cramlite.errors import EARLIER_TASKS
-from cramlite_plugins.simulation.models import hanger
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Held, Location, Object, Pose, World, initial_belief
+from cramlite.plugin import Unresolvable
+from cramlite_plugins.simulation.objects.products_and_fixtures import hanger
 from cramlite_plugins.tasks.picking_up import PickingUp
 from cramlite_plugins.tasks.releasing import Releasing
 from cramlite_plugins.tasks.transporting import Transporting

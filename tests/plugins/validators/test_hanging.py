@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
-from cramlite import Pose, Rollout
-from cramlite.world import World
-from cramlite_plugins.simulation.compile import compile_world
-from cramlite_plugins.simulation.models import hanger, hung, product
-from cramlite_plugins.simulation.recorder import Recorder
+from cramlite.model import Pose, Rollout, World
+from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product
+from cramlite_plugins.simulation.recording.recorder import Recorder
 from cramlite_plugins.validators.postconditions import _not_hanging, _unsettled
 
 BACK = Pose((0, 0, 0), (math.cos(math.pi / 2), 0, 0, math.sin(math.pi / 2)))

@@ -11,8 +11,8 @@ from conftest import ROOT, TASKS
 from interpretation_samples import SHOP, episode, hanger_episode, state
 
 from cramlite import Budget, Engine, Trace, read_scenario
-from cramlite.phases import Timeline
-from cramlite.rules import Clause, load_rules
+from cramlite.interpretation.rules import load_rules
+from cramlite.plugin import Clause, Timeline
 from cramlite_plugins.validators.held_times import held_times, said_times, said_values
 
 KNOWN = Engine().knowledge

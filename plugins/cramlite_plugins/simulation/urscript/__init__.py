@@ -1,6 +1,6 @@
 """URScript: a parser with positions, a checker, and an interpreter with threads.
 
-    >>> from cramlite_plugins.simulation.urscript import Machine, load
+    >>> from cramlite_plugins.simulation.urscript.interpreter import Machine, load
     >>> program = load("def double():\\n  global answer = 2 * 21\\nend\\n")
     >>> machine = Machine(program)
     >>> machine.cycle()

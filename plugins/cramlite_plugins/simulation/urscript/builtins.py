@@ -14,7 +14,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cramlite.geometry import Pose, Vector3
+from cramlite.model import Pose, Vector3
 
 from .values import PoseValue, ScriptError, as_pose, from_pose, real, show, text, whole
 

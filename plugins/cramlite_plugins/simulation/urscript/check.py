@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 
 from msgspec.structs import astuple
 
-from cramlite.errors import nearest
+from cramlite.plugin import nearest
 
 from .builtins import Library
 from .lexer import complaint

@@ -9,10 +9,10 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 
-from cramlite.value import Value
+from cramlite.model import Value
 
 from .check import functions, nodes
-from .syntax import (
+from .syntax import (  # fmt: skip
     Assign,
     Binary,
     Call,
@@ -31,7 +31,7 @@ from .syntax import (
     Truth,
     Unary,
     While,
-)  # fmt: skip
+)
 
 TURN = 2 * math.pi + 0.01  # joints turn at most once around in each direction on UR arms (user manual, "Limits")
 REACH = 3.0  # further than any UR arm [m]

@@ -6,7 +6,7 @@ Grammar: the URScript manual (Universal Robots, e-Series 5.x), chapter 1.
 
 from __future__ import annotations
 
-from cramlite.errors import UserError
+from cramlite.plugin import UserError
 
 from .lexer import Token, complaint
 from .syntax import Binary, Call, Expression, Item, ListOf, Name, Number, Run, Text, Truth, Unary

@@ -12,8 +12,8 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from cramlite.errors import UserError
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import UserError
 
 from . import values
 from .builtins import PURE, Library

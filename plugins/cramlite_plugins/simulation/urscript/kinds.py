@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from .check import functions, nodes
 from .doubts import Doubt
-from .syntax import (
+from .syntax import (  # fmt: skip
     Assign,
     Binary,
     Call,
@@ -21,7 +21,7 @@ from .syntax import (
     Truth,
     Unary,
     While,
-)  # fmt: skip
+)
 
 Kinds = Mapping[str, str]
 PLACE = "a pose or a list"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from cramlite.errors import UserError
-from cramlite.value import Value
+from cramlite.model import Value
+from cramlite.plugin import UserError
 
 KEYWORDS = frozenset((
     "def", "thread", "sec", "end", "if", "elif", "else", "while", "local", "global", "return", "break", "continue",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cramlite.errors import UserError
+from cramlite.plugin import UserError
 
 from .expressions import ExpressionParser
 from .lexer import Token, complaint, tokens

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cramlite.value import Value
+from cramlite.model import Value
 
 
 class Number(Value):

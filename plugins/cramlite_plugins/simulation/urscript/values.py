@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from cramlite.geometry import Pose
+from cramlite.model import Pose
 
 LONGEST = 1023  # characters of a string (URScript manual, "Types")
 

@@ -1,0 +1,52 @@
+"""JSON text of values: structs, arrays and mappings; null for numbers that JSON has not."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+from msgspec.structs import asdict
+
+if TYPE_CHECKING:
+    pass
+
+
+
+def as_json(value: Any) -> str:
+    """Indented JSON of plain data, structs and arrays; null for numbers that JSON has not: infinite ones, and NaN."""
+    return _json(value, 1)
+
+
+def plain_json(value: Any) -> str:
+    """The same on one line."""
+    return _json(value, None)
+
+
+def _json(value: Any, indent: int | None) -> str:
+    try:
+        return json.dumps(value, indent=indent, default=_plain, allow_nan=False)
+    except ValueError:  # rare, so that only then everything is looked at
+        return json.dumps(_finite(value), indent=indent)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {k: _finite(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(v) for v in value]
+    return value if value is None or isinstance(value, bool | int | str) else _finite(_plain(value))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Struct):
+        return asdict(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    return str(value)

@@ -1,0 +1,252 @@
+"""Running a program's text in a world: ``cramlite execute``. The controller sees the text and the world, nothing else."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.errors import NoSolution, UserError
+from ..base.json_text import as_json
+from ..base.resources import find_scenario
+from ..model.rollout import save_rollout
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import read_scenario
+from ..scenario.worlds import read_world
+from .arguments import plugin_choice
+from .texts import rollout_json, rollout_text
+
+if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..engine.replanning import Attempt, Round
+    from ..model.rollout import Rollout
+    from ..scenario.scenario import Scenario
+
+
+
+def execute_program(
+    program: Path,
+    *,
+    world: str,
+    seed: int = 0,
+    out: Path | None = None,
+    episode: bool = True,
+    plugins: PluginChoice = INSTALLED,
+    json_output: bool = False,
+) -> int:
+    """Run a program's text on the controller model and say how it ended.
+
+    Args:
+        program: the text, e.g. ``program.script`` of a run directory.
+        world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
+        out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
+
+    Returns:
+        0 when the program came to its end.
+
+    Raises:
+        NoSolution: it did not; the reason is its own last message, or what stopped it.
+        UserError: a file that cannot be used.
+    """
+    from ..plugin.catalogue import Knowledge
+
+    knowledge = Knowledge(plugins.registry())
+    _vacant(out)
+    text, place = _text(program), read_world(world, knowledge, seed)
+    if not place.robots:
+        raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
+    with naming(program):
+        rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
+    if out is not None:
+        _write(out, rollout, program.stem, knowledge, episode=episode)
+    print(as_json(rollout_json(rollout)) if json_output else rollout_text(rollout))
+    if rollout.outcome != "finished":
+        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    return 0
+
+
+def execute_and_replan(
+    program: Path,
+    *,
+    scenario: str,
+    world: str,
+    seed: int = 0,
+    rounds: int,
+    out: Path | None = None,
+    episode: bool = True,
+    plugins: PluginChoice = INSTALLED,
+    json_output: bool = False,
+) -> int:
+    """Run a program of a run directory; where it stops with a reason, look again, resolve the rest and go on.
+
+    Args:
+        scenario: that the program was made from, with ``poses: camera``.
+        rounds: how many programs may run, the first one included.
+        out: folder with a folder for each round, as ``execute_program`` writes one, with the round's program.
+
+    Returns:
+        0 when a program came to its end.
+
+    Raises:
+        NoSolution: none did; why each one ended was printed.
+        UserError: a file that cannot be used.
+    """
+    from ..engine import replanning
+
+    _vacant(out)
+    scene, engine = _who_replans(scenario, rounds, plugins)
+    first = _first_attempt(program, scene, engine, world, seed)
+    said: list[str] = []
+
+    def say(text: str) -> None:
+        said.append(text)
+        if not json_output:
+            print(text, flush=True)
+
+    done = []
+    try:
+        for number, one in enumerate(replanning.rounds(first, scene, engine, seed=seed, most=rounds, say=say), 1):
+            done.append(one)
+            if not json_output:
+                print(rollout_text(one.rollout))
+            if out is not None:
+                _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
+    finally:
+        if json_output:
+            print(as_json({"said": said, "rounds": [rollout_json(one.rollout) for one in done]}))
+    return 0
+
+
+def _who_replans(name: str, rounds: int, plugins: PluginChoice) -> tuple[Scenario, Engine]:
+    """The scenario, whose camera looks again, and its engine."""
+    from ..engine.engine import make_engine
+
+    scenario = read_scenario(find_scenario(name))
+    if scenario.spec.poses != "camera":
+        raise UserError(f"{scenario.path}: nothing can be planned anew without looking: the scenario needs 'poses: camera'.")
+    if rounds < 1:
+        raise UserError(f"--rounds {rounds}: at least one program runs.")
+    return scenario, make_engine(scenario, plugins)
+
+
+def _write_round(folder: Path, done: Round, name: str, engine: Engine, *, episode: bool) -> None:
+    _write(folder, done.rollout, name, engine.knowledge, episode=episode)
+    (folder / f"program{done.attempt.code.suffix}").write_text(done.attempt.code.text)
+
+
+def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str, seed: int) -> Attempt:
+    """The program with the plan that lies beside it in its run directory, in the world where it is to run."""
+    from ..engine import replanning
+    from ..model.program_json import read_program
+
+    beside = {name: _text(program.parent / name) for name in ("program.json", "plan.json")}
+    typed = read_program(beside["program.json"]).program
+    plan, code = replanning.planned(_text(program), typed, beside["plan.json"], scenario, engine, seed)
+    return replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
+
+
+def _vacant(out: Path | None) -> None:
+    if out is not None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was run. Choose another --out.")
+
+
+def serve_controller(
+    *,
+    world: str,
+    host: str,
+    seconds: float,
+    idle: float,
+    seed: int = 0,
+    plugins: PluginChoice = INSTALLED,
+) -> int:
+    """Open a virtual robot controller's ports on loopback, and print what its programs log.
+
+    Raises:
+        UserError: the world cannot be used, or a port is taken.
+    """
+    from ..plugin.catalogue import Knowledge
+
+    knowledge = Knowledge(plugins.registry())
+    place = read_world(world, knowledge, seed)
+    if not place.robots:
+        raise UserError(f"The world '{world}' has no robot, so there is nothing to control.")
+    limits = {"seconds": seconds, "idle": idle}
+    mount = place.robots[0].name
+    ended = knowledge.simulator.serve(
+        place, knowledge.robots, mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
+    )
+    print(f"The controller was closed: {ended}.")
+    return 0
+
+
+@contextmanager
+def naming(program: Path) -> Iterator[None]:
+    """What is wrong with a text is said with its file; the simulator is given the text alone."""
+    try:
+        yield
+    except UserError as error:
+        raise UserError(f"{program}: {error}") from error
+
+
+def _text(program: Path) -> str:
+    try:
+        return program.read_text(encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
+
+
+def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
+    from msgspec import json
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        (out / "execution.json").write_text(as_json(rollout_json(rollout)))
+        save_rollout(rollout, out / "rollout.npz")
+        (out / "world.json").write_bytes(json.format(json.encode(rollout.world), indent=1))
+    except OSError as error:
+        raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
+    if episode:
+        knowledge.simulator.save_episode(knowledge.simulator.episode(rollout, name), out / "episode")
+
+
+def _execute(arguments: argparse.Namespace) -> int:
+    pass  # moved here
+
+    if arguments.replan:
+        return execute_and_replan(
+            arguments.program,
+            scenario=arguments.replan,
+            world=arguments.world,
+            seed=arguments.seed,
+            rounds=arguments.rounds,
+            out=arguments.out,
+            episode=not arguments.no_episode,
+            plugins=plugin_choice(arguments),
+            json_output=arguments.json,
+        )
+    return execute_program(
+        arguments.program,
+        world=arguments.world,
+        seed=arguments.seed,
+        out=arguments.out,
+        episode=not arguments.no_episode,
+        plugins=plugin_choice(arguments),
+        json_output=arguments.json,
+    )
+
+
+def _controller(arguments: argparse.Namespace) -> int:
+    pass  # moved here
+
+    return serve_controller(
+        world=arguments.world,
+        host=arguments.host,
+        seconds=arguments.seconds,
+        idle=arguments.idle,
+        seed=arguments.seed,
+        plugins=plugin_choice(arguments),
+    )

@@ -1,0 +1,102 @@
+"""Asking what a camera sees: ``cramlite perceive``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.errors import NoSolution, UserError
+from ..base.json_text import as_json
+from ..base.resources import find_scenario
+from ..model.world import Camera
+from ..perception.active_perception import Look, Picture, ask, pictures
+from ..perception.query import parse_query
+from ..perception.result import perceived_json, perceived_text
+from ..plugin.catalogue import pick
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import read_scenario
+from ..scenario.worlds import build_world, real_world
+from .arguments import plugin_choice
+
+if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..perception.query import ObjectQuery
+
+
+
+def perceive_view(
+    source: str,
+    text: str,
+    *,
+    wants: tuple[str, ...] = ("type", "pose"),
+    seed: int = 0,
+    out: Path | None = None,
+    plugins: PluginChoice = INSTALLED,
+    json_output: bool = False,
+) -> int:
+    """Answer a query about a scenario's camera, or about a recorded view.
+
+    Args:
+        source: a scenario's path or name, or a file that a plugin reads as a view.
+        text: the query, as ``object_query.parse_query`` reads it.
+        wants: values that answers should have, beside those that decide.
+        out: folder for the page ``perception.html``.
+
+    Returns:
+        0 when something was found.
+
+    Raises:
+        NoSolution: nothing was found; the message has the reasons.
+        NoPipeline: the experts cannot answer it.
+        UserError: a query or a source that cannot be used.
+    """
+    engine = plugins.engine()
+    knowledge = engine.knowledge
+    outputs = {o for e in knowledge.experts if e.scope != "view" for o in e.outputs}
+    query = replace(parse_query(text, knowledge.taxonomy, outputs), wanted=wants)
+    taken = picture_of(source, query, engine, seed)
+    found = ask(query, taken.view, taken.fixtures, knowledge, robot=taken.robot)
+    if out is not None:
+        from ..report.perception_page import write_page
+
+        write_page(out, found, taken.view, knowledge.products)
+    print(as_json(perceived_json(found)) if json_output else perceived_text(found))
+    for fault in dict.fromkeys(str(f) for f in engine.registry.faults):
+        print(f"cramlite: warning: {fault}", file=sys.stderr)
+    if not found.answers:
+        raise NoSolution("Nothing was found; the reasons are above." if not json_output else found.remarks[0])
+    return 0
+
+
+def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Picture:
+    """What is seen, and the fixtures whose poses are known: those of a scenario, none for a recording."""
+    knowledge, path = engine.knowledge, Path(source)
+    if path.exists() and path.suffix not in (".yaml", ".yml"):
+        view = engine.registry.first("read_view", path=path)
+        if view is not None:
+            return Picture(view, Camera(view.camera, intrinsics=view.intrinsics), ())
+        if path.is_file():
+            raise UserError(f"'{path}' is in no format that a plugin reads as a view; see 'cramlite plugins'.")
+    scenario = read_scenario(find_scenario(source))
+    robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
+    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge.models, seed)
+    real = real_world(scenario, world, relations, seed)
+    return next(pictures(scenario, query, Look((), world, relations, {}, real), robot, knowledge, seed))
+
+
+def _perceive(arguments: argparse.Namespace) -> int:
+    pass  # moved here
+
+    return perceive_view(
+        arguments.view,
+        arguments.query,
+        wants=tuple(w for w in arguments.wants.split(",") if w),
+        seed=arguments.seed,
+        out=arguments.out,
+        plugins=plugin_choice(arguments),
+        json_output=arguments.json,
+    )

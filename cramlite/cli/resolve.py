@@ -1,0 +1,277 @@
+"""The stage functions in order: what one command does from its arguments to its files."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from itertools import takewhile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from .. import __version__
+from ..base.errors import NoSolution, PluginError, UserError
+from ..base.json_text import as_json
+from ..base.resources import find_scenario
+from ..base.run_directory import RunDirectory, content_key, read_json
+from ..engine.engine import make_engine
+from ..engine.recording import record_episode
+from ..engine.scenario_doubts import doubts
+from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
+from ..planning.trace import Trace
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import read_scenario
+from .arguments import plugin_choice
+from .texts import solution_text
+
+if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..engine.setting import Setting
+    from ..engine.solution import Solution
+    from ..scenario.scenario import Scenario
+
+
+
+def resolve_scenario(
+    name: str,
+    *,
+    out: Path | None = None,
+    seed: int = 0,
+    backend: str | None = None,
+    demonstration: Path | None = None,
+    plugins: PluginChoice = INSTALLED,
+    report: bool = True,
+    json_output: bool = False,
+) -> int:
+    """Resolve a scenario and write its run directory.
+
+    Returns:
+        0 when a program was proven.
+
+    Raises:
+        NoSolution: every candidate was refused; the run directory holds the trace.
+        PluginError: nothing was found, and a plugin broke on the way.
+        UserError: the scenario cannot be used.
+    """
+    scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
+    engine = make_engine(scenario, plugins)
+    setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
+    _say_notes(scenario, setting, engine)
+    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
+    if run.complete and (not report or (run.path / "report.html").is_file()):
+        print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
+        print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
+        return 0
+    trace, say = _earlier_trace(run), Progress(quiet=json_output)
+    solution, tried = _first_solution(run, scenario, setting, engine, trace, say)
+    if solution is None:
+        if report:
+            _report_refusal(run, scenario, setting, trace, engine, tried)
+        if json_output:
+            print(as_json(_nothing(trace, run, engine, seed)))
+        text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+        raise PluginError(text) if engine.registry.faults else NoSolution(text)
+    write_solution(run, solution, engine, seed)
+    _finish(run, solution, engine, say, report=report)
+    print(as_json(_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
+    return 0
+
+
+def _first_solution(
+    run: RunDirectory, scenario: Scenario, setting: Setting, engine: Engine, trace: Trace, say: Progress
+) -> tuple[Solution | None, Sequence[Solution]]:
+    """The first proven program, and the last one that was refused of the first candidate that had one."""
+    tried: list[Solution] = []
+
+    def refused(number: int) -> None:
+        _write_trace(run, trace, engine)
+        run.refuse(number)
+
+    def failed(judged: Solution) -> None:
+        if not tried or tried[-1].number == judged.number:
+            tried[:] = [judged]
+
+    solutions = engine.resolve(
+        scenario, world=setting, seed=setting.seed, trace=trace, progress=say,
+        skip=run.refused, refused=refused, failed=failed,
+    )  # fmt: skip
+    try:
+        return next(solutions, None), tried
+    finally:
+        _write_trace(run, trace, engine)
+
+
+def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
+    """Doubts about the scenario, and repairs of things, once and whole, unlike progress: they change what is proven."""
+    for doubt in doubts(scenario, setting, engine.knowledge):
+        print(f"cramlite: doubt: {doubt}", file=sys.stderr)
+    for thing in setting.world.things:
+        for note in thing.notes:
+            print(f"thing '{thing.name}': {note}.", file=sys.stderr)
+
+
+def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:
+    """The report, and a warning for every plugin that broke on the way without harm."""
+    if report:
+        from ..report import write_report
+
+        say("writing the report")
+        write_report(run, solution, engine)
+    run.finish()
+    say.done()
+    for fault in engine.registry.faults:
+        print(f"cramlite: warning: {fault}", file=sys.stderr)
+
+
+def _report_refusal(
+    run: RunDirectory, scenario: Scenario, setting: Setting, trace: Trace, engine: Engine, tried: Sequence[Solution]
+) -> None:
+    """The report of a search that proved nothing: about a program that ran, or the demonstration alone."""
+    from ..report import Finished, write_page
+
+    last = tried[-1] if tried else None
+    found, episode = (last.interpretation, last.episode) if last else (None, None)
+    if last is None and scenario.spec.demonstration is not None:
+        episode = engine.read_episode(scenario.beside(scenario.spec.demonstration))
+        found = engine.interpret(episode)
+    write_page(Finished(engine, run, setting, trace, last, found, episode))
+
+
+def record_demonstration(
+    name: str,
+    *,
+    seed: int,
+    out: Path,
+    plugins: PluginChoice = INSTALLED,
+) -> int:
+    """Record a demonstration of a scenario and write it as a NEEM.
+
+    Raises:
+        UserError: the scenario says nothing about recording, or the folder is not empty.
+    """
+    scenario = read_scenario(find_scenario(name))
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
+    episode = record_episode(scenario, make_engine(scenario, plugins), seed=seed, out=out)
+    print(
+        f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
+    )
+    return 0
+
+
+def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
+    if path is None:
+        return scenario
+    update = {"demonstration": str(path.resolve()), "tasks": None, "designator": None, "goal": None}
+    return replace(scenario, spec=scenario.spec.model_copy(update=update))
+
+
+def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
+    """What a run depends on."""
+    files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
+    if scenario.spec.demonstration and scenario.beside(scenario.spec.demonstration).exists():
+        files.append(scenario.beside(scenario.spec.demonstration))
+    plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
+    return {
+        "cramlite": __version__, "scenario": scenario.name, "content": content_key(*files),
+        "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
+        "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
+    }  # fmt: skip
+
+
+def _earlier_trace(run: RunDirectory) -> Trace:
+    """What an interrupted run found out about the candidates that it refused; they come first and are not tried again."""
+    if not run.refused:
+        return Trace()
+    entries = Trace.from_json(read_json(run.path / "trace.json", "trace")["entries"]).entries
+    return Trace(list(takewhile(lambda e: e.candidate in run.refused, entries)))
+
+
+def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
+    faults = [str(f) for f in engine.registry.faults]
+    run.write("trace.json", as_json({"entries": trace.to_json(), "faults": faults}))
+
+
+def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
+    """The stages' values, each in its file."""
+    from msgspec import json
+
+    from ..model.program_json import write_program
+    from ..model.rollout import save_rollout
+
+    candidate = solution.candidate
+    assert candidate.code is not None
+    run.write(f"program{candidate.code.suffix}", candidate.code.text)
+    run.write("program.json", write_program(candidate.program))
+    run.write("world.json", json.format(json.encode(solution.setting.real or candidate.world), indent=1))
+    run.write("plan.json", as_json(candidate.plan))
+    run.write("verdict.json", as_json(solution.verdict))
+    if candidate.rollout is not None:
+        save_rollout(candidate.rollout, run.path / "rollout.npz")
+    run.write("summary.json", as_json(_summary(solution, run, engine, seed)))
+    if solution.interpretation is not None:
+        run.write("interpretation.json", as_json(solution.interpretation.to_json()))
+    if candidate.episode is not None and not (run.path / "episode").exists():
+        engine.knowledge.simulator.save_episode(candidate.episode, run.path / "episode")
+
+
+def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
+    entities = {k: v for k, v in solution.candidate.bindings.items() if isinstance(v, str)}
+    return {
+        "solved": True, "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
+        "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
+        "left_out": solution.verdict.left_out,
+        "reason": solution.verdict.reason, "nearest": None, "faults": _faults(engine),
+    }  # fmt: skip
+
+
+def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
+    """The same keys where nothing was proven."""
+    return {
+        "solved": False, "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
+        "objects": {}, "steps": 0, "findings": [], "left_out": [],
+        "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
+        "faults": _faults(engine),
+    }  # fmt: skip
+
+
+def _faults(engine: Engine) -> list[str]:
+    return list(dict.fromkeys(map(str, engine.registry.faults)))
+
+
+class Progress:
+    """Lines for people on standard error, with the time since the start; the last one stays on a terminal."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._begin, self._quiet = time.monotonic(), quiet
+        self._live = sys.stderr.isatty()
+
+    def __call__(self, text: str) -> None:
+        if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing"))):
+            return
+        line = f"[{time.monotonic() - self._begin:5.1f} s] {text}"
+        print(
+            f"\r\x1b[K{line[:110]}" if self._live else line, end="" if self._live else "\n", file=sys.stderr, flush=True
+        )
+
+    def done(self) -> None:
+        if self._live and not self._quiet:
+            print("\r\x1b[K", end="", file=sys.stderr)
+
+
+def _resolve(arguments: argparse.Namespace) -> int:
+    pass  # moved here
+
+    return resolve_scenario(
+        arguments.scenario,
+        out=arguments.out,
+        seed=arguments.seed,
+        backend=arguments.backend,
+        demonstration=arguments.demonstration,
+        plugins=plugin_choice(arguments),
+        report=not arguments.no_report,
+        json_output=arguments.json,
+    )

@@ -1,0 +1,314 @@
+"""``cramlite serve``: the engine for programs in other languages, one JSON object a line on standard input and output.
+
+A request is ``{"id": 1, "method": "resolve", "params": {...}}``; its answer ``{"id": 1, "result": ...}`` or
+``{"id": 1, "error": {"code": ..., "message": ...}}``; between them lines of progress ``{"id": 1, "progress": "..."}``.
+Codes: those of JSON-RPC 2.0, and 1 to 3 with the meaning of the command line's exit codes. Requests are worked off one
+after another; ``cancel`` is heard at once. When standard input ends, what was asked is answered and the process ends; when
+nobody reads the answers any more, the work is stopped and the process ends.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import queue
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import IO, Any
+
+from ..base.errors import CramliteError, NoSolution, nearest
+from ..base.value import Value
+from ..engine.engine import Engine
+from ..engine.solution import Solution
+from ..planning.trace import Trace
+from .arguments import plugin_choice
+
+LONGEST_LINE = 1_000_000
+"""Characters: a scenario takes a few thousand."""
+Id = int | float | str | None
+PARSE_ERROR, NO_REQUEST, NO_METHOD, WRONG_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
+PARAMS: Mapping[str, tuple[str, ...]] = {
+    "cancel": ("id",),
+    "check": ("scenario", "seed"),
+    "interpret": ("episode",),
+    "next": ("of",),
+    "resolve": ("scenario", "seed"),
+    "tasks": (),
+}
+"""Method -> the names of its params."""
+
+
+class Refused(Exception):
+    """A request that cannot be answered: its JSON-RPC code, and its id if it has one."""
+
+    def __init__(self, code: int, message: str, id_: Id = None) -> None:
+        super().__init__(message)
+        self.code, self.id = code, id_
+
+
+class Found(Value):
+    """What ``next`` goes on with."""
+
+    solutions: Iterator[Solution]
+    engine: Engine
+    trace: Trace
+
+
+class Service:
+    """One engine behind two streams.
+
+    Args:
+        engine: whose plugins answer.
+        lines: requests.
+        out: answers; nothing else is written to it.
+    """
+
+    def __init__(self, engine: Engine, lines: IO[str], out: IO[str]) -> None:
+        self.engine, self._lines, self._out = engine, lines, out
+        self._writing, self._todo = threading.Lock(), queue.SimpleQueue[Any]()
+        self._open: set[Id] = set()
+        self._cancelled: set[Id] = set()
+        self._ended = False
+        self._found: dict[Id, Found] = {}
+        self.methods: Mapping[str, Callable[[Id, dict[str, Any]], Any]] = {
+            "check": self._check, "interpret": self._interpret, "next": self._next, "resolve": self._resolve,
+            "tasks": self._tasks,
+        }  # fmt: skip
+
+    def run(self) -> int:
+        """Answer until the requests end, or nobody reads the answers any more."""
+        threading.Thread(target=self._listen, daemon=True).start()
+        while not self._ended and (request := self._todo.get()) is not None:
+            answer = self._answer(request)
+            self._open.discard(request["id"])
+            self._say({"id": request["id"], **answer})
+        return 0
+
+    def hang_up(self) -> None:
+        """Nobody reads the answers any more."""
+        self._ended = True
+        self._todo.put(None)
+
+    def _listen(self) -> None:
+        while line := self._lines.readline(LONGEST_LINE + 1):
+            if line.strip():
+                self._hear(line)
+        self._todo.put(None)
+
+    def _hear(self, line: str) -> None:
+        """Queue a request; what cannot be one, and ``cancel``, is answered at once."""
+        try:
+            request = _request(line)
+            if request["method"] == "cancel":
+                self._say({"id": request["id"], "result": self._cancel(request["params"], request["id"])})
+            elif request["id"] in self._open:
+                said = f"a request with the id {request['id']!r} is not answered yet; give another one"
+                raise Refused(NO_REQUEST, said, request["id"])
+            else:
+                self._open |= {request["id"]} - {None}
+                self._cancelled.discard(request["id"])
+                self._todo.put(request)
+        except Exception as error:
+            refused = error if isinstance(error, Refused) else Refused(INTERNAL, _defect(error))
+            while len(line) > LONGEST_LINE and not line.endswith("\n"):  # the rest of a line that is too long
+                line = self._lines.readline(LONGEST_LINE + 1)
+            self._say({"id": refused.id, "error": {"code": refused.code, "message": str(refused)}})
+
+    def _cancel(self, params: dict[str, Any], asked: Id) -> Any:
+        """End the search of a request that is not answered yet, or of a ``resolve`` that could go on."""
+        id_ = params.get("id")
+        if not _is_id(id_) or id_ is None or id_ not in self._open | set(self._found):
+            waiting = ", ".join(repr(i) for i in [*self._open, *self._found]) or "none"
+            said = f"'id' is that of a request whose search goes on, not {id_!r}; there are: {waiting}"
+            raise Refused(WRONG_PARAMS, said, asked)
+        self._cancelled.add(id_)
+        return {"cancelled": id_}
+
+    def _answer(self, request: dict[str, Any]) -> dict[str, Any]:
+        try:
+            return {"result": self.methods[request["method"]](request["id"], request["params"])}
+        except Refused as refused:
+            return {"error": {"code": refused.code, "message": str(refused)}}
+        except CramliteError as error:
+            return {"error": {"code": error.exit_code, "message": str(error)}}
+        except Exception as error:
+            return {"error": {"code": INTERNAL, "message": _defect(error)}}
+
+    def _say(self, answer: dict[str, Any]) -> None:
+        from ..base.json_text import plain_json
+
+        with self._writing:
+            try:
+                self._out.write(plain_json(answer) + "\n")
+                self._out.flush()
+            except (BrokenPipeError, ValueError):  # ValueError: the stream is closed
+                self.hang_up()
+
+    # Methods
+
+    def _tasks(self, id_: Any, params: dict[str, Any]) -> Any:
+        from .texts import tasks_json
+
+        return tasks_json(self.engine.knowledge.tasks.values())
+
+    def _check(self, id_: Any, params: dict[str, Any]) -> Any:
+        """Whether a scenario can be used; an error says why not."""
+        scenario = _scenario(params)
+        setting = self.engine.setting(scenario, seed=_seed(params))
+        return {
+            "scenario": scenario.name,
+            "robot": setting.robot.type,
+            "things": [t.name for t in setting.world.things],
+        }
+
+    def _interpret(self, id_: Any, params: dict[str, Any]) -> Any:
+        found = self.engine.interpret(self.engine.read_episode(Path(_text(params, "episode"))))
+        return found.to_json()
+
+    def _resolve(self, id_: Any, params: dict[str, Any]) -> Any:
+        """The first proven program; ``next`` with this request's id gives the following ones."""
+
+        def progress(text: str) -> None:
+            self._say({"id": id_, "progress": text})
+
+        trace, scenario = Trace(), _scenario(params)
+        engine = self.engine.suited(scenario)
+        solutions = engine.resolve(
+            scenario, seed=_seed(params), trace=trace, progress=progress, stop=lambda: self._stopped(id_)
+        )
+        self._found[id_] = Found(solutions, engine, trace)
+        return self._one(id_)
+
+    def _next(self, id_: Any, params: dict[str, Any]) -> Any:
+        asked = params.get("of")
+        if not _is_id(asked) or asked not in self._found:
+            raise Refused(WRONG_PARAMS, f"'of' is the id of a 'resolve' whose search can go on, not {asked!r}")
+        return self._one(asked)
+
+    def _stopped(self, id_: Id) -> bool:
+        return self._ended or id_ in self._cancelled
+
+    def _one(self, id_: Id) -> Any:
+        from ..planning.diagnosis import failure_text, how_it_ended
+
+        found = self._found.pop(id_)  # put back if it can go on
+        solution = next(found.solutions, None)
+        if solution is None:
+            if self._stopped(id_):
+                raise NoSolution("cancelled")
+            more = any(e.outcome == "proven" for e in found.trace.entries)
+            raise NoSolution(
+                f"No further solution: {how_it_ended(found.trace.entries)}."
+                if more
+                else failure_text(found.trace, found.engine.registry.faults)
+            )
+        self._found[id_] = found
+        bound = solution.candidate.bindings
+        return {
+            "plan": str(solution.plan), "code": solution.code, "findings": solution.verdict.findings,
+            "left_out": solution.verdict.left_out,
+            "objects": {o.name: bound.get(o.name) for o in solution.plan.objects},
+        }  # fmt: skip
+
+
+def _request(line: str) -> dict[str, Any]:
+    if len(line) > LONGEST_LINE:
+        raise Refused(NO_REQUEST, f"a line has at most {LONGEST_LINE} characters")
+    try:
+        data = json.loads(line, parse_constant=_finite, parse_float=_finite)
+    except (ValueError, RecursionError) as error:
+        raise Refused(PARSE_ERROR, f"no JSON: {error}") from error
+    id_ = data.get("id") if isinstance(data, dict) else None
+    if not _is_id(id_):
+        raise Refused(NO_REQUEST, "'id' is a number or text")
+    if not isinstance(data, dict) or not isinstance(data.get("method"), str):
+        raise Refused(NO_REQUEST, 'a request is an object such as {"id": 1, "method": "tasks"}', id_)
+    method, params = data["method"], data.get("params", {})
+    if method not in PARAMS:
+        raise Refused(NO_METHOD, f"no method '{method}'; {nearest(method, PARAMS)}", id_)
+    if not isinstance(params, dict):
+        raise Refused(NO_REQUEST, "'params' is an object", id_)
+    for name in params:
+        if name not in PARAMS[method]:
+            raise Refused(WRONG_PARAMS, f"'{method}' has no param '{name}'; {nearest(name, PARAMS[method])}", id_)
+    return {"id": id_, "method": method, "params": params}
+
+
+def _defect(error: Exception) -> str:
+    return f"a defect: {type(error).__name__}: {error}"
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"{text} is no finite number")
+    return number
+
+
+def _is_id(id_: object) -> bool:
+    """Whether it can name a request; None for one without an id. True is none, though it equals 1."""
+    return id_ is None or (isinstance(id_, int | float | str) and not isinstance(id_, bool))
+
+
+def _scenario(params: dict[str, Any]) -> Any:
+    from ..base.resources import find_scenario
+    from ..scenario.scenario import read_scenario
+
+    return read_scenario(find_scenario(_text(params, "scenario")))
+
+
+def _text(params: dict[str, Any], name: str) -> str:
+    if not isinstance(params.get(name), str):
+        raise Refused(WRONG_PARAMS, f"'{name}' is missing; it is a file, or the name of a shipped one")
+    return str(params[name])
+
+
+def _seed(params: dict[str, Any]) -> int:
+    seed = params.get("seed", 0)
+    if not isinstance(seed, int) or isinstance(seed, bool):
+        raise Refused(WRONG_PARAMS, f"'seed' is a whole number, not {seed!r}")
+    return seed
+
+
+def serve(engine: Engine) -> int:
+    """Serve on this process's standard streams; what plugins print goes to standard error."""
+    out, sys.stdout = sys.stdout, sys.stderr
+    number = sys.stdin.fileno()
+    lines = open(number, encoding="utf-8", errors="replace", closefd=False)  # noqa: SIM115  Python's end waits for who reads stdin
+    service = Service(engine, lines, out)
+    threading.Thread(target=_watch, args=(out.fileno(), service.hang_up), daemon=True).start()
+    try:
+        return service.run()
+    finally:
+        sys.stdout = out
+        _close_quietly(out)
+
+
+def _watch(out: int, hang_up: Callable[[], None]) -> None:
+    """Say when the reader of a pipe is gone, which is noticed late, or never, by writing to it."""
+    import select
+
+    if hasattr(select, "poll"):
+        poll = select.poll()
+        poll.register(out, 0)  # errors and hang-ups come unasked
+        poll.poll()
+        hang_up()
+
+
+def _close_quietly(out: IO[str]) -> None:
+    """Where nobody reads any more, Python would complain at its end about what it could not write."""
+    import os
+
+    try:
+        out.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), out.fileno())
+
+
+def _serve(arguments: argparse.Namespace) -> int:
+    pass  # moved here
+
+    return serve(plugin_choice(arguments).engine())

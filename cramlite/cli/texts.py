@@ -1,0 +1,163 @@
+"""The only printer: values become text for people, or JSON for machines."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import asdict
+
+if TYPE_CHECKING:
+    from ..engine.solution import Solution
+    from ..interpretation.interpretation import Interpretation, Interpreted
+    from ..model.episode import Repair
+    from ..model.rollout import Rollout
+    from ..plugin.registry import Fault, PluginInfo, Registry
+    from ..plugin.task_type import TaskType
+
+
+
+def solution_text(solution: Solution, folder: str) -> str:
+    """A short summary of a proven program."""
+    program, plan = solution.program, solution.plan
+    lines = [
+        f"Solved: {plan}",
+        f"  from candidate sequence {solution.number}, {len(program.steps)} steps, {solution.code.count(chr(10))} lines",
+    ]
+    chosen = {e.designator: e for e in solution.trace.entries if e.outcome == "chosen"}
+    for designator in plan.objects:
+        entry = chosen.get(designator.name)
+        found = f"{entry.text}: {entry.reason}" if entry else "?"
+        lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
+    lines.append("  Judged after running the text:")
+    lines += [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in solution.verdict.findings]
+    lines += [f"    --  {solution.verdict.not_judged}"] if solution.verdict.left_out else []
+    return "\n".join([*lines, f"  Files: {folder}"])
+
+
+def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
+    return [{"start": r.when[0], "end": r.when[1], "what": r.what, "why": r.why} for r in repairs]
+
+
+def _label(action: Interpreted) -> str:
+    """What the recording itself calls the action, or what was concluded from motion."""
+    event = action.segments[0].event if action.segments else None
+    if event is None or event.type == "soma:PhysicalAction":
+        return ""
+    whom = event.roles.get("object", "")
+    source = "inferred from motion" if event.inferred else "so named in the recording"
+    return f"  {action.label or event.type}{f' of {whom}' if whom else ''}, {source}"
+
+
+def _repair_lines(repairs: Sequence[Repair], most: int = 20) -> list[str]:
+    """A line for each; a flickering log has hundreds, so only the first are shown."""
+    lines = [f"  repaired  {r.when[0]:7.2f} to {r.when[1]:7.2f} s  {r.what}: {r.why}" for r in repairs[:most]]
+    more = [f"  repaired  {len(repairs) - most} more; --json lists them all"]
+    return lines + (more if len(repairs) > most else [])
+
+
+def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
+    """Every action with the tasks it may execute; first what was repaired before."""
+    lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} candidate task sequences"]
+    lines += _repair_lines(list(repairs))
+    for k, action in enumerate(found.actions):
+        lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s{_label(action)}")
+        lines += [
+            f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}"
+            for m in action.matches
+        ]
+        if action.hole:
+            lines.append(
+                f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
+            )
+    return "\n".join(lines)
+
+
+def rollout_json(rollout: Rollout) -> dict[str, Any]:
+    """How the run of a program ended: seconds, newtons, and the last pose of every thing (position, quaternion w first)."""
+    names = [t.name for t in rollout.world.things]
+    forces = rollout.contact_force()
+    return {
+        "outcome": rollout.outcome,
+        "reason": rollout.reason,
+        "seconds": float(rollout.times[-1]),
+        "peak_force": float(forces.max()) if len(forces) else 0.0,
+        "messages": [asdict(m) for m in rollout.messages],
+        "poses": {n: [float(v) for v in rollout.poses[n][-1]] for n in names if n in rollout.poses},
+    }
+
+
+def rollout_text(rollout: Rollout) -> str:
+    """The program's own log, and how it ended."""
+    lines = [f"{m.time:8.2f} s  {m.text}" for m in rollout.messages]
+    data = rollout_json(rollout)
+    lines.append(f"{data['seconds']:8.2f} s  {rollout.outcome}; peak force {data['peak_force']:.1f} N")
+    for name, pose in data["poses"].items():
+        lines.append(f"            {name} at {', '.join(f'{v:.3f}' for v in pose[:3])} m")
+    return "\n".join(lines)
+
+
+def tasks_text(tasks: Iterable[TaskType]) -> str:
+    lines = []
+    for task in sorted(tasks, key=lambda t: t.task):
+        roles = ", ".join(r.name + ("" if r.required else "?") for r in task.roles)
+        names = f"  also {', '.join(task.aliases)}" if task.aliases else ""
+        lines.append(f"{task.task}({roles}): {task.summary}{names}")
+    return "\n".join(lines)
+
+
+def tasks_json(tasks: Iterable[TaskType]) -> list[dict[str, Any]]:
+    return [
+        {
+            "task": t.task, "aliases": list(t.aliases), "summary": t.summary,
+            "roles": [asdict(r) for r in t.roles], "parameters": [asdict(p) for p in t.parameters],
+        }
+        for t in sorted(tasks, key=lambda t: t.task)
+    ]  # fmt: skip
+
+
+def plugins_text(registry: Registry, *, every: bool = True) -> str:
+    """Each plugin with where it comes from, how long it took to load, its hooks, and what is wrong with it.
+
+    Args:
+        every: also shipped plugins that nothing is wrong with; else their names by folder.
+    """
+    from ..plugin.entry_points import OWN_DISTRIBUTION
+
+    shipped = [i for i in registry.infos if i.distribution == OWN_DISTRIBUTION and not i.fault and not _later(registry, i)]
+    lines = []
+    for info in registry.infos:
+        if info in shipped and not every:
+            continue
+        lines.append(
+            f"{info.name} ({info.distribution} {info.version}) {info.load_ms:.1f} ms: {', '.join(info.hooks) or 'no hooks'}"
+        )
+        lines.append(f"    {info.file}")
+        if info.fault:
+            lines.append(f"    NOT LOADED: {info.fault}")
+        lines += [f"    FAULT in {f.hook}: {f.error}" for f in _later(registry, info)]
+    return "\n".join(lines if every else [*lines, *_shipped(shipped)])
+
+
+def _shipped(infos: Sequence[PluginInfo]) -> Iterable[str]:
+    """How many, and their names by the folder that they are in."""
+    if infos:
+        took = sum(i.load_ms for i in infos)
+        yield f"{len(infos)} plugins of cramlite {infos[0].version}, loaded in {took:.0f} ms; --all says more of each:"
+    rooms: dict[str, list[str]] = {}
+    for info in infos:
+        rooms.setdefault(Path(info.file).parent.name, []).append(info.name)
+    for room, names in sorted(rooms.items()):
+        yield textwrap.fill(f"{room}: {', '.join(sorted(names))}", 110, initial_indent="  ", subsequent_indent="      ")
+
+
+def plugins_json(registry: Registry) -> list[dict[str, Any]]:
+    """The same for programs."""
+    return [asdict(i) | {"faults": [f"{f.hook}: {f.error}" for f in _later(registry, i)]} for i in registry.infos]
+
+
+def _later(registry: Registry, info: PluginInfo) -> list[Fault]:
+    """The faults of a plugin that was loaded."""
+    return [] if info.fault else [f for f in registry.faults if f.plugin == info.name and f.hook != "import"]

@@ -1,0 +1,185 @@
+"""Looking at a run in an interactive 3D viewer in the browser: ``cramlite view``."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError
+from ..model.rollout import load_rollout
+from ..plugin.selection import INSTALLED, PluginChoice
+from .arguments import plugin_choice
+
+if TYPE_CHECKING:
+    from ..model.rollout import Rollout
+    from ..plugin.catalogue import Knowledge
+    from .viewer import Viewer
+
+
+RATE = 25.0
+"""Positions of the slider a second: what viser plays smoothly."""
+
+
+def view_run(
+    run: Path,
+    *,
+    world: str | None = None,
+    seed: int = 0,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    browser: bool = True,
+    seconds: float = 0.0,
+    plugins: PluginChoice = INSTALLED,
+) -> int:
+    """Serve a run to the browser until the time is up or the person interrupts.
+
+    Args:
+        run: a folder with ``rollout.npz``, of ``cramlite resolve --out`` or ``cramlite execute --out``.
+        world: as ``cramlite execute`` takes it; by default the run's own ``world.json``.
+        port: where to serve, or the next one that is free.
+        browser: open one.
+        seconds: 0 for no limit.
+
+    Raises:
+        UserError: the extra is not installed, the folder holds no run, or the address cannot be used.
+    """
+    from ..plugin.catalogue import Knowledge
+
+    require_viser()
+    knowledge = Knowledge(plugins.registry())
+    rollout = recorded(run, world, knowledge, seed)
+    viewer = viewer_of(rollout, knowledge, program_of(run), host, port)
+    print(f"{run}: {rollout.times[-1]:.1f} s, {rollout.outcome}. The viewer is at {viewer.url}", flush=True)
+    if browser and not open_browser(viewer.url):
+        print(no_browser(viewer.url), file=sys.stderr, flush=True)
+    try:
+        viewer.play(seconds)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        viewer.close()
+    return 0
+
+
+def require_viser() -> None:
+    """Raise UserError if the extra is missing."""
+    from importlib.util import find_spec
+
+    if find_spec("viser") is None:
+        raise UserError(
+            "'cramlite view' needs the package viser, which is not installed: pip install 'cramlite[view]' (4 MB). Without it, "
+            "open the run's report.html in a browser: it has a drawing of the run that turns and is scrubbed, too."
+        )
+
+
+def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) -> Rollout:
+    """The run that a folder holds.
+
+    Raises:
+        UserError: there is none, or nobody says in which world it was.
+    """
+    from ..scenario.worlds import read_world
+
+    file, own = run / "rollout.npz", run / "world.json"
+    if not file.is_file():
+        raise UserError(
+            f"'{run}' holds no recorded run (no rollout.npz): give a folder that 'cramlite resolve --out' or 'cramlite "
+            "execute --out' wrote. A run in which nothing was proven, or of a backend whose text cannot be run here, has "
+            "none; its report.html shows what there is."
+        )
+    if world is None and not own.is_file():
+        raise UserError(
+            f"'{run}' does not say in which world it was (no world.json): give it with --world, as 'cramlite execute' was."
+        )
+    return load_rollout(file, read_world(world or str(own), knowledge, seed))
+
+
+def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], host: str, port: int) -> Viewer:
+    """A viewer of a run, which serves from now on.
+
+    Args:
+        program: the text's lines; none if it is not known.
+
+    Raises:
+        UserError: the run does not belong to its world, or nothing can be served there.
+    """
+    import numpy as np
+
+    from .viewer import Viewer
+
+    step = 1 / RATE
+    times = np.arange(rollout.times[0], rollout.times[-1] + step / 2, step)
+    samples = np.searchsorted(rollout.times, times).clip(0, len(rollout.times) - 1)
+    try:
+        scene = knowledge.simulator.scene(rollout, knowledge.robots, [int(k) for k in samples])
+    except (KeyError, IndexError, ValueError) as error:
+        raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
+    return Viewer(scene, rollout, [int(k) for k in samples], program, host, free_port(host, port))
+
+
+def free_port(host: str, first: int, tries: int = 100) -> int:
+    """The first port that nobody listens at. Asked beforehand: viser would wait for an address of another computer for ever.
+
+    Raises:
+        UserError: none of these, or no address of this computer.
+    """
+    import socket
+
+    why: object = "no port is free"
+    for port in range(first, min(first + tries, 65536)):
+        try:
+            with socket.create_server((host, port)):
+                return port
+        except OSError as error:
+            why = error
+            if error.errno != errno.EADDRINUSE:
+                break
+    raise UserError(f"Nothing can be served at {host}:{first} ({why}); choose --host and --port.")
+
+
+def program_of(run: Path) -> list[str]:
+    """The lines of the program that a run directory holds, typed ones aside; none if there is no such file."""
+    found = sorted(p for p in run.glob("program.*") if p.suffix != ".json")
+    return found[0].read_text("utf-8").splitlines() if found else []
+
+
+def open_browser(url: str) -> bool:
+    """Whether a browser could be opened; not one in a terminal, which shows no 3D."""
+    import webbrowser
+
+    graphical = sys.platform in ("win32", "darwin") or any(
+        os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    )
+    try:
+        return graphical and webbrowser.open(url)
+    except webbrowser.Error:
+        return False
+
+
+def no_browser(url: str) -> str:
+    """What to do without one."""
+    port = url.rstrip("/").rpartition(":")[2]
+    return (
+        f"No browser could be opened here. Open {url} yourself; from another computer, after 'ssh -L {port}:localhost:{port} "
+        "HOST', open the same address there. --no-browser leaves this out; Ctrl+C ends the viewer."
+    )
+
+
+def _view(arguments: argparse.Namespace) -> int:
+    pass  # moved here
+
+    return view_run(
+        arguments.directory,
+        world=arguments.world,
+        seed=arguments.seed,
+        host=arguments.host,
+        port=arguments.port,
+        browser=not arguments.no_browser,
+        seconds=arguments.seconds,
+        plugins=plugin_choice(arguments),
+    )

@@ -1,0 +1,136 @@
+"""A scene in viser (https://viser.studio), with a time slider. Only imported by ``cramlite view``: viser is an extra."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from contextlib import redirect_stdout
+from io import StringIO
+from typing import Any
+
+import numpy as np
+import viser
+
+from ..model.rollout import Rollout, Scene
+
+EYE = (-0.75, -1.45, 0.85)
+"""Where the camera begins, from the middle of what moves [m]: the direction of the report's pictures."""
+LONGEST = 90
+"""Characters of a line that are shown."""
+
+
+class Viewer:
+    """Serves a run; the slider, or ``show``, moves everything.
+
+    Args:
+        scene: shapes, and where they are at ``samples``.
+        rollout: of which these are samples.
+        samples: one for each position of the slider.
+        program: lines of its text, to say what is done.
+        host, port: where to serve.
+    """
+
+    def __init__(
+        self, scene: Scene, rollout: Rollout, samples: Sequence[int], program: Sequence[str], host: str, port: int
+    ) -> None:
+        with redirect_stdout(StringIO()):  # viser prints its address in a box; ours is one line
+            self.server = viser.ViserServer(host=host, port=port, verbose=False, label="cramlite")
+        self._scene, self._rollout, self._samples, self._program = scene, rollout, samples, program
+        self._last = len(samples) - 1
+        self._step = float(scene.times[1] - scene.times[0]) if self._last else 1.0
+        self.bodies = self._add_bodies()
+        self._add_path()
+        self._aim()
+        self._add_controls()
+        self.show(0)
+
+    @property
+    def url(self) -> str:
+        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+
+    def show(self, position: int) -> None:
+        """Put everything where it was at a position of the slider."""
+        with self.server.atomic():
+            for body, frame in self.bodies.items():
+                track = self._scene.poses[body]
+                if len(track) > 1:
+                    frame.position, frame.wxyz = track[position, :3], track[position, 3:]
+            self._arrow(position)
+        self.words.content = self._said(position)
+
+    def play(self, seconds: float = 0.0) -> None:
+        """Serve, and move on while the box is ticked; returns after so many seconds, never if 0."""
+        end = time.monotonic() + seconds if seconds else float("inf")
+        while (now := time.monotonic()) < end:
+            if self.playing.value:
+                self.slider.value = 0.0 if self.position >= self._last else (self.position + 1) * self._step
+            time.sleep(max(self._step / float(self.speed.value) - (time.monotonic() - now), 0.005))
+
+    def close(self) -> None:
+        with redirect_stdout(StringIO()):
+            self.server.stop()
+
+    @property
+    def position(self) -> int:
+        """Of the slider, from 0."""
+        return min(round(float(self.slider.value) / self._step), self._last)
+
+    def _add_bodies(self) -> dict[str, Any]:
+        """A frame for each body, its shapes below it."""
+        frames = {}
+        for body, track in self._scene.poses.items():
+            name = f"/{self._scene.owners[body]}/{body}".replace("//", "/")
+            frames[body] = self.server.scene.add_frame(name, show_axes=False, position=track[0, :3], wxyz=track[0, 3:])
+        for number, solid in enumerate(self._scene.solids):
+            colour = tuple(round(255 * c) for c in solid.colour[:3])
+            self.server.scene.add_mesh_simple(
+                f"{frames[solid.body].name}/shape {number}",
+                solid.vertices.astype(np.float32),
+                np.asarray(solid.faces, dtype=np.uint32),
+                color=colour,
+                opacity=None if solid.colour[3] >= 1 else solid.colour[3],
+                flat_shading=True,
+            )
+        return frames
+
+    def _add_path(self) -> None:
+        """Where the tool goes."""
+        points = self._rollout.poses["effector"][list(self._samples), :3]
+        if len(points) > 1:
+            pairs = np.stack([points[:-1], points[1:]], axis=1).astype(np.float32)
+            self.server.scene.add_line_segments("/path of the tool", pairs, colors=(60, 110, 165), thickness=0.002)
+
+    def _aim(self) -> None:
+        """The camera looks at the middle of what moves."""
+        points = self._rollout.poses["effector"][:, :3]
+        middle = (points.min(axis=0) + points.max(axis=0)) / 2
+        self.server.scene.set_up_direction("+z")
+        self.server.initial_camera.look_at = tuple(middle)
+        self.server.initial_camera.position = tuple(middle + EYE)
+
+    def _add_controls(self) -> None:
+        gui, whole = self.server.gui, self._last * self._step
+        self.slider = gui.add_slider(
+            "Time [s]", min=0.0, max=max(whole, self._step), step=self._step, initial_value=0.0
+        )
+        self.playing = gui.add_checkbox("Play", initial_value=False)
+        self.speed = gui.add_dropdown("Speed", ("0.25", "0.5", "1", "2", "4"), initial_value="1")
+        self.words = gui.add_markdown("")
+
+        self.slider.on_update(lambda _event: self.show(self.position))
+
+    def _arrow(self, position: int) -> None:
+        """The force that the tool applies, 1 cm for 1 N."""
+        sample = self._samples[position]
+        begin, force = self._rollout.poses["effector"][sample, :3], self._rollout.wrench[sample, :3]
+        line = np.array([[begin, begin + 0.01 * force]], dtype=np.float32)
+        self.server.scene.add_line_segments("/force", line, colors=(194, 47, 29), thickness=0.006)
+
+    def _said(self, position: int) -> str:
+        """Line, force and gripper at a position, as Markdown."""
+        rollout, sample = self._rollout, self._samples[position]
+        number = int(rollout.lines[sample])
+        text = self._program[number - 1].strip() if 0 < number <= len(self._program) else ""
+        force = float(rollout.contact_force()[sample])
+        line = f"line {number}: `{text[:LONGEST]}`" if text else f"line {number}" if number else "no line"
+        return f"{line}\n\nforce {force:.1f} N, gripper {1000 * float(rollout.opening[sample]):.0f} mm"

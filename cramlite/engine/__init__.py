@@ -1,0 +1,1 @@
+"""The engine: a goal in a setting becomes proven programs."""

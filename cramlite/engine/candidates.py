@@ -1,0 +1,75 @@
+"""Attempts at a plan: complete programs, each with what the judges found when its text had run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from ..planning.budget import STOPPED, Budget
+from ..planning.search import Search
+from ..plugin.grounding import Context
+from .late_poses import parametric
+from .proof import assemble, conflict_of, prove
+
+if TYPE_CHECKING:
+    from ..model.plan import Plan
+    from ..model.verdict import Verdict
+    from ..planning.state import State
+    from ..planning.trace import Trace
+    from ..plugin.catalogue import Knowledge
+    from ..plugin.protocols import Candidate
+    from .setting import Setting
+
+Progress = Callable[[str], None]
+
+
+def attempts(
+    plan: Plan,
+    setting: Setting,
+    knowledge: Knowledge,
+    budget: Budget,
+    trace: Trace,
+    progress: Progress = lambda _: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> Iterator[tuple[Candidate, Verdict]]:
+    """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
+    context = _context(setting, knowledge, budget)
+    search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace, budget, progress, stop)
+    states, conflict = search.solve(setting.start(plan)), None
+    for number in range(1, budget.proofs + 1):
+        try:
+            state = states.send(conflict)
+        except StopIteration:
+            return
+        if stop():
+            trace.add(0, "proof", str(plan), "capped", "engine", STOPPED)
+            return
+        candidate = _candidate(plan, state, setting, knowledge)
+        progress(f"candidate program {number} of {len(candidate.program.steps)} steps: running its text")
+        candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed, setting.real)
+        by = setting.backend.name
+        trace.add(0, "proof", str(plan), "proven" if verdict.passed else "failed", by, verdict.reason)
+        if not verdict.passed:
+            progress(f"refused: {verdict.reason}")
+        yield candidate, verdict
+        conflict = None if verdict.passed else conflict_of(verdict, state)
+    reason = f"proofs = {budget.proofs}: so many programs were made, the budget of one task sequence"
+    trace.add(0, "budget", f"proofs = {budget.proofs}", "capped", "engine", reason)
+
+
+def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
+    """What plugins may know of the setting."""
+    took = setting.look.camera if setting.look else None
+    return Context(
+        setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, samples=budget.samples,
+        camera=took or next(iter(setting.world.cameras), None),
+    )  # fmt: skip
+
+
+def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge) -> Candidate:
+    """The program of a fully grounded state; plugins are told of each of its steps."""
+    candidate = assemble(setting.name, plan, setting.belief(), state, setting.robot, setting.world, knowledge)
+    candidate = parametric(candidate, setting.late)
+    for step in candidate.program.steps:
+        knowledge.registry.notify("on_step", step=step, candidate=candidate)
+    return candidate

@@ -1,0 +1,266 @@
+"""The engine: goals become proven programs, lazily, one solution after another."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.errors import UserError
+from ..base.seeds import whole_seed
+from ..planning.budget import STOPPED, Budget, budget_of
+from ..planning.trace import Trace
+from ..plugin.catalogue import Knowledge
+from ..plugin.registry import Registry
+from ..plugin.selection import INSTALLED, PluginChoice
+from .solution import Solution
+
+if TYPE_CHECKING:
+    from ..interpretation.interpretation import Interpretation
+    from ..model.episode import Episode
+    from ..model.plan import Plan
+    from ..model.world import World
+    from ..planning.task_goals import Goal
+    from ..scenario.scenario import Scenario
+    from ..scenario.task_specs import RuleSpec, TaskSpec
+    from .candidates import Progress
+    from .setting import Setting
+
+
+Source = tuple["Interpretation | None", "Episode | None"]
+"""What a plan came from: a demonstration, as it was understood, or nothing of the kind."""
+KEPT = 4
+"""Engines for scenarios that ask for one of their own."""
+
+
+class Engine:
+    """An engine with its own plugins; two of them share nothing.
+
+    Args:
+        files: plugin modules to load by path.
+        blocked, preferred: names of plugins.
+        ontologies: further ontology files.
+        rules: a folder of rule files that stands for all others.
+
+    Example:
+        >>> from cramlite import Engine, read_scenario          # doctest: +SKIP
+        >>> solution = next(Engine().resolve(read_scenario(path)))  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        *,
+        files: Sequence[Path | str] = (),
+        blocked: Sequence[str] = (),
+        preferred: Sequence[str] = (),
+        ontologies: Sequence[Path] = (),
+        rules: Path | None = None,
+    ) -> None:
+        self.plugins = PluginChoice(tuple(map(Path, files)), tuple(blocked), tuple(preferred))
+        self.ontologies, self.rules = tuple(ontologies), rules
+        self.registry = Registry(self.plugins.files, self.plugins.blocked, self.plugins.preferred)
+        self.knowledge = Knowledge(self.registry, self.ontologies, rules)
+        self._suited: dict[object, Engine] = {}
+
+    def suited(self, scenario: Scenario) -> Engine:
+        """The engine that works on a scenario: this one, or one with what the scenario blocks, prefers and adds to the
+        ontologies. ``setting``, ``resolve`` and ``plans`` use it by themselves; the last few are kept.
+
+        Raises:
+            UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
+        """
+        plugins, ontologies = self.plugins.asked_by(scenario), scenario.ontologies
+        further = tuple(path for path in ontologies if path not in self.ontologies)
+        if plugins == self.plugins and not further:
+            return self
+        key = plugins, further, tuple(p.stat().st_mtime_ns if p.exists() else 0 for p in further)
+        found = self._suited.pop(key, None) or plugins.engine((*self.ontologies, *further), self.rules)
+        self._suited[key] = found
+        for old in list(self._suited)[:-KEPT]:
+            self._suited.pop(old, None)
+        return found
+
+    def read_episode(self, path: Path) -> Episode:
+        """Read an episode in any format that a plugin reads.
+
+        Raises:
+            UserError: no such path, no reader, or a file that cannot be used.
+        """
+        if not path.exists():
+            raise UserError(
+                f"There is no episode at '{path}'; give the folder of a NEEM, or record one with 'cramlite record'."
+            )
+        episode = self.registry.first("read_episode", path=path)
+        if episode is None:
+            raise UserError(
+                f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'."
+            )
+        from ..interpretation.class_alignment import aligned
+
+        return aligned(episode, self.knowledge.taxonomy)
+
+    def interpret(self, episode: Episode) -> Interpretation:
+        """Every task that each action of the episode may execute.
+
+        Raises:
+            UserError: the episode has no events.
+        """
+        from ..interpretation.interpretation import interpret
+
+        if not episode.events:
+            raise UserError(
+                f"The episode '{episode.name}' has no events, so there is nothing to interpret: it holds "
+                f"{len(episode.entities)} entities and {len(episode.tracks)} tracks, and no object was seen to move "
+                "along with a hand. Record it with contacts, or with the poses of hands and objects."
+            )
+        return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
+
+    def setting(
+        self, scenario: Scenario, *, seed: int = 0, backend: str | None = None, now: World | None = None, rest: Plan | None = None
+    ) -> Setting:
+        """The robot's world of a scenario.
+
+        Args:
+            now: the world as it really is by now, where it is no longer as the scenario has it; only a camera is shown it.
+            rest: the plan that is left by then: what the camera looks for; by default the scenario's.
+
+        Raises:
+            UserError: an unknown robot, model, backend, thing, plugin or budget; a seed that is no whole number.
+        """
+        from .setting_from_scenario import setting_of
+
+        engine = self.suited(scenario)
+        budget_of(scenario)  # what is wrong with it is said before any work
+
+        def likeliest(before: Setting) -> Plan | None:
+            return rest or next((plan for plan, _ in engine.plans(scenario, before, Trace())), None)
+
+        return setting_of(scenario, engine.knowledge, likeliest, seed=whole_seed(seed), backend=backend, now=now)
+
+    def resolve(
+        self,
+        goal: Scenario | Episode | Goal | Sequence[TaskSpec | RuleSpec] | TaskSpec | RuleSpec,
+        *,
+        world: Setting | None = None,
+        seed: int = 0,
+        budget: Budget | None = None,
+        trace: Trace | None = None,
+        progress: Progress = lambda _: None,
+        skip: Collection[int] = (),
+        refused: Callable[[int], None] = lambda _: None,
+        failed: Callable[[Solution], None] = lambda _: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> Iterator[Solution]:
+        """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
+
+        Args:
+            goal: a scenario, an episode, a ``Goal``, tasks, or one task; all but a scenario with ``world``.
+            world: the setting, where the goal does not bring one.
+            seed: the same one gives the same programs.
+            budget: counted work; by default the scenario's.
+            trace: is filled while the search runs, also when nothing is found.
+            progress: called with a line for people.
+            skip: numbers of candidate sequences, from 1, that an earlier run refused.
+            refused: called with the number of each candidate of which nothing could be proven.
+            stop: asked before each question to a plugin and before each run of a text, from the thread that resolves;
+                True ends the iterator, and the trace says so. What runs is not interrupted: it takes a few seconds.
+            failed: called with each complete program that was judged and refused.
+
+        Raises:
+            UserError: the goal cannot be used.
+        """
+        from .candidates import attempts
+
+        engine, seed = self._for(goal), whole_seed(seed)
+        world, trace, budget = engine._setting(goal, world, seed), trace or Trace(), budget or _budget(goal)
+        plans = engine.plans(goal, world, trace, progress)
+        for number, plan, source in _to_try(plans, budget.sequences, trace, skip, stop):
+            progress(f"candidate {number}: {plan}")
+            proven = False
+            for candidate, verdict in attempts(plan, world, engine.knowledge, budget, trace, progress, stop):
+                solution = Solution(number, candidate, verdict, trace, world, *source)
+                if verdict.passed:
+                    proven = True
+                    yield solution
+                else:
+                    failed(solution)
+            if not proven:
+                refused(number)
+
+    def _for(self, goal: object) -> Engine:
+        """The engine that works on a goal."""
+        from ..scenario.scenario import Scenario
+
+        return self.suited(goal) if isinstance(goal, Scenario) else self
+
+    def _setting(self, goal: object, world: Setting | None, seed: int) -> Setting:
+        """Where a goal is to be achieved."""
+        from ..scenario.scenario import Scenario
+
+        if isinstance(goal, Scenario):
+            return world or self.setting(goal, seed=seed)
+        if isinstance(goal, str | Path):
+            raise UserError(f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with a world.")
+        if world is None:
+            raise UserError("A goal that is not a scenario needs a world: pass world=engine.setting(scenario).")
+        return world
+
+    def plans(
+        self, goal: Any, world: Setting, trace: Trace, progress: Progress = lambda _: None
+    ) -> Iterator[tuple[Plan, Source]]:
+        """The task sequences of a goal, best first, each with what it came from."""
+        from ..model.episode import Episode
+        from ..planning.task_goals import Goal, plan_from_tasks
+        from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
+        from ..scenario.scenario import Scenario
+
+        engine = self._for(goal)
+        knowledge = engine.knowledge
+        if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
+            goal = engine.read_episode(goal.beside(goal.spec.demonstration))
+        if isinstance(goal, Episode):
+            found = engine.interpret(goal)
+            progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
+            plans = plans_from_interpretation(world.name, found, goal, knowledge.tasks, trace)
+            yield from ((plan, (found, goal)) for plan in plans)
+        elif isinstance(goal, Goal) or (isinstance(goal, Scenario) and goal.spec.goal is not None):
+            yield from ((plan, (None, None)) for plan in plans_for_goal(goal, world, knowledge, trace))
+        else:
+            yield plan_from_tasks(world.name, goal, knowledge.tasks, world.world), (None, None)
+
+
+def _budget(goal: object) -> Budget:
+    from ..scenario.scenario import Scenario
+
+    return budget_of(goal) if isinstance(goal, Scenario) else Budget()
+
+
+def _to_try(
+    plans: Iterable[tuple[Plan, Source]], most: int, trace: Trace, skip: Collection[int], stop: Callable[[], bool]
+) -> Iterator[tuple[int, Plan, Source]]:
+    """The first so many task sequences, numbered from 1, without those to skip; why others are left out is traced."""
+    for number, (plan, source) in enumerate(plans, 1):
+        if number > most or stop():
+            spent = (f"sequences = {most}", f"{most} task sequences were tried, the rest left out") if number > most else ("", STOPPED)
+            trace.add(0, "budget", spent[0], "capped", "engine", spent[1])
+            return
+        trace.candidate = number
+        if number in skip:
+            trace.add(0, "sequence", str(plan), "refused", "engine", "refused before this run was resumed")
+        else:
+            yield number, plan, source
+
+
+def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
+    """The engine that ``Engine.suited`` gives for a scenario, without one for other scenarios.
+
+    Raises:
+        UserError: as ``PluginChoice.asked_by``.
+    """
+    chosen = plugins.asked_by(scenario)
+    for file in plugins.files:
+        if file.stem in scenario.spec.block:
+            where = scenario.where("block", scenario.spec.block.index(file.stem))
+            print(f"cramlite: warning: {where}: leaves out the plugin file '{file}'.", file=sys.stderr)
+    return chosen.engine(scenario.ontologies)

@@ -1,0 +1,117 @@
+"""Parametric programs: the pose of a thing is asked for when the program runs, and motions to it follow.
+
+A thing is late from the first task that is about it until it is held and the next free motion begins: what the arm does in
+between is meant relative to the thing, and moves along with it. Free motions are not bent: the arm goes to where it was
+planned to go, and from there straight to where the thing really is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..model.geometry import Pose
+from ..model.program import LatePose, Program, Section
+from ..model.robot import Robot
+from ..model.steps import AnyStep, MoveJoints, MoveLinear, MoveUntilContact, SetGripper, SetPayload, Wait, ZeroSensor
+from ..model.world import World
+from ..plugin.protocols import Candidate
+
+Tolerance = tuple[float, float]
+CORRECTION = (0.1, 0.5)  # speed and acceleration of the way from the planned place to the real one [m/s, m/s2]
+FOLLOWING = MoveLinear | MoveUntilContact
+UNMOVED = SetGripper | SetPayload | Wait | ZeroSensor
+
+
+def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate:
+    """The candidate with a program whose motions follow the late things.
+
+    Args:
+        late: thing -> how far from the planned pose the program must still work [m, rad].
+
+    Raises:
+        UserError: nothing grasps a late thing, or what is done to it cannot follow it.
+    """
+    program = candidate.program
+    for thing, tolerance in late.items():
+        planned = next((s.pose for s in program.snapshots if s.thing == thing), None)
+        if planned is None:
+            raise UserError(f"late: '{thing}': the program has nothing to do with it, so it needs no pose of it.")
+        about = {a.name for a in candidate.actions if any(o.entity == thing for o in a.roles.values())}
+        program = _following(program, candidate.robot, thing, about)
+        program = replace(
+            program,
+            late=(*program.late, LatePose(thing, planned, tolerance)),
+            snapshots=tuple(s for s in program.snapshots if s.thing != thing),
+        )
+    return replace(candidate, program=program)
+
+
+def _following(program: Program, robot: Robot, thing: str, about: set[str]) -> Program:
+    """The steps from the first task about the thing to the first free motion with it, relative to it."""
+    steps: list[AnyStep] = []
+    firsts = {s.first: s for s in program.sections}
+    sections: list[Section] = []
+    begun = held = done = False
+    for k, step in enumerate(program.steps):
+        if k in firsts:
+            sections.append(replace(firsts[k], first=len(steps)))
+            begun = begun or firsts[k].task in about
+        done = done or (held and isinstance(step, MoveJoints))
+        steps += _relative(step, robot, program, thing) if begun and not done else [step]
+        held = held or (begun and isinstance(step, SetGripper) and step.expect == "object")
+    if not held:
+        raise UserError(f"late: '{thing}' is never grasped by the program: only what is taken up can have a late pose.")
+    ends = [*(s.first for s in sections[1:]), len(steps)]
+    placed = tuple(replace(s, last=end) for s, end in zip(sections, ends, strict=True))
+    return replace(program, steps=tuple(steps), sections=placed)
+
+
+def _relative(step: AnyStep, robot: Robot, program: Program, thing: str) -> list[AnyStep]:
+    if isinstance(step, UNMOVED):
+        return [step]
+    if isinstance(step, FOLLOWING):
+        return [replace(step, relative=thing)]
+    if isinstance(step, MoveJoints) and robot.dh is not None:
+        place = flange(robot, step.path[-1]) * program.tcp
+        said = f"from where '{thing}' was planned to where it is"
+        speed, acceleration = CORRECTION
+        return [step, MoveLinear(place, speed, acceleration, step.path[-1], origin=step.origin, comment=said, relative=thing)]
+    raise UserError(f"late: '{thing}': {step.origin}: {type(step).__name__} cannot follow a thing of which the pose is late.")
+
+
+def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
+    """The flange in the base: the product of Rz(q) Tz(d) Tx(a) Rx(alpha) over the joints."""
+    pose = Pose()
+    for (a, d, alpha), angle in zip(robot.dh or (), q, strict=True):
+        turn = Pose((0, 0, d), (math.cos(angle / 2), 0, 0, math.sin(angle / 2)))
+        pose = pose * turn * Pose((a, 0, 0), (math.cos(alpha / 2), math.sin(alpha / 2), 0, 0))
+    return pose
+
+
+def edges(world: World, program: Program, planned: World) -> Iterator[tuple[str, World]]:
+    """Worlds at the edge of what a program must cope with: each late thing moved and turned as far as is declared.
+
+    Args:
+        world: that the text runs in.
+        planned: as it was believed to be: what is declared is how far a thing may be from there.
+    """
+    for late in program.late:
+        far, turn = late.tolerance
+        for x, y, sense in ((far, 0.0, 1.0), (0.0, far, -1.0), (-far, 0.0, 1.0), (0.0, -far, -1.0)):
+            real, believed = world.thing(late.thing).pose, planned.thing(late.thing).pose
+            half = (_heading(real, believed) + sense * turn) / 2
+            place = (believed.position[0] + x, believed.position[1] + y, real.position[2])
+            about = Pose((0.0, 0.0, 0.0), (math.cos(half), 0.0, 0.0, math.sin(half)))
+            turned = Pose(place, (about * Pose((0.0, 0.0, 0.0), real.quaternion)).quaternion)
+            said = f"'{late.thing}' {1000 * x:+.0f}, {1000 * y:+.0f} mm and {math.degrees(sense * turn):+.0f} deg off"
+            yield said, world.moved({late.thing: turned})
+
+
+def _heading(one: Pose, other: Pose) -> float:
+    """By how much another pose is turned about the vertical against one [rad]."""
+    turn = Pose((0.0, 0.0, 0.0), other.quaternion) * Pose((0.0, 0.0, 0.0), one.quaternion).inverse()
+    return float(turn.rotvec[2])

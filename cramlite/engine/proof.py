@@ -1,0 +1,190 @@
+"""Proving a grounded plan: its text is written, run on the controller model, and judged."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..model.belief import Belief
+from ..model.plan import Plan
+from ..model.program import Program, Snapshot
+from ..model.program_json import typed_code
+from ..model.robot import Robot
+from ..model.verdict import COSTS, Finding, Verdict
+from ..model.world import World
+from ..planning.choice_point import Conflict
+from ..planning.state import State
+from ..plugin.catalogue import Knowledge
+from ..plugin.protocols import Backend, Candidate, Validator
+from ..plugin.validation import WrongAnswer
+from .late_poses import edges
+
+
+def assemble(
+    name: str, plan: Plan, belief: Belief, end: State, robot: Robot, world: World, knowledge: Knowledge
+) -> Candidate:
+    """The typed program of a fully grounded state; ``belief`` is that of the beginning."""
+    used = sorted({str(v).split("/")[0] for v in end.bindings.values() if isinstance(v, str)})
+    snapshots = tuple(
+        Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses
+    )
+    gripper = robot.gripper
+    program = Program(
+        name=re.sub(r"\W", "_", name),
+        robot=belief.robot,
+        robot_type=robot.type,
+        tcp=gripper.tcp,
+        start=belief.joints,
+        steps=end.steps,
+        sections=end.sections,
+        snapshots=snapshots,
+        mass=gripper.mass,
+        center=(0.0, 0.0, gripper.tcp.position[2] / 2),
+    )
+    return Candidate(
+        plan, program, None, end.bindings, end.belief, end.actions, robot, world, knowledge.rules, knowledge.taxonomy
+    )
+
+
+def prove(
+    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int, real: World | None = None
+) -> tuple[Candidate, Verdict]:
+    """Judge a candidate, cheap checks first; its text runs only if those pass.
+
+    Args:
+        real: the world that the text runs in; the candidate's own, which is what was believed, by default.
+
+    Returns:
+        The candidate with code and rollout as far as they came to be, and the verdict.
+    """
+    candidate, findings = _prove(candidate, knowledge, backend, seed, real)
+    return candidate, Verdict(tuple(findings), knowledge.left_out)
+
+
+def _prove(
+    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int, real: World | None
+) -> tuple[Candidate, list[Finding]]:
+    findings = judge(candidate, knowledge, rollout=False)
+    if any(not f.passed for f in findings):
+        return candidate, findings
+    try:
+        candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
+    except UserError as refused:
+        return candidate, [*findings, Finding("code", False, f"backend '{backend.name}': {refused}")]
+    except Exception as error:
+        owner = knowledge.registry.owner("backends", backend.name)
+        fault = knowledge.registry.fault(owner, "backends", candidate.program.name, error)
+        return candidate, [*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}")]
+    assert candidate.code is not None
+    instead = not backend.executable and getattr(backend, "typed_stands_in", False)
+    remark = _remark(backend, instead)
+    findings += [Finding("execution", True, remark)] if remark else []
+    if not backend.executable and not instead:
+        return candidate, findings
+    ran = typed_code(candidate.program) if instead else candidate.code
+    rollout = knowledge.simulator.execute(
+        ran.text, real or candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
+    )
+    episode = knowledge.simulator.episode(rollout, candidate.program.name)
+    parked = np.array(candidate.robot.home)
+    episode = replace(episode, extras={**episode.extras, "park": parked})
+    judged = replace(candidate, code=ran, rollout=rollout, episode=episode)  # lines of a rollout are those of what ran
+    findings += judge(judged, knowledge, rollout=True)
+    if candidate.program.late and all(f.passed for f in findings):
+        findings += _at_the_edges(judged, knowledge, real or candidate.world, seed)
+    return replace(judged, code=candidate.code), findings
+
+
+def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed: int) -> list[Finding]:
+    """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
+    findings = []
+    assert candidate.code is not None
+    for said, moved in edges(world, candidate.program, candidate.world):
+        name = candidate.program.robot
+        rollout = knowledge.simulator.execute(candidate.code.text, moved, knowledge.robots, mount=name, seed=seed)
+        episode = knowledge.simulator.episode(rollout, candidate.program.name)
+        episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
+        there = judge(replace(candidate, rollout=rollout, episode=episode, world=moved), knowledge, rollout=True)
+        wrong = [f for f in there if not f.passed]
+        reason = f"with {said}: " + (f"{wrong[0].validator}: {wrong[0].reason}" if wrong else "it came to the same end")
+        findings.append(Finding("late_pose", not wrong, reason, origin=wrong[0].origin if wrong else ""))
+        if wrong:
+            break
+    return findings
+
+
+def _remark(backend: Backend, instead: bool) -> str:
+    """What a result says of a text: whether it ran, and what the backend has to say of it."""
+    own = getattr(backend, "remark", "")
+    if backend.executable:
+        return own
+    said = own or f"text of backend '{backend.name}' cannot be run here"
+    ran = "its typed program ran on the controller model instead" if instead else "its program was checked, its text was not"
+    return f"{said}; {ran}"
+
+
+def judge(
+    candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
+) -> list[Finding]:
+    """Findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
+
+    Args:
+        rollout: ask those that look at what happened, or those that look at the program.
+        only: names of validators; None asks all.
+    """
+    findings: list[Finding] = []
+    for cost in COSTS:
+        for validator in knowledge.validators:
+            wanted = only is None or validator.name in only
+            if wanted and validator.cost == cost and (cost == "rollout") == rollout:
+                findings += _ask(validator, candidate, knowledge)
+        if any(not f.passed for f in findings):
+            break
+    return findings
+
+
+def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> Iterable[Finding]:
+    """A validator that breaks has not approved: its fault is an objection."""
+    name = validator.name
+    try:
+        return _findings(validator.check(candidate))
+    except Exception as error:
+        fault = knowledge.registry.fault(knowledge.registry.owner("validators", name), "validators", name, error)
+        return [Finding(name, False, f"the validator itself failed: {fault.error}")]
+
+
+def _findings(answer: object) -> list[Finding]:
+    """What a validator answered, if it is what validators answer.
+
+    Raises:
+        WrongAnswer: it is not; names what it is.
+    """
+    if not isinstance(answer, Iterable):
+        raise WrongAnswer(f"check gives Findings, in a list or one after another with 'yield', not {repr(answer)[:80]}")
+    findings = list(answer)
+    for finding in findings:
+        if not isinstance(finding, Finding):
+            raise WrongAnswer(f"check gives Findings, not {repr(finding)[:80]}; write Finding(name, passed, reason)")
+        if not isinstance(finding.passed, bool | np.bool_):
+            raise WrongAnswer(f"'passed' of a Finding is True or False, not {repr(finding.passed)[:80]}")
+    return findings
+
+
+def conflict_of(verdict: Verdict, state: State) -> Conflict:
+    """The choices that a failed proof depends on: objects, places and decompositions up to the task that failed.
+
+    Another path between the same places would fail in the same way, so motions are left out.
+    """
+    names = [name for name, _ in state.choices]
+    tasks = [a.name for a in state.actions]
+    failed = [f.origin.split("/")[0] for f in verdict.objections]
+    if any(f in tasks and f not in names for f in failed):
+        return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
+    known = [tasks.index(f) for f in failed if f in tasks]
+    if known and min(known) + 1 < len(tasks):
+        names = names[: names.index(tasks[min(known) + 1])]
+    return frozenset(names) - state.motions

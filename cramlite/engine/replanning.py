@@ -1,0 +1,272 @@
+"""Run, look, resolve the rest: ``cramlite execute --replan``.
+
+A program that stops by itself says why. The scenario's camera then looks at the world as the run left it, and what it sees is
+all that is believed of things that can be moved. What is left of the plan is resolved from where the robot stands, and runs.
+The simulator's poses go from one run to the next, since the world goes on; nobody who decides is shown them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.errors import NoSolution, UserError
+from ..base.json_text import as_json
+from ..base.value import Value
+from ..model.geometry import Pose
+from ..model.program_json import typed_code
+from ..model.steps import MoveJoints, SetGripper, walk
+from ..planning.diagnosis import failure_text
+from ..planning.task_sequences import LISTED
+from ..planning.trace import Trace
+from .setting import Setting
+
+if TYPE_CHECKING:
+    from ..model.geometry import Floats
+    from ..model.plan import Plan
+    from ..model.program import Code, Program
+    from ..model.rollout import Rollout
+    from ..model.world import Thing, World
+    from ..scenario.scenario import Scenario
+    from .engine import Engine
+
+NEAR = 0.02  # how far the way back may be from the way there, in any joint [rad]
+SLOW = 0.5  # and how fast [rad/s]
+Say = Callable[[str], None]
+
+
+class Attempt(Value):
+    """A program, what it is for, and where it runs.
+
+    Args:
+        plan: what it carries out.
+        program, code: the program and its text.
+        world: as it really is when it starts, the robot's posture included.
+    """
+
+    plan: Plan
+    program: Program
+    code: Code
+    world: World
+
+
+class Round(Value):
+    """A run and how it ended."""
+
+    attempt: Attempt
+    rollout: Rollout
+
+    @property
+    def step(self) -> str:
+        """The designator of the step in which the program ended."""
+        lines = [int(v) for v in self.rollout.lines if v > 0]
+        before = [k for k in self.attempt.code.origins if lines and k <= lines[-1]]
+        return self.attempt.code.origins[max(before)] if before else ""
+
+    @property
+    def said(self) -> str:
+        """How it ended, for people."""
+        if self.rollout.outcome == "finished":
+            return f"finished after {self.rollout.times[-1]:.1f} s"
+        where = f" in {self.step}" if self.step else " before the first step"
+        return f"{self.rollout.outcome}{where}: {self.rollout.reason}"
+
+
+def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say) -> Iterable[Round]:
+    """Run a program; where it stops with a reason, look, resolve the rest and run that, at most so many times in all.
+
+    Yields:
+        Each round when it has ended; the last one finished, or nothing more is tried.
+
+    Raises:
+        NoSolution: it cannot go on, and why.
+    """
+    attempt = first
+    for number in range(1, most + 1):
+        done = _run(attempt, engine, seed)
+        say(f"round {number}: {done.said}")
+        yield done
+        if done.rollout.outcome == "finished":
+            return
+        if done.rollout.outcome != "halted":
+            raise NoSolution(
+                f"Round {number} ended by {done.said}. Only a program that stopped by itself is planned anew."
+            )
+        if number == most:
+            raise NoSolution(f"Given up after {most} rounds. The last one: {done.said}")
+        attempt = _next(done, scenario, engine, seed, number + 1, say)
+
+
+def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
+    knowledge, name = engine.knowledge, attempt.world.robots[0].name
+    rollout = knowledge.simulator.execute(attempt.code.text, attempt.world, knowledge.robots, mount=name, seed=seed)
+    return Round(attempt, rollout)
+
+
+def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: int, say: Say) -> Attempt:
+    """Look, and resolve what is left.
+
+    Raises:
+        NoSolution: something is in the hand, or what is left cannot be done with what is seen.
+    """
+    plan, now = left(done), as_left(_back(done, engine, seed, number, say))
+    setting = engine.setting(scenario, seed=seed, now=now, rest=plan)
+    assert setting.look is not None and setting.real is not None
+    seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
+    say(f"round {number}: the camera sees {seen}; left to do: {plan}")
+    believed, trace = replace(setting, real=None), Trace()
+    from ..planning.budget import budget_of
+    from .candidates import attempts
+
+    found = attempts(plan, believed, engine.knowledge, budget_of(scenario), trace)
+    candidate = next((c for c, verdict in found if verdict.passed), None)
+    if candidate is None or candidate.code is None:
+        raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")
+    return Attempt(plan, candidate.program, candidate.code, setting.real)
+
+
+def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Round:
+    """The arm goes back the way it came, by its own encoders, to where the program began: it stands among things of which
+    nobody knows where they are before the camera has looked.
+
+    Raises:
+        NoSolution: it did not get there.
+    """
+    program, world = done.attempt.program, as_left(done)
+    path = way_back(done.rollout.joints)
+    if not path:
+        return done
+    robot = engine.knowledge.robots[program.robot_type]
+    step = MoveJoints(path, SLOW, 1.0, origin="0.Back", comment="the way it came")
+    back = replace(program, steps=(step,), sections=(), snapshots=(), late=(), start=world.robots[0].joints)
+    code = engine.knowledge.backends[robot.backend].emit(back, robot)
+    there = _run(Attempt(done.attempt.plan, back, code, world), engine, seed)
+    if there.rollout.outcome != "finished":
+        raise NoSolution(f"Round {number}: the arm does not get back the way it came: {there.said}")
+    say(f"round {number}: the arm went back the way it came")
+    return there
+
+
+def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:
+    """Joint positions (n, axes) that were gone through, backwards, as few as describe them to ``NEAR``; () for a robot that
+    has not moved."""
+    import numpy as np
+
+    def straight(a: int, b: int) -> bool:
+        gone, way = joints[a : b + 1] - joints[a], joints[b] - joints[a]
+        along = np.clip(gone @ way / max(float(way @ way), 1e-12), 0.0, 1.0)[:, None]
+        return bool(np.abs(gone - along * way).max() <= NEAR)
+
+    path, at = [], len(joints) - 1
+    while at > 0 and np.abs(joints[: at + 1] - joints[at]).max() > NEAR:
+        low, high = 0, at - 1  # the first sample from which it went straight to here
+        while low < high:
+            middle = (low + high) // 2
+            low, high = (low, middle) if straight(middle, at) else (middle + 1, high)
+        at = low
+        path.append(tuple(map(float, joints[at])))
+    return tuple(path)
+
+
+def left(done: Round) -> Plan:
+    """What is left of a plan: from the last task that began with an empty hand, and that the run had reached.
+
+    Raises:
+        NoSolution: the program stopped with something in the hand.
+    """
+    plan, program = done.attempt.plan, done.attempt.program
+    if not done.step:
+        return plan
+    names = [a.name for a in plan.actions]
+    held, start = False, 0
+    firsts = {s.first: s.task for s in program.sections}
+    for k, step in enumerate(program.steps):
+        if firsts.get(k) in names and not held:
+            start = names.index(firsts[k])
+        for inner in walk((step,)):
+            if inner.origin == done.step:
+                break
+            if isinstance(inner, SetGripper):
+                held = inner.expect == "object"
+        else:
+            continue
+        break
+    if held:
+        raise NoSolution(
+            f"The program ended in {done.step} with something in the hand ({done.rollout.reason}). What is in the hand cannot be "
+            "looked at, and is not planned for: take it out, or put it back where it was, and run 'cramlite resolve' again."
+        )
+    return replace(plan, actions=plan.actions[start:])
+
+
+def as_left(done: Round) -> World:
+    """The world as a run left it: things where they are, the robot as it stands. Loose fillings are as at the start."""
+    rollout, world = done.rollout, done.attempt.world
+    mount = world.robots[0]
+    joints, opening = tuple(map(float, rollout.joints[-1])), float(rollout.opening[-1])
+    mount = replace(mount, base=_end(rollout, f"{mount.name}/base", mount.base), joints=joints, opening=opening)
+    things = tuple(_moved(t, _end(rollout, t.name, t.pose)) if t.movable else t for t in world.things)
+    return replace(world, things=things, robots=(mount, *world.robots[1:]))
+
+
+def _end(rollout: Rollout, name: str, before: Pose) -> Pose:
+    if name not in rollout.poses:
+        return before
+    x, y, z, *turn = rollout.poses[name][-1].tolist()
+    return Pose((x, y, z), tuple(turn))
+
+
+def _moved(thing: Thing, pose: Pose) -> Thing:
+    if thing.joint is None:
+        return replace(thing, pose=pose)
+    value = thing.joint.value + thing.joint.between(thing.pose, pose)
+    return replace(thing, pose=pose, joint=replace(thing.joint, value=value))
+
+
+def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: Engine, seed: int) -> tuple[Plan, Code]:
+    """The plan and the code that a text and the files beside it stand for.
+
+    Args:
+        plan: the content of plan.json.
+
+    Raises:
+        UserError: the text is not that of the program, or the plan is none of the scenario.
+    """
+    knowledge = engine.knowledge
+    robot = knowledge.robots[program.robot_type]
+    code = next((c for c in _codes(program, robot, engine) if c.text == text), None)
+    if code is None:
+        raise UserError(
+            "The text is not the one of the program.json beside it, so nobody knows which task a line belongs to: give the "
+            "program of a run directory as 'cramlite resolve' wrote it."
+        )
+    furniture = _furniture(scenario, engine, seed)
+    found = (p for p, _ in islice(engine.plans(scenario, furniture, Trace()), LISTED))
+    own = next((p for p in found if as_json(p) == plan), None)
+    if own is None:
+        raise UserError(
+            f"The plan.json beside the program is no plan of '{scenario.path}': give the scenario that it was made from."
+        )
+    return own, code
+
+
+def _codes(program: Program, robot: object, engine: Engine) -> Iterable[Code]:
+    yield typed_code(program)
+    for backend in engine.knowledge.backends.values():
+        try:
+            yield backend.emit(program, robot)  # type: ignore[arg-type]
+        except UserError:
+            continue
+
+
+def _furniture(scenario: Scenario, engine: Engine, seed: int) -> Setting:
+    from ..scenario.worlds import build_world
+
+    spec, knowledge = scenario.spec, engine.knowledge
+    world, _ = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
+    robot = knowledge.robots[spec.robot.type]
+    fixed = replace(world, things=tuple(t for t in world.things if not t.movable))
+    return Setting(scenario.name, fixed, (), robot, knowledge.backends[robot.backend], seed)

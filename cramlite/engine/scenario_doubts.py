@@ -1,0 +1,46 @@
+"""Doubts about a scenario before anything is searched: what could be meant so, but seldom is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..plugin.catalogue import Knowledge
+    from ..scenario.scenario import PoseSpec, Scenario
+    from .setting import Setting
+
+FAR = 20.0
+"""A plain number of a position beyond it [m] is more likely in millimetres: the largest shipped world is 8 m long."""
+
+
+def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[str]:
+    """Each with file and line: numbers that look like other units, things inside each other, things that stand on nothing."""
+    found = list(_numbers(scenario))
+    look = getattr(knowledge.simulator, "doubts", None)  # a simulator need not have any
+    world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
+    for name, said in look(world, knowledge.robots) if look else ():
+        found.append(f"{scenario.where_thing(name)}: {said}")
+    return found
+
+
+def _numbers(scenario: Scenario) -> Iterator[str]:
+    spec = scenario.spec
+    yield from _pose(scenario, spec.robot.at, "robot", "at")
+    for k, thing in enumerate(spec.things):
+        if thing.at is not None:
+            yield from _pose(scenario, thing.at, "things", k, "at")
+    if spec.camera is not None:
+        yield from _pose(scenario, spec.camera.at, "camera", "at")
+
+
+def _pose(scenario: Scenario, pose: PoseSpec, *place: str | int) -> Iterator[str]:
+    for turn in ("roll", "pitch", "yaw"):
+        value = getattr(pose, turn)
+        if abs(value) > 2 * math.pi + 1e-6:
+            yield f"{scenario.where(*place, turn)}: '{turn}' is {value:g} rad, more than a turn; write '{value:g} deg' if degrees are meant"
+    for value in pose.position:
+        if abs(value) > FAR:
+            yield f"{scenario.where(*place, 'position')}: {value:g} m is far away; write '{value:g} mm' if millimetres are meant"
+            return

@@ -1,0 +1,105 @@
+"""From a scenario to the setting that its plans are carried out in: what is believed of its world, and where from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError, nearest
+from ..plugin.catalogue import pick
+from ..scenario.worlds import build_world, real_world
+from .setting import Setting
+
+if TYPE_CHECKING:
+    from ..model.plan import Plan
+    from ..model.world import World
+    from ..perception.view_queries import Queries
+    from ..plugin.catalogue import Knowledge
+    from ..scenario.scenario import Scenario
+    from .late_poses import Tolerance
+
+Likeliest = Callable[[Setting], "Plan | None"]
+"""The plan that is likeliest to be carried out, when so much is known."""
+
+
+def setting_of(
+    scenario: Scenario, knowledge: Knowledge, likeliest: Likeliest,
+    *, seed: int = 0, backend: str | None = None, now: World | None = None,
+) -> Setting:  # fmt: skip
+    """The robot's world of a scenario, as ``Engine.setting`` has it.
+
+    Args:
+        likeliest: says what a camera looks for.
+        now: the world as it really is by now.
+
+    Raises:
+        UserError: an unknown robot, model, backend or thing.
+    """
+    robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
+    name = backend or scenario.spec.backend or robot.backend
+    place = scenario.where("backend") if scenario.spec.backend == name else ""
+    writer = pick("backend", knowledge.backends, name, place)
+    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge.models, seed)
+    _check_world(scenario, world, knowledge)
+    if now is not None:
+        world = replace(world, robots=now.robots)
+    real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
+    setting = Setting(scenario.name, world, relations, robot, writer, seed, real)
+    if scenario.spec.poses == "camera":
+        setting = _seen(scenario, setting, knowledge, likeliest, now)
+        if now is not None:
+            return setting  # what was late has been looked at since
+    return replace(setting, late=_late(scenario, setting.world))
+
+
+def _seen(
+    scenario: Scenario, written: Setting, knowledge: Knowledge, likeliest: Likeliest, now: World | None
+) -> Setting:
+    """What the scenario's camera sees of the setting: all that is believed of things that can be moved."""
+    from ..perception.active_perception import look
+
+    world, real = replace(written.world, poses="camera"), replace(now or written.real or written.world, poses="camera")
+    furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
+    wanted = _wanted(scenario, replace(written, world=furniture, relations=(), real=None), knowledge, likeliest)
+    seen = look(scenario, wanted, world, real, written.robot, knowledge, written.seed)
+    return replace(written, world=seen.world, relations=seen.relations, real=seen.real, look=seen)
+
+
+def _wanted(scenario: Scenario, before: Setting, knowledge: Knowledge, likeliest: Likeliest) -> Queries:
+    """What is to be looked for: what the scenario's camera is told, else what the likeliest plan is about."""
+    from ..perception.query import parse_query
+    from ..perception.view_queries import queries_of
+
+    camera, taxonomy = scenario.spec.camera, knowledge.taxonomy
+    if camera is not None and camera.look:
+        return tuple((parse_query(text, taxonomy),) for text in camera.look)
+    plan = likeliest(before)
+    return queries_of(plan, before.world, taxonomy) if plan else ()
+
+
+def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None:
+    """Classes are known and the simulator takes the world; else the user hears it before the search begins."""
+    for thing in world.things:
+        knowledge.taxonomy.known(thing.type, f"{scenario.where_thing(thing.name)}: thing '{thing.name}'")
+    try:
+        knowledge.simulator.check(world, knowledge.robots)
+    except UserError as error:
+        named = [t.name for t in world.things if f"'{t.name}'" in str(error)]
+        place = scenario.where_thing(named[0]) if named else scenario.where("things")
+        raise UserError(f"{place}: {error}.") from error
+
+
+def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
+    """The late things of a scenario.
+
+    Raises:
+        UserError: a thing that the world does not have, or that cannot be moved.
+    """
+    movable = [t.name for t in world.things if t.movable]
+    for k, late in enumerate(scenario.spec.late):
+        if late.thing not in movable:
+            place = scenario.where("late", k, "thing")
+            raise UserError(f"{place}: no thing '{late.thing}' that can be moved; {nearest(late.thing, movable)}.")
+    return {late.thing: (late.position, late.yaw) for late in scenario.spec.late}

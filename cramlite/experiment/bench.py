@@ -1,0 +1,83 @@
+"""The bench of an experiment: what one process needs for its trials, and whether a run reached the goal."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from msgspec import field
+from msgspec.structs import replace
+
+from ..base.value import Value
+from ..engine.engine import Engine
+from ..engine.proof import judge
+from ..plugin.protocols import Candidate
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import Scenario, read_scenario
+from .executor import Executor
+from .spec import Demonstration, Experiment, read_experiment
+from .stopwatch import Stopwatch
+
+
+class Trial(Value):
+    """What a worker is given: plain values, so that any process can do it.
+
+    Args:
+        experiment: path of the file.
+        set_name, without: which demonstrations, and the ablation.
+        directory: of the run.
+        pictures: whether to draw how each execution ended.
+        plugins: of the engine.
+    """
+
+    experiment: Path
+    set_name: str
+    demonstration: Demonstration
+    directory: Path
+    without: str | None = None
+    pictures: bool = True
+    plugins: PluginChoice = INSTALLED
+
+
+class Bench(Value):
+    """What one process needs for all its trials of an experiment."""
+
+    experiment: Experiment
+    scenario: Scenario
+    engine: Engine
+    executor: Executor
+    watch: Stopwatch = field(default_factory=Stopwatch)
+
+
+@lru_cache(maxsize=2)
+def bench(
+    path: Path,
+    set_name: str,
+    without: str | None,
+    plugins: PluginChoice = INSTALLED,
+) -> Bench:
+    """The engine of an experiment, built once a process."""
+    experiment = read_experiment(path)
+    ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
+    scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))
+    taken = (experiment.beside(ablation.plugin),) if ablation.plugin else ()
+    chosen = plugins.asked_by(scenario)
+    rules = experiment.beside(ablation.rules) if ablation.rules else None
+    engine = replace(chosen, files=(*chosen.files, *taken)).engine(scenario.ontologies, rules)
+    watch = Stopwatch()
+    engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate", episode="detect")
+    return Bench(experiment, scenario, engine, Executor(chosen), watch)
+
+
+def goal_missed(place: Bench, candidate: Candidate) -> str:
+    """What the judges say against a run that should have reached the experiment's goal; empty if nothing.
+
+    The goal is the experiment's, not what the plan predicts: a plan that promises nothing has not reached it.
+    """
+    spec = place.experiment.spec
+    aim = replace(candidate, belief=replace(candidate.belief, relations=frozenset({spec.goal}), held=None))
+    findings = judge(aim, place.engine.knowledge, rollout=True, only=spec.judges)
+    said = "; ".join(f"{f.validator}: {f.reason}" for f in findings if not f.passed)
+    return said or (
+        "" if any(f.validator == "end_state" for f in findings) else "nothing was moved that the goal is about"
+    )

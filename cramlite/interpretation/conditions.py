@@ -1,0 +1,202 @@
+"""The conditions of a rule: what they mean, and how they are solved against a phase.
+
+A binding maps variables to entities. ``solve`` yields every extension of a binding
+under which the condition holds.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator
+from typing import Union
+
+from ..base.value import Value
+from .timeline import Phase, Predicate, Row
+
+Binding = dict[str, str | float]
+
+
+class Variable(Value):
+    """A capitalised name; ``_`` stands for a new variable each time."""
+
+    name: str
+
+
+Term = Variable | str | float
+
+OPERATORS = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.eq,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+
+
+class Atom(Value):
+    """``predicate(term, ...)``."""
+
+    predicate: Predicate
+    terms: tuple[Term, ...]
+
+    def arguments(self, binding: Binding) -> tuple[str | float | None, ...]:
+        return tuple(binding.get(t.name) if isinstance(t, Variable) else t for t in self.terms)
+
+    def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        for row in phase.rows(self.predicate, self.arguments(binding)):
+            extended = self.bind(row, binding)
+            if extended is not None:
+                yield extended
+
+    def bind(self, row: Row, binding: Binding) -> Binding | None:
+        """The binding extended by a row, or None if one variable would have two values."""
+        extended = binding
+        for term, value in zip(self.terms, row, strict=False):
+            if isinstance(term, Variable) and term.name != "_":
+                if term.name not in extended:
+                    extended = {**extended, term.name: value}
+                elif extended[term.name] != value:
+                    return None
+        return extended
+
+    def binds(self) -> frozenset[str]:
+        return frozenset(t.name for t in self.terms if isinstance(t, Variable) and t.name != "_")
+
+
+class Not(Value):
+    """Negation as failure: nothing known makes the inner condition hold."""
+
+    inner: Condition
+
+    def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        if next(self.inner.solve(phase, binding), None) is None:
+            yield binding
+
+
+class Every(Value):
+    """Whatever makes the first condition hold makes the second hold."""
+
+    given: Condition
+    then: Condition
+
+    def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        if all(next(self.then.solve(phase, case), None) is not None for case in self.given.solve(phase, binding)):
+            yield binding
+
+
+class Compare(Value):
+    """A value, or a variable, against a number or a variable."""
+
+    left: Atom | Variable
+    symbol: str
+    right: Term
+
+    def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        right = binding[self.right.name] if isinstance(self.right, Variable) else self.right
+        for left in self.values(phase, binding):
+            if OPERATORS[self.symbol](left, right):
+                yield binding
+                return
+
+    def values(self, phase: Phase, binding: Binding) -> list[str | float]:
+        """What the left side is."""
+        if isinstance(self.left, Variable):
+            return [binding[self.left.name]]
+        return [row[-1] for row in phase.rows(self.left.predicate, self.left.arguments(binding))]
+
+
+class Or(Value):
+    """One of several conditions."""
+
+    options: tuple[Condition, ...]
+
+    def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        seen: list[Binding] = []
+        for option in self.options:
+            for found in option.solve(phase, binding):
+                if found not in seen:
+                    seen.append(found)
+                    yield found
+
+
+class And(Value):
+    """All of several conditions; variables are passed on from left to right."""
+
+    parts: tuple[Condition, ...]
+
+    def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        first, *rest = self.parts
+        for found in first.solve(phase, binding):
+            if rest:
+                yield from And(tuple(rest)).solve(phase, found)
+            else:
+                yield found
+
+
+Condition = Union[Atom, Not, Every, Compare, Or, And]  # noqa: UP007 - a forward reference between the classes
+
+
+def atoms(condition: Condition) -> Iterator[Atom]:
+    """Every atom of a condition."""
+    match condition:
+        case Atom():
+            yield condition
+        case Not(inner):
+            yield from atoms(inner)
+        case Every(given, then):
+            yield from atoms(given)
+            yield from atoms(then)
+        case Compare(left):
+            if isinstance(left, Atom):
+                yield left
+        case Or(parts) | And(parts):
+            for part in parts:
+                yield from atoms(part)
+
+
+def binds(condition: Condition) -> frozenset[str]:
+    """The variables that hold a value once the condition holds."""
+    match condition:
+        case Atom():
+            return condition.binds()
+        case And(parts):
+            return frozenset().union(*map(binds, parts))
+        case Or(options):
+            return frozenset.intersection(*map(binds, options))
+        case _:
+            return frozenset()
+
+
+def mentions(condition: Condition) -> frozenset[str]:
+    """Every variable that is written in the condition."""
+    found: frozenset[str] = frozenset().union(*(a.binds() for a in atoms(condition)))
+    for part in _comparisons(condition):
+        found |= {t.name for t in (part.left, part.right) if isinstance(t, Variable)}
+    return found
+
+
+def tests(condition: Condition) -> frozenset[str]:
+    """The variables that a condition only tests: where others bind them, they must be bound before."""
+    match condition:
+        case And(parts) | Or(parts):
+            return frozenset().union(*map(tests, parts)) | (mentions(condition) - binds(condition))
+        case Atom():
+            return frozenset()
+        case _:
+            return mentions(condition)
+
+
+def _comparisons(condition: Condition) -> Iterator[Compare]:
+    match condition:
+        case Compare():
+            yield condition
+        case Not(inner):
+            yield from _comparisons(inner)
+        case Every(given, then):
+            yield from _comparisons(given)
+            yield from _comparisons(then)
+        case Or(parts) | And(parts):
+            for part in parts:
+                yield from _comparisons(part)

@@ -1,0 +1,298 @@
+"""Interpretation: what each action of an episode may have been, and why it was nothing else."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+from msgspec import field
+from msgspec.structs import replace
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from ..model.episode import Episode
+from ..ontology.taxonomy import Taxonomy
+from .conditions import Binding
+from .decision_tree import DecisionTree
+from .matching import Match, Rejection, matches_of, reject
+from .ranking import DEFAULT_CAP, TaskSequence, best_first
+from .rules import Rule
+from .timeline import PADDING, Segment, Timeline
+
+
+class Interpreted(Value, dict=True, eq=False):
+    """One action and everything it may have been.
+
+    Args:
+        start, end: [s].
+        matches: one for each task and filling of its roles, sorted by task.
+        segments: the pieces of the timeline that were merged into it, if more than one.
+        evidence: why they were merged; empty if they were not.
+        label: the task that the log itself names, if it does.
+    """
+
+    start: float
+    end: float
+    matches: tuple[Match, ...]
+    segments: tuple[Segment, ...] = ()
+    evidence: str = ""
+    label: str | None = None
+    _reject: Callable[[], tuple[Rejection, ...]] = tuple
+
+    @property
+    def hole(self) -> bool:
+        """Whether no task explains the action."""
+        return not self.matches
+
+    @cached_property
+    def rejections(self) -> tuple[Rejection, ...]:
+        """For every task that it is not: the condition that failed. Worked out when first asked for."""
+        return self._reject()
+
+    @cached_property
+    def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
+        """Its tasks with the fillers of their roles."""
+        return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
+
+    def named(self, task: str) -> tuple[Match, ...]:
+        """The matches of one task."""
+        return tuple(m for m in self.matches if m.task == task)
+
+
+class Interpretation(Value, eq=False):
+    """All that an episode may mean.
+
+    Args:
+        episode: its name.
+        actions: in order of time.
+        taxonomy: for ranking, and for names in questions.
+    """
+
+    episode: str
+    actions: tuple[Interpreted, ...]
+    taxonomy: Taxonomy
+
+    @property
+    def holes(self) -> tuple[Interpreted, ...]:
+        """Actions that no task explains. They are in no sequence, and never silently dropped."""
+        return tuple(a for a in self.actions if a.hole)
+
+    def count(self) -> int:
+        """The number of task sequences: the product over all actions that some task explains.
+        0 if none is explained."""
+        total = 1 if len(self.holes) < len(self.actions) else 0
+        for action in self.actions:
+            total *= len(action.matches) or 1
+        return total
+
+    def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
+        """Task sequences, best first, one at a time. The order and its reasons: ranking.py.
+
+        Args:
+            cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
+        """
+        return best_first([a.matches for a in self.actions if not a.hole], self.taxonomy, cap)
+
+    def why(self, task: str, action: int) -> str:
+        """Why an action is, or is not, a task; in words.
+
+        Args:
+            task: CURIE, IRI or a name that users know.
+            action: its number, from 0.
+
+        Raises:
+            UserError: no such task or action.
+        """
+        if not 0 <= action < len(self.actions):
+            raise UserError(f"There is no action {action}; '{self.episode}' has actions 0 to {len(self.actions) - 1}.")
+        one = self.actions[action]
+        name = self.taxonomy.resolve(task)
+        when = f"Action {action} ({one.start:.2f} to {one.end:.2f} s)"
+        found = one.named(name or "")
+        if found:
+            return "\n".join(f"{when} is {m.task}: {m.explanation}; all {m.conditions} conditions hold." for m in found)
+        refused = {r.task: r for r in one.rejections}
+        if name not in refused:
+            raise UserError(
+                f"No rule speaks about the task '{task}'; {nearest(task, {m.task for m in one.matches} | set(refused))}"
+            )
+        return f"{when} is {refused[name].sentence}\n  rule: {refused[name].where}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The form of ``cramlite interpret --json``."""
+        return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count()}
+
+
+def _action_json(action: Interpreted) -> dict[str, Any]:
+    data: dict[str, Any] = {
+        "start": action.start,
+        "end": action.end,
+        "tasks": [{"task": m.task, "roles": m.roles, "explanation": m.explanation} for m in action.matches],
+        "rejections": [
+            {
+                "task": r.task,
+                "phase": r.phase,
+                "condition": r.condition,
+                "binding": r.binding,
+                "candidates": list(r.candidates),
+                "facts": list(r.facts),
+                "sentence": r.sentence,
+            }
+            for r in action.rejections
+        ],
+    }
+    if action.evidence:
+        data["merged"] = {"segments": [[s.start, s.end] for s in action.segments], "evidence": action.evidence}
+    return data
+
+
+TELLING = ("cram:GraspState",)
+"""States whose boundaries always tell actions apart: no joined action may hide that a thing was taken or let go."""
+
+
+def interpret(
+    episode: Episode, rules: Sequence[Rule], taxonomy: Taxonomy, *, padding: float = PADDING, merge: bool = True
+) -> Interpretation:
+    """Every task that every action of an episode may be.
+
+    Args:
+        episode: events and poses.
+        rules: from ``load_rules``.
+        taxonomy: classes of tasks and things.
+        padding: see ``phases.PADDING`` [s].
+        merge: join neighbouring anonymous actions that only refine each other.
+
+    Returns:
+        The interpretation; an episode without events has no actions.
+    """
+    with paused_collector():
+        timeline = Timeline(episode, taxonomy)
+        judge = _Judge(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
+        actions = judge.judge_all(judge.timeline.segments())
+        return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
+
+
+class _Judge(Value):
+    """The matcher with its rules and facts."""
+
+    timeline: Timeline
+    rules: Mapping[str, Rule]
+    tree: DecisionTree
+    padding: float
+    known: dict[Hashable, tuple[Match, ...]] = field(default_factory=dict)
+    wholes: dict[tuple[float, float], Mapping[str, list[Binding]]] = field(default_factory=dict)
+
+    def judge_all(self, segments: Sequence[Segment]) -> list[Interpreted]:
+        solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in segments])
+        return [self.judged(segment, (segment,), found) for segment, found in zip(segments, solved, strict=True)]
+
+    def judged(
+        self, segment: Segment, segments: tuple[Segment, ...], solved: Mapping[str, list[Binding]]
+    ) -> Interpreted:
+        matches = tuple([m for task in sorted(solved) for m in self.matches(task, solved[task])])
+        label = segment.event.type if segment.event is not None else None
+        label = self.timeline.taxonomy.resolve(label) if label else None
+        return Interpreted(
+            segment.start,
+            segment.end,
+            matches,
+            segments,
+            "",
+            None if label == "soma:PhysicalAction" else label,
+            lambda: self.reject(segment, {m.task for m in matches}),
+        )
+
+    def matches(self, task: str, bindings: list[Binding]) -> tuple[Match, ...]:
+        """What the bindings of a task mean; the same for all actions with the same bindings."""
+        key = (task, *[tuple(b.values()) for b in bindings])
+        if key not in self.known:
+            self.known[key] = matches_of(self.rules[task], bindings)
+        return self.known[key]
+
+    def reject(self, segment: Segment, matched: set[str]) -> tuple[Rejection, ...]:
+        phases = self.timeline.phases(segment, self.padding)
+        refused = (reject(rule, phases) for task, rule in self.rules.items() if task not in matched)
+        return tuple(r for r in refused if r is not None)
+
+    def _telling(self, time: float) -> bool:
+        """Whether a state that always tells actions apart begins or ends at this boundary."""
+        boundaries = self.timeline.boundaries
+        return any(time in boundaries(type_) for type_ in TELLING)
+
+    def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
+        """Neighbours joined where one action is all that they are. A hole is tried with what it leads to
+        first (whoever pulls and is still held back is extracting already), then with what went before."""
+        spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
+        solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
+        self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
+        found = self._folded(actions, lambda before, after: not before.hole and not after.hole)
+        found = self._folded(found[::-1], lambda before, _after: before.hole, backwards=True)[::-1]
+        return self._folded(found, lambda _before, _after: True)
+
+    def _folded(
+        self, actions: list[Interpreted], wanted: Callable[[Interpreted, Interpreted], bool], backwards: bool = False
+    ) -> list[Interpreted]:
+        found: list[Interpreted] = []
+        for action in actions:
+            pair = None if not found else (action, found[-1]) if backwards else (found[-1], action)
+            joined = self.join(*pair) if pair is not None and wanted(*pair) else None
+            if joined is None:
+                found.append(action)
+            else:
+                found[-1] = joined
+        return found
+
+    def join(self, before: Interpreted, after: Interpreted) -> Interpreted | None:
+        """The two as one action, if that one is all that each of them is; else None.
+
+        Only anonymous neighbours are joined, and only if one's tasks are among the other's: the boundary
+        between them then told nothing apart. The joined action is judged anew against every rule, and
+        two holes stay holes unless together they are something.
+        """
+        if not self._refine(before, after):
+            return None
+        segments = (*before.segments, *after.segments)
+        joined = self._whole(Segment(before.start, after.end), segments)
+        if joined.hole or not before.readings | after.readings <= joined.readings:
+            return None
+        boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
+        evidence = (
+            f"{len(segments)} segments with boundaries at {boundaries} were joined: the whole is judged to be "
+            f"{', '.join(sorted({m.task for m in joined.matches}))}, which is all that each of them is"
+        )
+        return replace(joined, evidence=evidence)
+
+    def _refine(self, before: Interpreted, after: Interpreted) -> bool:
+        """Whether two neighbours are anonymous, what the boundary between them tells is nothing, and one's tasks
+        are among the other's."""
+        if before.end != after.start or self._telling(after.start):
+            return False
+        if any(s.event is not None for s in (*before.segments, *after.segments)):
+            return False
+        a, b = before.readings, after.readings
+        return a <= b or b <= a
+
+    def _whole(self, segment: Segment, segments: tuple[Segment, ...]) -> Interpreted:
+        """The joined action, judged anew once."""
+        key = (segment.start, segment.end)
+        if key not in self.wholes:
+            self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
+        return self.judged(segment, segments, self.wholes[key])
+
+
+@contextmanager
+def paused_collector() -> Iterator[None]:
+    """No search for cycles of garbage inside. Each search looks at all objects that there are, so that making many
+    takes longer than in proportion: a third of the time for 10,000 actions. Mercurial does the same (``util.nogc``).
+    """
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()

@@ -1,0 +1,152 @@
+"""The matcher: for an action and a rule, every binding of the roles, or the condition that failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..base.value import Value
+from .conditions import Atom, Binding, Compare, Not, atoms
+from .rules import Clause, Rule
+from .timeline import Phase, PhaseName
+
+Phases = Mapping[PhaseName, Phase]
+
+LISTED = 8
+"""Facts and candidates that a rejection lists at most."""
+
+_WHEN: dict[PhaseName, str] = {"pre": "just before it", "run": "while it lasts", "post": "just after it"}
+
+
+class Match(Value):
+    """An action is a task.
+
+    Args:
+        task: class of the task.
+        roles: role -> entity.
+        explanation: one sentence.
+        conditions: how many conditions held.
+        changes: how many relations began or ended by it, as its rule says.
+    """
+
+    task: str
+    roles: dict[str, str]
+    explanation: str
+    conditions: int = 0
+    changes: int = 0
+
+
+class Rejection(Value):
+    """An action is not a task.
+
+    Args:
+        task: class of the task.
+        phase: where the condition is asked.
+        condition: the first one, in the order written, that no binding survived.
+        binding: the fullest binding that got so far.
+        candidates: all bindings that got so far (the first few).
+        facts: what was known instead, e.g. "supports(table, box)" (the first few).
+        sentence: all this for people.
+        where: file and line of the condition.
+    """
+
+    task: str
+    phase: PhaseName
+    condition: str
+    binding: dict[str, str | float]
+    candidates: tuple[dict[str, str | float], ...]
+    facts: tuple[str, ...]
+    sentence: str
+    where: str
+
+
+def match(rule: Rule, phases: Phases) -> tuple[Match, ...]:
+    """All ways in which an action is this task: one for each distinct filling of the roles."""
+    bindings: list[Binding] = [{}]
+    for clause in rule.quick_order:
+        phase, condition = phases[clause.phase], clause.condition
+        bindings = [found for binding in bindings for found in condition.solve(phase, binding)]
+        if not bindings:
+            return ()
+    return matches_of(rule, bindings)
+
+
+def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
+    """One match for each distinct filling of the roles."""
+    first: dict[tuple[str | float, ...], Binding] = {}
+    for binding in bindings:
+        first.setdefault(tuple([binding[role] for role in rule.roles]), binding)
+    return tuple(_match(rule, first[fillers]) for fillers in sorted(first, key=str))
+
+
+def _match(rule: Rule, binding: Binding) -> Match:
+    roles = {role: str(binding[role]) for role in rule.roles}
+    explanation = rule.explain.format_map({k: _shown(v) for k, v in binding.items()})
+    return Match(rule.task, roles, explanation, rule.conditions, rule.changes)
+
+
+def reject(rule: Rule, phases: Phases) -> Rejection | None:
+    """Why an action is not this task; None if it is."""
+    bindings: list[Binding] = [{}]
+    for clause in rule.written_order:
+        phase = phases[clause.phase]
+        found = [f for binding in bindings for f in clause.condition.solve(phase, binding)]
+        if not found:
+            return _rejection(rule, clause, phase, bindings)
+        bindings = found
+    return None
+
+
+def _rejection(rule: Rule, clause: Clause, phase: Phase, bindings: list[Binding]) -> Rejection:
+    fullest = max(bindings, key=len)
+    facts = _facts(clause, phase, bindings)
+    when = f"{_WHEN[clause.phase]} ({_time(phase)})"
+    known = ", ".join(f"{k} = {_shown(v)}" for k, v in sorted(fullest.items()))
+    others = f" (nor for {len(bindings) - 1} other candidates)" if len(bindings) > 1 else ""
+    with_ = f" for {known}{others}" if known else ""
+    seen = f"; known is: {', '.join(facts)}" if facts else "; nothing of the kind is known"
+    sentence = f"not {rule.task}: {when}, '{clause.text}' does not hold{with_}{seen}."
+    distinct: dict[str, Binding] = {str(sorted(b.items())): b for b in bindings}
+    return Rejection(
+        rule.task,
+        clause.phase,
+        clause.text,
+        dict(fullest),
+        tuple(distinct.values())[:LISTED],
+        facts,
+        sentence,
+        f"{rule.path}:{clause.line}",
+    )
+
+
+def _facts(clause: Clause, phase: Phase, bindings: list[Binding]) -> tuple[str, ...]:
+    """The facts that speak about the failed condition: what a negation found, what a value is, and
+    otherwise all that is known of the predicates."""
+    found: dict[str, None] = {}
+    for atom in atoms(clause.condition):
+        narrow = isinstance(clause.condition, (Not, Compare)) or _wide(atom)
+        for binding in bindings[:LISTED] if narrow else [{}]:
+            for row in phase.rows(atom.predicate, atom.arguments(binding)):
+                found[_fact(atom, row)] = None
+            if len(found) >= LISTED:
+                break
+    return tuple(list(found)[:LISTED])
+
+
+def _wide(atom: Atom) -> bool:
+    """Whether listing all rows would cost more than it tells."""
+    return atom.predicate.cost > 1
+
+
+def _fact(atom: Atom, row: tuple[str | float, ...]) -> str:
+    shown = [_shown(v) for v in row]
+    if atom.predicate.value:
+        return f"{atom.predicate.name}({', '.join(shown[:-1])}) = {shown[-1]}"
+    return f"{atom.predicate.name}({', '.join(shown)})"
+
+
+def _shown(value: str | float) -> str:
+    return value if isinstance(value, str) else f"{value:g}"
+
+
+def _time(phase: Phase) -> str:
+    return f"{phase.start:.2f} s" if phase.start == phase.end else f"{phase.start:.2f} to {phase.end:.2f} s"

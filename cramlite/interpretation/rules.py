@@ -1,0 +1,266 @@
+"""Rules: under which conditions an action is interpreted as a task. Loaded from ``task_rules/*.yaml``.
+
+A file holds one task type. A variable named like a role IS that role's filler::
+
+    task: soma:PickingUp
+    roles: {Locatum: soma:LocatumRole, Relatum: soma:RelatumRole}
+    source: where the conditions come from
+    pre: [...]   run: [...]   post: [...]     what holds just before, all through, just after the action
+    explain: "{Locatum} is lifted off {Relatum}"
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from ..base.yaml_file import line_of, load_yaml
+from ..ontology.taxonomy import Taxonomy
+from .condition_parser import ConditionError, parse_condition
+from .conditions import Atom, Condition, Every, Not, atoms, binds, mentions, tests
+from .timeline import Phase, PhaseName, Predicate
+
+__all__ = ["PHASES", "Clause", "Phase", "Predicate", "Rule", "RuleBook", "load_rules"]
+
+PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
+_KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
+
+
+class Clause(Value, dict=True):
+    """One condition of a rule, where it is asked, as it was written, and where."""
+
+    phase: PhaseName
+    condition: Condition
+    text: str
+    line: int
+
+    @cached_property
+    def cost(self) -> int:
+        """Rough cost of checking it: the sum of its predicates' costs."""
+        return sum(a.predicate.cost for a in atoms(self.condition))
+
+    @cached_property
+    def lasting(self) -> bool:
+        """Whether what holds of it is the same wherever the same states hold: it asks about states and classes only."""
+        return all(a.predicate.steady or a.predicate.timeless for a in atoms(self.condition))
+
+
+class Rule(Value, dict=True):
+    """When an action counts as a task.
+
+    Args:
+        task: class of the task.
+        roles: role and variable name -> class of the role.
+        clauses: in the order written.
+        explain: sentence with ``{Variable}`` placeholders.
+        source: where the conditions come from.
+        path: the file.
+    """
+
+    task: str
+    roles: dict[str, str]
+    clauses: tuple[Clause, ...]
+    explain: str
+    source: str
+    path: Path
+
+    @cached_property
+    def written_order(self) -> tuple[Clause, ...]:
+        """An order that can be solved, as near to the written one as can be: for reports."""
+        return _ordered(self.clauses, cheapest=False)
+
+    @cached_property
+    def quick_order(self) -> tuple[Clause, ...]:
+        """An order that can be solved, conditions that states alone decide first, then cheap ones: for deciding."""
+        return _ordered(self.clauses, cheapest=True)
+
+    @cached_property
+    def changes(self) -> int:
+        """How many relations the rule wants to begin or end: held before and denied after, or the reverse."""
+        said = {(phase, denied): _said(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
+        return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
+
+    @property
+    def conditions(self) -> int:
+        """How many conditions the rule has: part of how specific it is."""
+        return len(self.clauses)
+
+
+def _said(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:
+    """Predicates that the clauses of a phase assert, or deny (also of every one but some)."""
+    found: set[str] = set()
+    for clause in clauses:
+        if clause.phase == phase and isinstance(clause.condition, Not | Every) == denied:
+            asked = clause.condition.given if isinstance(clause.condition, Every) else clause.condition
+            found |= {a.predicate.name for a in atoms(asked)}
+    return found
+
+
+RuleBook = tuple[Rule, ...]
+"""The rules of all task types, sorted by task."""
+
+
+def load_rules(paths: Iterable[Path | str], predicates: Iterable[Predicate], taxonomy: Taxonomy) -> RuleBook:
+    """The rules of some files (a folder stands for the .yaml files in it), sorted by task.
+
+    Raises:
+        UserError: names file and line of: YAML errors, unknown keys, predicates, classes, roles or
+            variables, a role that nothing but a negation mentions, and a task that two files define.
+    """
+    known: dict[str, Predicate] = {}
+    for predicate in predicates:
+        if predicate.name in known:
+            raise UserError(f"Two plugins define the predicate '{predicate.name}'; rename one of them.")
+        known[predicate.name] = predicate
+    rules: dict[str, Rule] = {}
+    for path in _files(paths):
+        rule = _load(path, known, taxonomy)
+        if rule.task in rules:
+            raise UserError(
+                f"{path}:1: the task '{rule.task}' has a rule already in {rules[rule.task].path}; "
+                "join them with 'or', or remove one."
+            )
+        rules[rule.task] = rule
+    return tuple(rules[task] for task in sorted(rules))
+
+
+def _files(paths: Iterable[Path | str]) -> list[Path]:
+    found: list[Path] = []
+    for path in map(Path, paths):
+        found += sorted(path.glob("*.yaml")) if path.is_dir() else [path]
+    return found
+
+
+def _load(path: Path, predicates: dict[str, Predicate], taxonomy: Taxonomy) -> Rule:
+    data = load_yaml(path)
+    if not isinstance(data, dict):
+        raise UserError(f"{path}:1: a rule file is a mapping with the keys {', '.join(_KEYS)}.")
+    for key in data:
+        if key not in _KEYS:
+            raise UserError(f"{path}:{line_of(data, [key])}: unknown key '{key}'; {nearest(str(key), _KEYS)}")
+    task = _class(path, data, ["task"], data.get("task"), "dul:Task", taxonomy)
+    roles = _mapping(path, data)
+    roles = {n: _class(path, data, ["roles", n], r, "dul:Role", taxonomy) for n, r in roles.items()}
+    clauses = tuple(c for phase in PHASES for c in _clauses(path, data, phase, predicates, taxonomy))
+    rule = Rule(task, roles, clauses, _text(path, data, "explain"), _text(path, data, "source"), path)
+    _check(rule, path, data)
+    return rule
+
+
+def _mapping(path: Path, data: Any) -> dict[str, Any]:
+    roles = data.get("roles") or {}
+    if not isinstance(roles, dict):
+        raise UserError(f"{path}:{line_of(data, ['roles'])}: 'roles' is a mapping such as 'Patient: soma:Patient'.")
+    for name in roles:
+        if not re.fullmatch(r"[A-Z]\w*", str(name)):
+            raise UserError(
+                f"{path}:{line_of(data, ['roles', name])}: a role is also a variable, so '{name}' must be "
+                "a capitalised word."
+            )
+    return dict(roles)
+
+
+def _class(path: Path, data: Any, location: list[str], name: Any, above: str, taxonomy: Taxonomy) -> str:
+    where = f"{path}:{line_of(data, location)}"
+    if not isinstance(name, str):
+        raise UserError(f"{where}: '{location[0]}' is missing or no text; write a class such as soma:Grasping.")
+    found = taxonomy.resolve(name)
+    if found is None or not taxonomy.is_a(found, above):
+        raise UserError(f"{where}: unknown class '{name}'; {nearest(name, taxonomy.subclasses(above))}")
+    return found
+
+
+def _text(path: Path, data: Any, key: str) -> str:
+    text = data.get(key)
+    if not isinstance(text, str) or not text.strip():
+        raise UserError(f"{path}:{line_of(data, [key])}: '{key}' is missing; write a sentence.")
+    return " ".join(text.split())
+
+
+def _clauses(
+    path: Path, data: Any, phase: PhaseName, predicates: dict[str, Predicate], taxonomy: Taxonomy
+) -> Iterable[Clause]:
+    conditions = data.get(phase) or []
+    if not isinstance(conditions, list):
+        raise UserError(f"{path}:{line_of(data, [phase])}: '{phase}' is a list of conditions, one a line after '- '.")
+    for k, text in enumerate(conditions):
+        line = line_of(data, [phase, k])
+        if not isinstance(text, str):
+            raise UserError(f"{path}:{line}: a condition is text such as 'grasps(Gripper, Patient)', not {text!r}.")
+        try:
+            yield Clause(phase, parse_condition(text, phase, predicates, taxonomy), " ".join(text.split()), line)
+        except ConditionError as error:
+            raise UserError(f"{path}:{line}: in '{text}': {error}.") from None
+
+
+def _check(rule: Rule, path: Path, data: Any) -> None:
+    bound = frozenset().union(*(binds(c.condition) for c in rule.clauses))
+    for role in rule.roles:
+        if role not in bound:
+            used = any(role in mentions(c.condition) for c in rule.clauses)
+            why = "is tested only, under 'not', 'every' or a comparison" if used else "is in no condition"
+            raise UserError(
+                f"{path}:{line_of(data, ['roles', role])}: the role '{role}' {why}, so nothing says what "
+                f"fills it; add a condition that does, such as 'grasps(Gripper, {role})'."
+            )
+    for name in re.findall(r"\{(\w+)\}", rule.explain):
+        if name not in bound:
+            raise UserError(
+                f"{path}:{line_of(data, ['explain'])}: 'explain' uses the variable '{name}', which no "
+                f"condition binds; {nearest(name, bound)}"
+            )
+    _check_comparisons(rule, path, bound)
+
+
+def _check_comparisons(rule: Rule, path: Path, bound: frozenset[str]) -> None:
+    for clause in rule.clauses:
+        free = _free_in_comparisons(clause.condition, bound)
+        if free:
+            raise UserError(
+                f"{path}:{clause.line}: in '{clause.text}': nothing binds the variable "
+                f"'{min(free)}' that is compared; {nearest(min(free), bound)}"
+            )
+
+
+def _free_in_comparisons(condition: Condition, bound: frozenset[str]) -> frozenset[str]:
+    from .conditions import And, Compare, Every, Not, Or, Variable
+
+    match condition:
+        case Compare(left, _, right):
+            terms = [t for t in (left, right) if isinstance(t, Variable)]
+            inner = left.binds() if isinstance(left, Atom) else frozenset()
+            return (frozenset(t.name for t in terms) | inner) - bound
+        case Not(inner_condition):
+            return _free_in_comparisons(inner_condition, bound)
+        case Every(given, then):
+            return _free_in_comparisons(given, bound) | _free_in_comparisons(then, bound | binds(given))
+        case And(parts):
+            found: frozenset[str] = frozenset()
+            for part in parts:
+                found |= _free_in_comparisons(part, bound)
+                bound |= binds(part)
+            return found
+        case Or(options):
+            return frozenset().union(*(_free_in_comparisons(o, bound) for o in options))
+        case _:
+            return frozenset()
+
+
+def _ordered(clauses: tuple[Clause, ...], cheapest: bool) -> tuple[Clause, ...]:
+    """A condition that only tests a variable comes after those that bind it; so the order of a rule
+    file never changes its meaning."""
+    bound_somewhere = frozenset().union(*(binds(c.condition) for c in clauses))
+    left, found = list(clauses), []
+    bound: frozenset[str] = frozenset()
+    while left:
+        ready = [c for c in left if not ((tests(c.condition) & bound_somewhere) - binds(c.condition)) - bound] or left
+        clause = min(ready, key=lambda c: (not c.lasting, c.cost, left.index(c))) if cheapest else ready[0]
+        left.remove(clause)
+        found.append(clause)
+        bound |= binds(clause.condition)
+    return tuple(found)

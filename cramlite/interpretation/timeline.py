@@ -1,0 +1,287 @@
+"""An episode as the matcher sees it: actions, and what holds before, during and after each.
+
+Closed world: a state that is not known to hold does not hold. The intervals are those
+of Alt et al., KR 2023.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Hashable, Iterable
+from functools import cached_property
+from itertools import pairwise
+from typing import Any, Literal
+
+from ..base.value import Value
+from ..model.episode import Entity, Episode, Event
+from ..ontology.taxonomy import Taxonomy
+from .state_index import StateIndex
+
+PhaseName = Literal["pre", "run", "post"]
+Row = tuple[str | float, ...]
+
+PADDING = 0.2
+"""How long after a labelled action its effects may appear [s]: the published rule base's value."""
+
+
+class Predicate(Value):
+    """A relation that rule conditions may ask for.
+
+    Args:
+        name: as it is written in rules.
+        arity: number of arguments; of a value predicate, without the value.
+        function: ``function(phase, *arguments)`` yields the rows that hold in the phase; an argument is
+            None where it is open. Rows that contradict an argument are dropped by the caller. A value
+            predicate's rows end with the number.
+        phases: where it means something; a rule that asks elsewhere is refused when it is loaded.
+        timeless: it asks about classes and parts only, so its rows hold at every time.
+        steady: it asks only which states hold, by their classes and roles, and which things' poses are known
+            (``Timeline.located``), not since when; so its rows are the same wherever the same states hold. Such a
+            predicate keeps what it works out in ``phase.situation``.
+        possible: whether an episode can make it hold at all; rules that need it are left out where it cannot.
+            It may be cautious: True costs time only.
+        complete: asked with every argument open, it gives all its rows; it is then asked once, and indexed.
+        value: it yields numbers, and is used in comparisons.
+        cost: rough cost, 1 for a look at the states; cheaper conditions are checked first.
+        doc: one sentence for people.
+    """
+
+    name: str
+    arity: int
+    function: Callable[..., Iterable[Row]]
+    phases: frozenset[PhaseName] = frozenset({"pre", "run", "post"})
+    value: bool = False
+    timeless: bool = False
+    steady: bool = False
+    complete: bool = False
+    possible: Callable[[Timeline], bool] | None = None
+    cost: int = 1
+    doc: str = ""
+
+
+class Segment(Value):
+    """An action of the timeline: a recorded one, or a gap between boundaries (``event`` is None)."""
+
+    start: float
+    end: float
+    event: Event | None = None
+
+
+Index = dict[tuple[str | float, ...], tuple[Row, ...]]
+"""Values at some places of the rows of a predicate -> the rows that have them there."""
+
+
+class Phase:
+    """What holds at an instant (``start == end``), or all through an interval.
+
+    Predicates read it; ``memo`` is theirs to keep results in. ``situation`` is another memo, the same one for all
+    phases in which the same states hold, all through and at some time, and the same things' poses are known;
+    ``holds`` tells such phases apart.
+    """
+
+    __slots__ = ("end", "episode", "holds", "memo", "situation", "start", "taxonomy", "timeline")
+
+    def __init__(self, timeline: Timeline, start: float, end: float) -> None:
+        self.timeline, self.start, self.end = timeline, start, end
+        self.episode, self.taxonomy = timeline.episode, timeline.taxonomy
+        self.memo: dict[Hashable, Any] = {}
+        self.holds = timeline.holding(start, end)
+        self.situation: dict[Hashable, Any] = timeline.situation(self.holds)
+
+    def states(self, type_: str) -> tuple[Event, ...]:
+        """States of a class that hold at the instant, or span the whole interval."""
+        active = self.timeline.active(type_, self.start)
+        return tuple([e for e in active if e.end >= self.end]) if self.end > self.start else active
+
+    def overlapping(self, type_: str) -> tuple[Event, ...]:
+        """States of a class that hold at some time of the phase, however short: what a
+        spanning test cannot see of a collision inside an action."""
+        return self.timeline.active_between(type_, self.start, self.end)
+
+    def rows(self, predicate: Predicate, arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
+        """The rows of a predicate that agree with the arguments; None is open."""
+        if predicate.complete:
+            places = tuple([k for k, a in enumerate(arguments) if a is not None])
+            return self.index(predicate, places).get(tuple([a for a in arguments if a is not None]), ())
+        known = self.timeline.rows if predicate.timeless else self.situation if predicate.steady else self.memo
+        key = (predicate.name, arguments)
+        found: tuple[Row, ...] | None = known.get(key)
+        if found is None:
+            rows = tuple(dict.fromkeys(predicate.function(self, *arguments)))
+            found = known[key] = _agreeing(rows, arguments) if rows and arguments else rows
+        return found
+
+    def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
+        """All rows of a complete predicate, by their values at some places."""
+        known = self.situation if predicate.steady else self.timeline.rows if predicate.timeless else self.memo
+        key = (predicate.name, places, "index")
+        found: Index | None = known.get(key)
+        if found is None:
+            rows = dict.fromkeys(predicate.function(self, *[None] * predicate.arity))
+            groups: dict[tuple[str | float, ...], list[Row]] = {}
+            for row in rows:
+                groups.setdefault(tuple([row[k] for k in places]), []).append(row)
+            found = known[key] = {values: tuple(group) for values, group in groups.items()}
+        return found
+
+
+class Timeline:
+    """The states of an episode, indexed by time, and its segmentation into actions.
+
+    A state that still holds when the recording ends is taken to go on: the end of a recording is no event.
+    """
+
+    def __init__(self, episode: Episode, taxonomy: Taxonomy) -> None:
+        self.episode, self.taxonomy = episode, taxonomy
+        self.memo: dict[Hashable, Any] = {}
+        self.entities: dict[str, Entity] = {e.name: e for e in episode.entities}
+        self.wholes: dict[str, tuple[str, ...]] = {e.name: tuple(_wholes(self.entities, e)) for e in episode.entities}
+        self.rows: dict[Hashable, Any] = {}
+        self._span = episode.span
+        self._indices: dict[str, StateIndex] = {}
+        self._instants: dict[float, Phase] = {}
+        self._states = StateIndex([e for e in episode.events if e.kind == "state"], self._span[1])
+        self._situations: dict[Hashable, dict[Hashable, Any]] = {}
+
+    def types(self, name: str) -> tuple[str, ...]:
+        """The classes of an entity, as this taxonomy names them; unknown ones as they are."""
+        key = ("types", name)
+        if key not in self.memo:
+            entity = self.entities.get(name)
+            types = entity.types if entity else ()
+            self.memo[key] = tuple(self.taxonomy.resolve(t) or t for t in types)
+        return self.memo[key]  # type: ignore[no-any-return]
+
+    def entities_of(self, type_: str) -> tuple[str, ...]:
+        """Names of the entities of a class, in the order of the semantic map."""
+        key = ("entities", type_)
+        if key not in self.memo:
+            self.memo[key] = tuple(n for n in self.entities if self.taxonomy.any_is_a(self.types(n), type_))
+        return self.memo[key]  # type: ignore[no-any-return]
+
+    @cached_property
+    def located(self) -> dict[str, float]:
+        """When the pose of each entity was first known [s]; entities that are known nowhere are left out."""
+        tracked = {n: float(t.times[0]) for n, t in self.episode.tracks.items() if len(t.times)}
+        return {**tracked, **{n: float("-inf") for n, e in self.entities.items() if e.pose is not None}}
+
+    @cached_property
+    def _located(self) -> list[float]:
+        return sorted(self.located.values())
+
+    def holding(self, start: float, end: float) -> Hashable:
+        """Which states hold in [start, end), and of how many things a pose is known by then."""
+        return self._states.holding(start, end), bisect_right(self._located, end)
+
+    def situation(self, holds: Hashable) -> dict[Hashable, Any]:
+        """A memo that is shared by all phases in which the same states hold."""
+        return self._situations.setdefault(holds, {})
+
+    def instant(self, time: float) -> Phase:
+        """What holds at a time. Neighbouring actions share it."""
+        phase = self._instants.get(time)
+        if phase is None:
+            phase = self._instants[time] = Phase(self, time, time)
+        return phase
+
+    def phases(self, segment: Segment, padding: float = PADDING) -> dict[PhaseName, Phase]:
+        """What holds just before, all through, and just after an action."""
+        return {
+            "pre": self.instant(segment.start),
+            "run": Phase(self, segment.start, segment.end),
+            "post": self.instant(self.terminal(segment, padding)),
+        }
+
+    def terminal(self, segment: Segment, padding: float) -> float:
+        """The instant at which an action's effects are looked for.
+
+        The end of an anonymous action is where a state changes, so its effects are exact. A labelled
+        action's end is a person's or a detector's judgement; its effects may appear up to ``padding``
+        later, but never after the middle of the next labelled action: with the published constant
+        0.2 s alone, a Sliding followed by a Retracting of 0.065 s would be judged by the Retracting's end.
+        """
+        if segment.event is None:
+            return segment.end
+        starts = self._labelled_starts
+        k = bisect_left(starts, segment.end)
+        if k < len(starts) and starts[k] < segment.end + padding:
+            follower = self.labelled[k]
+            return min(segment.end + padding, (follower.start + follower.end) / 2)
+        return segment.end + padding
+
+    @property
+    def labelled(self) -> tuple[Event, ...]:
+        """The recorded actions, by start."""
+        if "labelled" not in self.memo:
+            self.memo["labelled"] = tuple(sorted(self.episode.of("action"), key=lambda e: (e.start, e.end)))
+        return self.memo["labelled"]  # type: ignore[no-any-return]
+
+    @property
+    def _labelled_starts(self) -> list[float]:
+        if "starts" not in self.memo:
+            self.memo["starts"] = [e.start for e in self.labelled]
+        return self.memo["starts"]  # type: ignore[no-any-return]
+
+    @cached_property
+    def cuts(self) -> tuple[float, ...]:
+        """When states and recorded actions begin or end, and the ends of the recording; sorted [s]."""
+        start, end = self._span
+        found = {start, end}
+        for event in self.episode.events:
+            if event.kind != "situation":
+                found.update(t for t in (event.start, event.end) if start < t < end)
+        return tuple(sorted(found))
+
+    def segments(self) -> tuple[Segment, ...]:
+        """The actions: the recorded ones, and each gap between two boundaries that none of them covers,
+        so that some action is always going on. Boundaries are those of states and of recorded actions."""
+        start = self._span[0]
+        found = [Segment(e.start, e.end, e) for e in self.labelled]
+        covered = start
+        known = iter([*self.labelled, None])
+        action = next(known)
+        for a, b in pairwise(self.cuts):
+            while action is not None and action.start <= a:
+                covered = max(covered, action.end)
+                action = next(known)
+            if a >= covered and b - a > 1e-9:
+                found.append(Segment(a, b))
+        return tuple(sorted(found, key=lambda s: (s.start, s.end)))
+
+    def active(self, type_: str, time: float) -> tuple[Event, ...]:
+        """States of a class with start <= time < end."""
+        return self._index(type_).at(time)
+
+    def active_between(self, type_: str, start: float, end: float) -> tuple[Event, ...]:
+        """States of a class that hold somewhere in [start, end)."""
+        return self._index(type_).between(start, end)
+
+    def boundaries(self, type_: str) -> frozenset[float]:
+        """When states of a class begin or end."""
+        return self._index(type_).boundaries
+
+    def _index(self, type_: str) -> StateIndex:
+        index = self._indices.get(type_)
+        if index is None:
+            resolve, is_a = self.taxonomy.resolve, self.taxonomy.is_a
+            kinds = {e.type for e in self.episode.events if e.kind == "state"}
+            wanted = {t for t in kinds if is_a(resolve(t) or t, type_)}
+            events = [e for e in self.episode.events if e.kind == "state" and e.type in wanted]
+            index = self._indices[type_] = StateIndex(events, self._span[1])
+        return index
+
+
+def _agreeing(rows: tuple[Row, ...], arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
+    """The rows that do not contradict the arguments; None is open."""
+    asked = [(k, a) for k, a in enumerate(arguments) if a is not None]
+    return tuple([row for row in rows if all([row[k] == a for k, a in asked])])  # noqa: C419 - lists are faster here
+
+
+def _wholes(entities: dict[str, Entity], entity: Entity) -> Iterable[str]:
+    """What the entity is a part of, nearest first, with itself; a cycle of part_of ends it."""
+    seen: list[str] = []
+    current: Entity | None = entity
+    while current is not None and current.name not in seen:
+        seen.append(current.name)
+        current = entities.get(current.part_of) if current.part_of else None
+    return seen

@@ -1,0 +1,180 @@
+"""Values: what there is to talk about: geometry, worlds, robots, episodes, beliefs, designators, plans, programs, verdicts.
+
+Names are imported when they are first used, so that ``import cramlite.model`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..base.lazy_names import LazyNames
+
+if TYPE_CHECKING:
+    from ..base.value import Value, replace
+    from .belief import Belief, Estimate, Held, Relation, initial_belief
+    from .control_flow import Compound, attempts, monitor, retry, sequence
+    from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
+    from .episode import Entity, Episode, Event, Repair, Track
+    from .geometry import Floats, Pose, Vector3
+    from .plan import Plan
+    from .program import Code, LatePose, Program, Section
+    from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
+    from .program_safety import PROGRAM_RULES, STEP_RULES, objections
+    from .robot import Gripper, Platform, Robot
+    from .rollout import Message, Rollout, Scene, Solid, Touch
+    from .steps import (
+        AnyStep,
+        CompliantSlide,
+        Control,
+        Drive,
+        ForceExtract,
+        ForceInsert,
+        ForceMove,
+        Joints,
+        Monitor,
+        MoveJoints,
+        MoveLinear,
+        MoveUntilContact,
+        Parallel,
+        Repeat,
+        SetGripper,
+        SetPayload,
+        SpiralSearch,
+        Step,
+        TryInOrder,
+        Wait,
+        ZeroSensor,
+        clash,
+        uses_arm,
+        walk,
+    )
+    from .verdict import Cost, Finding, Verdict
+    from .view import D435, Depth, Image, Intrinsics, Mask, Points, View
+    from .world import Camera, Feature, Filling, Geom, Inertia, Joint, MeshFile, Physics, RobotMount, Thing, World
+
+_HOMES = {
+    "..base.value": "Value replace",
+    ".belief": "Belief Estimate Held Relation initial_belief",
+    ".control_flow": "Compound attempts monitor retry sequence",
+    ".designators": "Action Designator Late Location Motion Object Place Stand",
+    ".episode": "Entity Episode Event Repair Track",
+    ".geometry": "Floats Pose Vector3",
+    ".plan": "Plan",
+    ".program": "Code LatePose Program Section",
+    ".program_json": "ProgramText is_program_text read_program typed_code write_program",
+    ".program_safety": "PROGRAM_RULES STEP_RULES objections",
+    ".robot": "Gripper Platform Robot",
+    ".rollout": "Message Rollout Scene Solid Touch",
+    ".steps": "AnyStep CompliantSlide Control Drive ForceExtract ForceInsert ForceMove Joints"
+    " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
+    " SpiralSearch Step TryInOrder Wait ZeroSensor clash uses_arm walk",
+    ".verdict": "Cost Finding Verdict",
+    ".view": "D435 Depth Image Intrinsics Mask Points View",
+    ".world": "Camera Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
+}
+_NAMES = LazyNames(__name__, _HOMES)
+
+__all__ = [
+    "D435",
+    "PROGRAM_RULES",
+    "STEP_RULES",
+    "Action",
+    "AnyStep",
+    "Belief",
+    "Camera",
+    "Code",
+    "CompliantSlide",
+    "Compound",
+    "Control",
+    "Cost",
+    "Depth",
+    "Designator",
+    "Drive",
+    "Entity",
+    "Episode",
+    "Estimate",
+    "Event",
+    "Feature",
+    "Filling",
+    "Finding",
+    "Floats",
+    "ForceExtract",
+    "ForceInsert",
+    "ForceMove",
+    "Geom",
+    "Gripper",
+    "Held",
+    "Image",
+    "Inertia",
+    "Intrinsics",
+    "Joint",
+    "Joints",
+    "Late",
+    "LatePose",
+    "Location",
+    "Mask",
+    "MeshFile",
+    "Message",
+    "Monitor",
+    "Motion",
+    "MoveJoints",
+    "MoveLinear",
+    "MoveUntilContact",
+    "Object",
+    "Parallel",
+    "Physics",
+    "Place",
+    "Plan",
+    "Platform",
+    "Points",
+    "Pose",
+    "Program",
+    "ProgramText",
+    "Relation",
+    "Repair",
+    "Repeat",
+    "Robot",
+    "RobotMount",
+    "Rollout",
+    "Scene",
+    "Section",
+    "SetGripper",
+    "SetPayload",
+    "Solid",
+    "SpiralSearch",
+    "Stand",
+    "Step",
+    "Thing",
+    "Touch",
+    "Track",
+    "TryInOrder",
+    "Value",
+    "Vector3",
+    "Verdict",
+    "View",
+    "Wait",
+    "World",
+    "ZeroSensor",
+    "attempts",
+    "clash",
+    "initial_belief",
+    "is_program_text",
+    "monitor",
+    "objections",
+    "read_program",
+    "replace",
+    "retry",
+    "sequence",
+    "typed_code",
+    "uses_arm",
+    "walk",
+    "write_program",
+]
+
+
+def __getattr__(name: str) -> Any:
+    return _NAMES.load(name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,140 @@
+"""Belief: what is held true at one point of a plan, and where each part of it came from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from msgspec import field
+from msgspec.structs import replace
+
+from ..base.value import Value
+from .geometry import Pose
+from .world import Feature, Thing, World
+
+
+class Estimate(Value):
+    """A pose with its uncertainty and provenance.
+
+    Args:
+        pose: world frame.
+        sigma: standard deviation of the position [m].
+        source: who said so.
+    """
+
+    pose: Pose
+    sigma: float = 0.0
+    source: str = "known from the scenario"
+
+
+class Held(Value):
+    """A thing in the gripper.
+
+    Args:
+        tcp_to_thing: its pose in the TCP frame.
+        opening: finger distance [m].
+        sigma: standard deviation of its position in the hand [m]; motions in contact widen it.
+        joints: of the arm when it was grasped: where they still are, nothing has moved.
+    """
+
+    thing: str
+    tcp_to_thing: Pose
+    opening: float
+    sigma: float = 0.0
+    joints: tuple[float, ...] = ()
+
+
+Relation = tuple[str, str, str]
+
+
+class Belief(Value):
+    """State of the world as the engine believes it; frozen.
+
+    Args:
+        world: shapes and features of the things; its poses are the initial ones.
+        poses: thing -> estimate, for every thing that is not held.
+        robot: the mount that acts.
+        joints: its joint position [rad].
+        opening: of its gripper [m].
+        held: what is grasped, and how.
+        relations: facts such as ("hangs_on", "tea", "hanger").
+        at: where the arm's base is in the world, for a robot that drives; None for one that is bolted down.
+    """
+
+    world: World
+    poses: Mapping[str, Estimate]
+    robot: str
+    joints: tuple[float, ...]
+    opening: float
+    held: Held | None = None
+    relations: frozenset[Relation] = field(default_factory=frozenset)
+    at: Pose | None = None
+
+    def thing(self, entity: str) -> Thing:
+        """The thing that an entity name ("thing" or "thing/feature") belongs to."""
+        return self.world.thing(entity.split("/")[0])
+
+    def feature(self, entity: str, type_: str | None = None) -> Feature | None:
+        """The feature that an entity names, or the thing's first feature of a class."""
+        thing, _, part = entity.partition("/")
+        owner = self.world.thing(thing)
+        if part:
+            return next((f for f in owner.features if f.name == part), None)
+        return owner.feature(type_) if type_ else None
+
+    def base(self) -> Pose:
+        """The arm's base in the world."""
+        return self.at or next(r.base for r in self.world.robots if r.name == self.robot)
+
+    def pose(self, entity: str) -> Pose:
+        """Pose of a thing or feature in the robot's base frame.
+
+        Raises:
+            KeyError: the thing is held (its pose depends on the arm) or unknown.
+        """
+        thing, _, part = entity.partition("/")
+        pose = self.base().inverse() * self.poses[thing].pose
+        feature = self.feature(entity) if part else None
+        return pose * feature.pose if feature else pose
+
+    def moved(self, joints: tuple[float, ...]) -> Belief:
+        return replace(self, joints=joints)
+
+    def driven(self, at: Pose) -> Belief:
+        """The arm's base is elsewhere; what is held came along."""
+        held = replace(self.held, joints=()) if self.held else None
+        return replace(self, at=at, held=held)
+
+    def grasped(self, held: Held) -> Belief:
+        """The thing moves with the hand from now on; nothing else supports it until that is known."""
+        poses = {k: v for k, v in self.poses.items() if k != held.thing}
+        resting = self.unrelated("on", held.thing).unrelated("in", held.thing)
+        return replace(resting, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
+
+    def released(self, estimate: Estimate, opening: float) -> Belief:
+        """Let go of what is held; it is then where ``estimate`` says."""
+        assert self.held is not None
+        return replace(self, poses={**self.poses, self.held.thing: estimate}, held=None, opening=opening)
+
+    def related(self, *facts: Relation) -> Belief:
+        return replace(self, relations=self.relations | set(facts))
+
+    def unrelated(self, predicate: str, subject: str) -> Belief:
+        """Without any fact ``predicate(subject, _)``."""
+        return replace(self, relations=frozenset(r for r in self.relations if r[:2] != (predicate, subject)))
+
+    def relates(self, predicate: str, subject: str) -> str | None:
+        """The first thing that ``predicate(subject, thing)`` holds for."""
+        return next((o for p, s, o in sorted(self.relations) if (p, s) == (predicate, subject)), None)
+
+
+def initial_belief(
+    world: World,
+    robot: str,
+    joints: tuple[float, ...],
+    opening: float,
+    relations: Iterable[Relation] = (),
+    at: Pose | None = None,
+) -> Belief:
+    """The belief that takes every pose of the world as known."""
+    poses = {t.name: Estimate(t.pose) for t in world.things}
+    return Belief(world, poses, robot, joints, opening, relations=frozenset(relations), at=at)

@@ -1,0 +1,151 @@
+"""The plan language: several designators under one rule. See docs/reference/plan_language.md.
+
+A ``Compound`` is an action that is made of others. Two of its kinds are decided while planning: "sequence", and
+"try_in_order", whose branches are alternatives of the search. The others are decided while the program runs: they become
+control steps of the program (``cramlite.model.program``), and text.
+
+    >>> from cramlite.model import Motion
+    >>> search = Motion("1.Search/spiral", "spiral_search", parameters={"radius_m": 0.003})
+    >>> retry("1.Search/retry", search, {"radius_m": 0.008}).branches[1][0].parameters
+    {'radius_m': 0.008}
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+from msgspec.structs import replace
+
+from ..base.value import Value
+from .designators import Action, Designator, Motion
+
+Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "repeat", "monitor"]
+Branch = tuple[Designator, ...]
+
+
+class Compound(Action):
+    """Designators under one rule; made by the functions below.
+
+    Args:
+        kind: the rule; ``task`` is the same as a class.
+        branches: each is done in order; sequence, repeat and monitor have one.
+        parameters: "times" of repeat; "force_n", "slip_m" and "time_s" of monitor, those that are watched.
+    """
+
+    kind: Kind = "sequence"
+    branches: tuple[Branch, ...] = ()
+
+    def __str__(self) -> str:
+        inner = " | ".join(", ".join(p.name for p in b) for b in self.branches)
+        return f"{self.kind}({inner})"
+
+    @property
+    def decided_at_run_time(self) -> bool:
+        return self.kind not in ("sequence", "try_in_order")
+
+
+class Mark(Value):
+    """Stands in the agenda where a branch of a compound begins; after the last one, where the compound ends."""
+
+    compound: Compound
+    branch: int
+
+
+def compound(kind: Kind, name: str, branches: tuple[Branch, ...], **parameters: float) -> Compound:
+    """A compound of any kind; its branches must not be empty."""
+    if not branches or not all(branches):
+        raise ValueError(f"{kind} '{name}' needs something to do")
+    return Compound(name, f"cram:{kind}", parameters=parameters, kind=kind, branches=branches)
+
+
+def sequence(name: str, *parts: Designator) -> Compound:
+    """One after the other; the first failure ends it."""
+    return compound("sequence", name, (parts,))
+
+
+def try_in_order(name: str, *parts: Designator) -> Compound:
+    """While planning: the first part that can be resolved, and whose program is proven. The program holds that one only."""
+    return compound("try_in_order", name, tuple((p,) for p in parts))
+
+
+def attempts(name: str, *parts: Designator) -> Compound:
+    """While the program runs: one part after the other, until one succeeds. The program holds all of them."""
+    return compound("attempts", name, tuple((p,) for p in parts))
+
+
+def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
+    """Attempts at one part: as it is, then with each change of its parameters, until one succeeds."""
+    again = [
+        replace(part, name=f"{part.name}/attempt_{k}", parameters={**part.parameters, **change})
+        for k, change in enumerate(changes, 2)
+    ]
+    return attempts(name, part, *again)
+
+
+def parallel(name: str, *parts: Designator) -> Compound:
+    """At the same time: it succeeds when all have, the first failure stops the others."""
+    return compound("parallel", name, tuple((p,) for p in parts))
+
+
+def try_all(name: str, *parts: Designator) -> Compound:
+    """At the same time: the first success stops the others; it fails when all have. The arm then goes back to where it
+    began, because only the run decides which part succeeds."""
+    return compound("try_all", name, tuple((p,) for p in parts))
+
+
+def repeat(name: str, times: int, *parts: Designator) -> Compound:
+    """So many times; the first failure ends it. What does not end where it begins is led back there."""
+    return compound("repeat", name, (parts,), times=times)
+
+
+def monitor(
+    name: str,
+    *parts: Designator,
+    force_n: float | None = None,
+    slip_m: float | None = None,
+    time_s: float | None = None,
+) -> Compound:
+    """While something is watched: the force on the tool, how far the fingers close further, the time. When it is exceeded
+    the parts are stopped and it fails."""
+    watched = {k: v for k, v in (("force_n", force_n), ("slip_m", slip_m), ("time_s", time_s)) if v is not None}
+    if not watched:
+        raise ValueError(f"monitor '{name}' watches nothing: give force_n, slip_m or time_s")
+    return compound("monitor", name, (parts,), **watched)
+
+
+class Way(Value):
+    """One way to do a compound, as a ``Decomposition`` is of an action: what goes on the agenda, why, and its cost."""
+
+    steps: tuple[Designator | Mark, ...]
+    reason: str
+    cost: float = 0.0
+
+
+def ways(item: Compound) -> Iterator[Way]:
+    """How a compound is put on the agenda: the alternatives of try_in_order, else one way with marks."""
+    if item.kind == "sequence":
+        yield Way(item.branches[0], "in this order")
+    elif item.kind == "try_in_order":
+        for k, branch in enumerate(item.branches):
+            names = ", ".join(p.name for p in branch)
+            steps = (Mark(item, 0), *branch, Mark(item, len(item.branches)))
+            yield Way(steps, f"alternative {k + 1} of {len(item.branches)}: {names}", float(k))
+    else:
+        marked: list[Designator | Mark] = [
+            part for k, branch in enumerate(item.branches) for part in (Mark(item, k), *branch)
+        ]
+        yield Way((*marked, Mark(item, len(item.branches))), f"{item.kind}, decided while the program runs")
+
+
+def touched(item: Compound) -> tuple[str, ...]:
+    """The variables that the parts of a compound may touch: what their tasks are about."""
+    found: list[str] = []
+    for part in (p for branch in item.branches for p in branch):
+        if isinstance(part, Compound):
+            found += touched(part)
+        elif isinstance(part, Action):
+            found += (o.name for o in part.roles.values())
+        elif isinstance(part, Motion):
+            found += part.may_touch
+    return tuple(dict.fromkeys(found))

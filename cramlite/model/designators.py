@@ -1,0 +1,176 @@
+"""Designators: descriptions of actions, objects, locations and motions.
+
+A designator is *open* while it only describes, *late* when its value will be
+known at run time, and *grounded* when a plugin has bound it. All are frozen; a
+grounding is a new value beside the designator, never a change to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from msgspec import field
+from msgspec.structs import replace
+
+from ..base.value import Value
+from .geometry import Pose
+
+
+class Object(Value):
+    """Something in the world that plays a role.
+
+    Args:
+        name: variable, the same for every task that means the same thing, e.g. "object_1".
+        types: classes as CURIEs, most specific first; any subclass will do.
+        features: feature classes it must have, e.g. ("vrps:Hole",).
+        affords: affordances that it must offer, as CURIEs.
+        part_of: the variable of the whole, when this designates a feature (a peg of a hanger).
+        entity: an instance asked for by name; scenarios may, plans from demonstrations never do.
+    """
+
+    name: str
+    types: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
+    affords: tuple[str, ...] = ()
+    part_of: str | None = None
+    entity: str | None = None
+
+    def __str__(self) -> str:
+        what = " or ".join(self.types) or "anything"
+        having = f" with {', '.join(self.features)}" if self.features else ""
+        return f"{self.name}: {self.entity or what}{having}"
+
+    def merged(self, other: Object) -> Object:
+        """One designator that asks for what both ask for."""
+        features = tuple(dict.fromkeys((*self.features, *other.features)))
+        affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
+        return replace(self, types=self.types or other.types, features=features, affords=affords)
+
+
+class Location(Value):
+    """Where the hand, or what it holds, should be.
+
+    Args:
+        name: e.g. "grasp(object_1)"; tasks that name the same location share its grounding.
+        relation: what the place is to the object: "grasp", "in", "on", "extract", "insert", "slide", "home", ...;
+            "stand" is a place of the robot itself (a ``Stand``).
+        of: variable of the reference object; None where the relation needs none.
+        parameters: further constraints, by name.
+    """
+
+    name: str
+    relation: str
+    of: str | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"{self.relation} of {self.of}" if self.of else self.relation
+
+
+class Place(Value):
+    """A grounded location: TCP poses in the robot's base frame.
+
+    Args:
+        pose: the TCP when there.
+        before: where to stand off before going there.
+        opening: finger distance to arrive with [m]; None where it does not matter.
+        approach: unit vector of the last motion, base frame.
+        path: further TCP poses from ``pose`` onwards, for locations that are traversed.
+        thing: the thing that is meant; "" for none.
+        values: numbers that motions need, with units in their names, e.g. {"width_m": 0.04}.
+    """
+
+    pose: Pose
+    before: Pose
+    opening: float | None = None
+    approach: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    path: tuple[Pose, ...] = ()
+    thing: str = ""
+    values: Mapping[str, float] = field(default_factory=dict)
+
+
+class Stand(Value):
+    """A grounded location of the robot itself.
+
+    Args:
+        pose: of its platform, in the world: level, on the floor.
+        thing: the thing that it stands at.
+    """
+
+    pose: Pose
+    thing: str = ""
+
+
+class Motion(Value):
+    """A movement without its trajectory.
+
+    Args:
+        name: unique in the plan, e.g. "3.Grasping/approach".
+        kind: a word that a motion plugin answers; those of cramlite: "transfer", "linear", "gripper", "until_contact",
+            "force_path", "spiral_search", "force_insert", "force_extract", "compliant_slide", "payload", "zero_sensor",
+            "hold", "tilt", "drive", "back" (docs/reference/motions.md).
+        to: name of a location, or None.
+        parameters: by name, with units in the name, e.g. {"speed_m_s": 0.05}.
+        may_touch: variables or "held" that may be touched on the way.
+        reason: why the task needs it, in a clause; it becomes the comment in the code.
+    """
+
+    name: str
+    kind: str
+    to: Location | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    may_touch: tuple[str, ...] = ()
+    reason: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.kind} to {self.to}" if self.to else self.kind
+
+
+class Action(Value):
+    """A task to be executed.
+
+    Args:
+        name: unique in the plan, e.g. "3.Grasping".
+        task: class as a CURIE, e.g. "soma:Grasping".
+        roles: role name -> object.
+        goal: where it leads, for tasks that have one.
+        parameters: by name, with units in the name.
+    """
+
+    name: str
+    task: str
+    roles: Mapping[str, Object] = field(default_factory=dict)
+    goal: Location | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"{self.task.split(':')[-1]}({', '.join(f'{k}={v.name}' for k, v in self.roles.items())})"
+
+    def inside(self, name: str) -> str:
+        """The name of a designator that belongs to this action."""
+        return f"{self.name}/{name}"
+
+
+class Late(Value):
+    """An object whose pose is bound at RUN time.
+
+    Args:
+        query: what to look for.
+        prior: where it is believed to be; None if unknown.
+        tolerance: how far from the prior a program must still work [m, rad].
+    """
+
+    query: Object
+    prior: Pose | None = None
+    tolerance: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def name(self) -> str:
+        return self.query.name
+
+    def __str__(self) -> str:
+        return f"late {self.query} within {self.tolerance[0] * 1000:.0f} mm"
+
+
+Designator = Action | Object | Location | Motion | Late

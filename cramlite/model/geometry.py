@@ -1,0 +1,156 @@
+"""Rigid poses: the one geometric value that every stage shares.
+
+Convention everywhere in cramlite: metres, right-handed frames, quaternions as
+(w, x, y, z). File formats that store (x, y, z, w) convert at their border.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from msgspec.structs import force_setattr
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.value import Value
+
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Floats = NDArray[np.float64]
+HALF_TURN = 1e-7
+"""Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
+
+
+class Pose(Value, dict=True):
+    """A rigid transform: the pose of a child frame in its parent.
+
+    Args:
+        position: (x, y, z) [m].
+        quaternion: (w, x, y, z); normalised on construction.
+
+    Raises:
+        ValueError: a number is not finite, or the quaternion has no length.
+    """
+
+    position: Vector3 = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        position = tuple(float(v) for v in self.position)
+        quaternion = tuple(float(v) for v in self.quaternion)
+        length = math.hypot(*quaternion)
+        if len(position) != 3 or len(quaternion) != 4 or not math.isfinite(sum(position) + length) or length < 1e-9:
+            raise ValueError(f"not a pose: position {self.position}, quaternion {self.quaternion}")
+        if abs(length - 1.0) > 1e-12:
+            quaternion = tuple(v / length for v in quaternion)
+        force_setattr(self, "position", position)
+        force_setattr(self, "quaternion", quaternion)
+
+    @classmethod
+    def from_matrix(cls, matrix: ArrayLike) -> Pose:
+        """The pose of a (4, 4) homogeneous or (3, 3) rotation matrix."""
+        m = np.asarray(matrix, dtype=float)
+        position = m[:3, 3] if m.shape == (4, 4) else np.zeros(3)
+        return cls(tuple(position), _quaternion(m[:3, :3]))
+
+    @classmethod
+    def from_rotvec(cls, position: Sequence[float], rotvec: Sequence[float]) -> Pose:
+        """The pose with a rotation vector [rad], the form of URScript's p[...]."""
+        angle = math.hypot(*rotvec)
+        scale = math.sin(angle / 2) / angle if angle > 1e-12 else 0.5
+        return cls(tuple(position), (math.cos(angle / 2), *(v * scale for v in rotvec)))  # type: ignore[arg-type]
+
+    @classmethod
+    def from_axes(cls, position: Sequence[float], z: ArrayLike, x: ArrayLike) -> Pose:
+        """The pose whose z axis is ``z`` and whose x axis is as near to ``x`` as it can be."""
+        axis_z = np.asarray(z, dtype=float) / np.linalg.norm(z)
+        side = np.asarray(x, dtype=float)
+        side = side - axis_z * (side @ axis_z)
+        axis_x = side / np.linalg.norm(side)
+        matrix = np.eye(4)
+        matrix[:3, :3] = np.column_stack([axis_x, np.cross(axis_z, axis_x), axis_z])
+        matrix[:3, 3] = position
+        return cls.from_matrix(matrix)
+
+    @cached_property
+    def rotation(self) -> Floats:
+        """The (3, 3) rotation matrix."""
+        w, x, y, z = self.quaternion
+        return np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+
+    @cached_property
+    def matrix(self) -> Floats:
+        """The (4, 4) homogeneous matrix."""
+        m = np.eye(4)
+        m[:3, :3], m[:3, 3] = self.rotation, self.position
+        return m
+
+    @property
+    def rotvec(self) -> Vector3:
+        """The rotation vector [rad], of length 0 to pi.
+
+        Half a turn has two; the one whose first component that is not zero is positive is taken, so that rounding
+        does not decide which one a program shows.
+        """
+        w, *v = self.quaternion
+        leading = next((c for c in v if abs(c) > HALF_TURN), 0.0)
+        if w < -HALF_TURN or (abs(w) <= HALF_TURN and leading < 0):
+            w, v = -w, [-c for c in v]
+        sine = math.hypot(*v)
+        scale = 2 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0
+        return (v[0] * scale, v[1] * scale, v[2] * scale)
+
+    def __mul__(self, other: Pose) -> Pose:
+        """This pose followed by ``other``: a_T_b * b_T_c = a_T_c."""
+        a, b = self.quaternion, other.quaternion
+        quaternion = (
+            a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+        )
+        return Pose(tuple(self.apply(other.position)), quaternion)
+
+    def inverse(self) -> Pose:
+        """The parent frame as seen from the child."""
+        w, x, y, z = self.quaternion
+        turned = Pose((0, 0, 0), (w, -x, -y, -z))
+        return Pose(tuple(-turned.apply(self.position)), turned.quaternion)
+
+    def apply(self, points: ArrayLike) -> Floats:
+        """Points (..., 3) of the child frame, in the parent frame."""
+        moved: Floats = self.turn(points) + np.asarray(self.position)
+        return moved
+
+    def turn(self, vectors: ArrayLike) -> Floats:
+        """Directions (..., 3) of the child frame, in the parent frame."""
+        turned: Floats = np.asarray(vectors, dtype=float) @ self.rotation.T
+        return turned
+
+    def distance(self, other: Pose) -> tuple[float, float]:
+        """How far the other pose is: (metres, radians)."""
+        dot = abs(sum(a * b for a, b in zip(self.quaternion, other.quaternion, strict=True)))
+        return math.dist(self.position, other.position), 2 * math.acos(min(1.0, dot))
+
+
+def _quaternion(r: Floats) -> Quaternion:
+    """Shepperd's method: the largest of the four components is computed first, so that nothing cancels."""
+    trace = float(np.trace(r))
+    candidates = [trace, float(r[0, 0]), float(r[1, 1]), float(r[2, 2])]
+    k = int(np.argmax(candidates))
+    if k == 0:
+        q = (1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1])
+    else:
+        i, j, m = k - 1, k % 3, (k + 1) % 3
+        parts = [0.0, 0.0, 0.0]
+        parts[i], parts[j], parts[m] = 1 + 2 * r[i, i] - trace, r[i, j] + r[j, i], r[i, m] + r[m, i]
+        q = (r[m, j] - r[j, m], *parts)
+    return tuple(float(v) for v in q)  # type: ignore[return-value]

@@ -1,0 +1,105 @@
+"""A typed robot program, and the text that a backend made of it."""
+
+from __future__ import annotations
+
+from ..base.value import Value
+from .geometry import Pose, Vector3
+from .steps import (
+    AnyStep,
+    Joints,
+)
+
+
+class Section(Value):
+    """The steps of one task: ``steps`` [first, last).
+
+    Args:
+        task: the task designator's name, e.g. "3.Grasping".
+        title: what it does in words, with the grounded objects.
+    """
+
+    task: str
+    title: str
+    first: int
+    last: int
+
+
+class Snapshot(Value):
+    """A pose that the program relies on: snapshot mode states each in the code's header.
+
+    Args:
+        thing: name in the robot's world.
+        pose: in the robot's base frame.
+        source: who said so, e.g. "known from the scenario".
+        age: [s] at planning.
+    """
+
+    thing: str
+    pose: Pose
+    source: str
+    age: float = 0.0
+
+
+class LatePose(Value):
+    """A pose that the program asks for when it runs: parametric mode.
+
+    Args:
+        thing: name, as the perception server knows it.
+        pose: where it was when this was planned, in the robot's base frame.
+        tolerance: how far from there the program works, and is refused beyond [m, rad].
+    """
+
+    thing: str
+    pose: Pose
+    tolerance: tuple[float, float]
+
+
+class Program(Value):
+    """A program for one robot.
+
+    Args:
+        name: an identifier, used as the name of the code's function.
+        robot: the mount's name in the world.
+        robot_type: e.g. "ur5e".
+        tcp: pinch point in the flange frame.
+        start: joint position it must be started from [rad].
+        steps, sections: in order of execution.
+        snapshots: poses that were bound at plan time.
+        force_limit: protective limit on the TCP force over the whole program [N].
+        mass, center: the gripper's payload [kg, m in the flange frame].
+        late: poses that are bound at run time.
+    """
+
+    name: str
+    robot: str
+    robot_type: str
+    tcp: Pose
+    start: Joints
+    steps: tuple[AnyStep, ...]
+    sections: tuple[Section, ...]
+    snapshots: tuple[Snapshot, ...] = ()
+    force_limit: float = 60.0
+    mass: float = 0.0
+    center: Vector3 = (0.0, 0.0, 0.0)
+    late: tuple[LatePose, ...] = ()
+
+
+class Code(Value):
+    """A program's text.
+
+    Args:
+        language: e.g. "urscript".
+        text: what a robot is given.
+        origins: line (from 1) -> origin of the step it came from.
+        suffix: of its file, e.g. ".script".
+    """
+
+    language: str
+    text: str
+    origins: dict[int, str]
+    suffix: str
+
+    def task_of(self, line: int) -> str:
+        """The task whose code the line is in: the last origin at or before it."""
+        before = [k for k in self.origins if k <= line]
+        return self.origins[max(before)].split("/")[0] if before else ""

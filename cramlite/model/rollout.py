@@ -1,0 +1,204 @@
+"""A rollout: what happened when a text ran, its drawing, and its file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from msgspec import field, to_builtins
+
+from ..base.errors import UserError
+from ..base.value import Value
+from .geometry import Floats, Vector3
+from .world import World
+
+
+class Solid(Value):
+    """A rigid piece of a body, as triangles.
+
+    Args:
+        body: whose frame it is given in.
+        vertices: (V, 3) [m].
+        faces: (F, 3) indices, counter-clockwise seen from outside.
+        colour: red, green, blue and opacity, 0 to 1.
+    """
+
+    body: str
+    vertices: Floats
+    faces: Any
+    colour: tuple[float, float, float, float]
+
+
+class Scene(Value):
+    """Shapes in motion.
+
+    Args:
+        times: (N,) [s].
+        solids: what is seen.
+        poses: body -> (N, 7), position [m] and quaternion (w, x, y, z) in the world; (1, 7) for what never moves.
+        owners: body -> the thing or robot that it belongs to.
+    """
+
+    times: Floats
+    solids: tuple[Solid, ...]
+    poses: Mapping[str, Floats]
+    owners: Mapping[str, str]
+
+
+class Touch(Value):
+    """A contact between two bodies at one sample.
+
+    Args:
+        a, b: "thing" or "thing/part" for things; "effector/left" and "effector/right" for the two
+            finger pads (thumb and index of a hand); "effector/body" for the rest of it.
+        force: normal force, summed over the contact points [N].
+        lift: vertical component of the whole force that ``a`` exerts on ``b`` [N], up positive.
+    """
+
+    a: str
+    b: str
+    force: float
+    lift: float
+
+
+class Message(Value):
+    """A line of the program's own log.
+
+    Args:
+        time: since the start [s].
+        text: what the program wrote.
+        line: of the program, 0 for none.
+    """
+
+    time: float
+    text: str
+    line: int = 0
+
+
+class Rollout(Value):
+    """Samples at a constant rate.
+
+    Args:
+        world: the world at the start.
+        effector: name of the hand or robot.
+        times: (N,) [s].
+        poses: thing name -> (N, 7), position and quaternion (w, x, y, z), world frame; further
+            frames "effector", "effector/left", "effector/right" (finger tips).
+        touches: N tuples.
+        joints: (N, J) arm joints [rad]; J = 0 for a hand.
+        wrench: (N, 6) what the effector applies to its environment, at the sensor, world axes [N, Nm].
+        opening: (N,) distance between the finger pads [m].
+        lines: (N,) program line under execution, 0 for none.
+        messages: the program's log.
+        outcome: "finished", or why it ended: "halted", "protective stop", "timeout", "error".
+        reason: one clause with numbers when the outcome is not "finished".
+        extra: further numbers that a simulator measured, by name.
+        values: thing name -> (N,) value of the joint that it moves on [m, rad].
+        grains: thing name -> (N, count, 3) centres of the balls that it was filled with, world frame [m].
+        sizes: of what is in ``poses`` and no thing: "mount/base" is a robot's platform; length, width, height over its
+            frame [m].
+        seen: thing name -> when a camera first saw it [s], infinite for never; of what nobody knew at the start where it
+            is (``World.poses``), so it is empty where everything is known.
+        force: (N,) what the program feels, URScript's ``force()``: at the TCP, without the weight of what the program says
+            that it carries, since the last tare; before the first one as ``wrench`` [N]; None where no controller ran.
+    """
+
+    world: World
+    effector: str
+    times: Floats
+    poses: dict[str, Floats]
+    touches: tuple[tuple[Touch, ...], ...]
+    joints: Floats
+    wrench: Floats
+    opening: Floats
+    lines: Floats
+    messages: tuple[Message, ...] = ()
+    outcome: str = "finished"
+    reason: str = ""
+    extra: dict[str, float] = field(default_factory=dict)
+    values: dict[str, Floats] = field(default_factory=dict)
+    grains: dict[str, Floats] = field(default_factory=dict)
+    sizes: dict[str, Vector3] = field(default_factory=dict)
+    seen: dict[str, float] = field(default_factory=dict)
+    force: Floats | None = None
+
+    def contact_force(self) -> Floats:
+        """(N,) ``force``, or, where nobody tared a sensor, the magnitude of ``wrench`` [N]."""
+        norm: Floats = (self.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
+        return norm if self.force is None else self.force
+
+
+_ARRAYS = ("times", "joints", "wrench", "opening", "lines")
+
+
+def save_rollout(rollout: Rollout, path: Path) -> None:
+    """Write a rollout. The world is not written: whoever reads it has its file."""
+    import numpy as np
+
+    pairs = sorted({(t.a, t.b) for touches in rollout.touches for t in touches})
+    number = {pair: k for k, pair in enumerate(pairs)}
+    rows = [
+        (k, number[t.a, t.b], t.force, t.lift) for k, touches in enumerate(rollout.touches) for t in touches
+    ]  # fmt: skip
+    header = {
+        "effector": rollout.effector, "outcome": rollout.outcome, "reason": rollout.reason, "extra": rollout.extra,
+        "messages": [to_builtins(m) for m in rollout.messages], "pairs": pairs, "poses": list(rollout.poses),
+        "values": {name: values.tolist() for name, values in rollout.values.items()},
+        "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen,
+    }  # fmt: skip
+    arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
+    if rollout.force is not None:
+        arrays["force"] = rollout.force
+    poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
+    poses |= {f"grains{k}": rows for k, rows in enumerate(rollout.grains.values())}
+    with path.open("wb") as file:
+        np.savez(file, header=json.dumps(header), touches=np.array(rows).reshape(-1, 4), **arrays | poses)
+
+
+def load_rollout(path: Path, world: World) -> Rollout:
+    """Read what ``save_rollout`` wrote.
+
+    Args:
+        world: at the start.
+
+    Raises:
+        UserError: the file is missing or damaged.
+    """
+    import zipfile
+
+    import numpy as np
+
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            data: dict[str, Any] = {name: file[name] for name in file.files}
+        header = json.loads(str(data["header"]))
+        return _rollout(header, data, world)
+    except (OSError, ValueError, KeyError, IndexError, TypeError, zipfile.BadZipFile) as error:
+        raise UserError(f"'{path}' holds no recorded run ({error}); run 'cramlite execute --out' again.") from error
+
+
+def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Rollout:
+    import numpy as np
+
+    touches: list[list[Touch]] = [[] for _ in data["times"]]
+    for sample, pair, force, lift in data["touches"].tolist():
+        a, b = header["pairs"][int(pair)]
+        touches[int(sample)].append(Touch(a, b, force, lift))
+    return Rollout(
+        world=world,
+        effector=header["effector"],
+        poses={name: data[f"pose{k}"] for k, name in enumerate(header["poses"])},
+        touches=tuple(map(tuple, touches)),
+        messages=tuple(Message(**m) for m in header["messages"]),
+        outcome=header["outcome"],
+        reason=header["reason"],
+        extra=header["extra"],
+        values={name: np.array(values) for name, values in header.get("values", {}).items()},
+        grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
+        sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
+        seen=header.get("seen", {}),
+        force=data.get("force"),
+        **{name: data[name] for name in _ARRAYS},
+    )

@@ -1,0 +1,369 @@
+"""The steps of a typed program: what a robot is told to do, one motion, force motion or control construct each.
+
+All lengths are metres, angles radians, times seconds, forces newtons. Cartesian
+targets are poses of the tool centre point (TCP) in the frame of the arm's base, wherever
+a platform has driven it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Literal
+
+from ..base.value import Value
+from .geometry import Pose, Vector3
+
+Joints = tuple[float, ...]
+
+
+class Step(Value, kw_only=True):
+    """Common to all steps.
+
+    Args:
+        origin: the designator that this step grounds, e.g. "3.Grasping/approach"; a code line leads back to it.
+        comment: one clause for the reader of the code.
+        relative: a thing whose pose is late: targets and directions move along with it; "" for none.
+    """
+
+    origin: str = ""
+    comment: str = ""
+    relative: str = ""
+
+
+class MoveUntilContact(Step):
+    """Straight TCP motion that ends on contact: guarded motion.
+
+    Args:
+        direction: unit vector, base frame.
+        speed: <= 0.02 m/s, where inertial forces stay below the threshold (docs/explanation/simulation.md).
+        force: contact is found when the reaction along ``direction`` exceeds this [N].
+        distance: how far to go at most [m].
+        expect: "contact": not finding one is an error; "any": both ends are fine.
+        timeout: [s].
+        joints: inverse solution at the far end, for checks.
+    """
+
+    direction: Vector3
+    speed: float
+    force: float
+    distance: float
+    timeout: float
+    expect: Literal["contact", "any"] = "contact"
+    joints: Joints = ()
+
+
+class ForceMove(Step):
+    """Straight TCP motion along waypoints while some axes comply: force mode around linear motion.
+
+    Args:
+        waypoints: TCP in base.
+        frame: orientation of the compliance frame in base (its position is ignored).
+        compliant: which of x, y, z, rx, ry, rz of ``frame`` comply.
+        wrench: target force on the compliant axes [N, Nm], what the robot applies.
+        limits: compliant axes: highest TCP speed [m/s, rad/s]; others: highest deviation [m, rad].
+        speed: along the path [m/s].
+        force_limit: abort when the force magnitude exceeds this [N].
+        timeout: [s].
+        joints: inverse solution at the last waypoint, for checks.
+    """
+
+    waypoints: tuple[Pose, ...]
+    frame: Pose
+    compliant: tuple[bool, bool, bool, bool, bool, bool]
+    wrench: tuple[float, float, float, float, float, float]
+    limits: tuple[float, float, float, float, float, float]
+    speed: float
+    force_limit: float
+    timeout: float
+    joints: Joints = ()
+
+
+class SpiralSearch(Step):
+    """Look for an opening by touch: press along an axis and move across it on an Archimedean spiral until it gives way,
+    or until a rim holds it: a force across of more than twice ``force``, which the friction of no face explains.
+
+    Aborts when the spiral ends, the force limit is exceeded or the time is over without that.
+
+    Args:
+        frame: orientation of the search in base (its position is ignored); z is the direction of pressing.
+        force: pressed with [N].
+        pitch: between neighbouring turns [m]; at most the play of what is searched for.
+        radius: of the last turn [m].
+        speed: along the spiral [m/s].
+        advance: along z, from the start of the search, that means that the opening was found [m].
+        force_limit: abort when the force magnitude exceeds this [N].
+        timeout: [s].
+        joints: inverse solution at the middle, for checks.
+    """
+
+    frame: Pose
+    force: float
+    pitch: float
+    radius: float
+    speed: float
+    advance: float
+    force_limit: float
+    timeout: float
+    joints: Joints = ()
+
+
+class ForceInsert(Step):
+    """Push along an axis with a force, giving way sideways, until a depth is reached.
+
+    Nothing is commanded but forces: what guides the tool is what it is pushed along. Aborts when the force limit is
+    exceeded or the depth is not reached in time (something jams).
+
+    Args:
+        frame: orientation in base (its position is ignored); z is the direction of pushing.
+        force: pushed with [N].
+        depth: along z, from where it starts [m].
+        speed: highest TCP speed on each axis [m/s].
+        force_limit: abort when the force magnitude exceeds this [N].
+        timeout: [s].
+        joints: inverse solution at the end, for checks.
+    """
+
+    frame: Pose
+    force: float
+    depth: float
+    speed: float
+    force_limit: float
+    timeout: float
+    joints: Joints = ()
+
+
+class ForceExtract(Step):
+    """Pull along an axis with a force, giving way sideways, until it is out.
+
+    Nothing is commanded but forces: what guides the tool is what it is pulled along, so that the pull can never be
+    harder than ``force``, however the thing jams. Aborts when the force limit is exceeded or the way is not done in time.
+
+    Args:
+        frame: z is the direction of pulling.
+        force: pulled with [N].
+        across: forces on x and y of the frame [N]: the weight that rests on the peg when the sensor is tared.
+        way: along z, from where it starts [m].
+        speed: highest TCP speed on each axis [m/s].
+        force_limit: abort when the force magnitude exceeds this [N].
+        timeout: [s].
+        joints: inverse solution at the end, for checks.
+    """
+
+    frame: Pose
+    force: float
+    across: tuple[float, float]
+    way: float
+    speed: float
+    force_limit: float
+    timeout: float
+    joints: Joints = ()
+
+
+class CompliantSlide(Step):
+    """Straight TCP motion along waypoints on a surface, pressing on it with a force and following its height.
+
+    Aborts when the force limit is exceeded (what slides is stuck), when the contact is lost for longer than ``lost``
+    (the surface has ended), or the time is over.
+
+    Args:
+        waypoints: TCP in base.
+        frame: z is the direction of pressing; only this axis complies.
+        force: pressed with [N].
+        speed: along the path [m/s].
+        lost: how long the reaction may be under a quarter of ``force`` [s].
+        force_limit: abort when the force magnitude exceeds this [N].
+        timeout: [s].
+        joints: inverse solution at the last waypoint, for checks.
+    """
+
+    waypoints: tuple[Pose, ...]
+    frame: Pose
+    force: float
+    speed: float
+    lost: float
+    force_limit: float
+    timeout: float
+    joints: Joints = ()
+
+
+class MoveJoints(Step):
+    """Joint-space motion through via points; the path was checked as straight joint-space lines with rounded corners.
+
+    Args:
+        path: one or more joint positions, the start excluded [rad].
+        speed, acceleration: of the leading axis [rad/s, rad/s2].
+        radii: for each point but the last, how far from it the TCP may leave the lines to round the corner [m]; 0 is
+            a stop. Empty: it stops at all of them.
+    """
+
+    path: tuple[Joints, ...]
+    speed: float
+    acceleration: float
+    radii: tuple[float, ...] = ()
+
+
+class MoveLinear(Step):
+    """Straight TCP motion. ``joints`` is the inverse solution at the target, for checks.
+
+    Args:
+        target: TCP in base.
+        speed, acceleration: of the TCP [m/s, m/s2].
+    """
+
+    target: Pose
+    speed: float
+    acceleration: float
+    joints: Joints = ()
+
+
+class SetGripper(Step):
+    """Move the gripper and wait.
+
+    Args:
+        opening: distance between the pads to go to [m].
+        speed: of the pads [m/s].
+        force: grip force [N].
+        expect: "object": stopping before ``opening`` on an object is required; "none": reaching it is; "any".
+        timeout: [s].
+    """
+
+    opening: float
+    speed: float
+    force: float
+    expect: Literal["object", "none", "any"] = "any"
+    timeout: float = 3.0
+
+
+class SetPayload(Step):
+    """Tell the controller what hangs on the flange: gripper and object.
+
+    Args:
+        mass: [kg].
+        center: of gravity, in the flange frame [m].
+    """
+
+    mass: float
+    center: Vector3
+
+
+class ZeroSensor(Step):
+    """Tare the force-torque sensor; the arm must stand still."""
+
+
+class Wait(Step):
+    """Stand still.
+
+    Args:
+        duration: [s].
+    """
+
+    duration: float
+
+
+class Drive(Step):
+    """Drive the platform along straight legs; it may turn on each, and stops where they meet.
+
+    Args:
+        legs: x, y [m] and turn about z [rad] of the platform in the world at the end of each leg; each turns the
+            shorter way round.
+        speed, acceleration: of its frame [m/s, m/s2].
+        turn_speed, turn_acceleration: [rad/s, rad/s2].
+    """
+
+    legs: tuple[Vector3, ...]
+    speed: float
+    acceleration: float
+    turn_speed: float
+    turn_acceleration: float
+
+
+class TryInOrder(Step):
+    """Branches, tried one after the other while the program runs, until one succeeds.
+
+    A branch fails when one of its steps would have aborted the program. Each branch but the first begins with the steps
+    that lead back to where the first began. All branches end at the same place. If the last one fails, so does this.
+    """
+
+    branches: tuple[tuple[AnyStep, ...], ...]
+
+
+class Parallel(Step):
+    """Branches that run at the same time; one at most moves the arm, one at most the gripper.
+
+    The ``branches`` begin together. ``until`` "all": it succeeds when all have; the first failure stops the others.
+    "first": it succeeds when one has, and this stops the others; it fails when all have failed.
+    """
+
+    branches: tuple[tuple[AnyStep, ...], ...]
+    until: Literal["all", "first"] = "all"
+
+
+class Repeat(Step):
+    """Steps ``count`` times over; they end where they begin. The first failure ends it, as a failure."""
+
+    steps: tuple[AnyStep, ...]
+    count: int
+
+
+class Monitor(Step):
+    """Steps while something is watched; when it happens they are stopped, and this fails with what was seen.
+
+    Args:
+        force: magnitude of the TCP force that may not be exceeded [N]; None is not watched, as below.
+        slip: how far the fingers may close further, from when it begins [m]: what they held is leaving.
+        time: how long the steps may take [s].
+    """
+
+    steps: tuple[AnyStep, ...]
+    force: float | None = None
+    slip: float | None = None
+    time: float | None = None
+
+
+Control = TryInOrder | Parallel | Repeat | Monitor
+"""Steps that hold steps."""
+AnyStep = (
+    MoveJoints
+    | MoveLinear
+    | MoveUntilContact
+    | ForceMove
+    | SpiralSearch
+    | ForceInsert
+    | ForceExtract
+    | CompliantSlide
+    | SetGripper
+    | SetPayload
+    | ZeroSensor
+    | Wait
+    | Drive
+    | Control
+)
+
+
+def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
+    """The steps that a control step holds."""
+    return step.branches if isinstance(step, TryInOrder | Parallel) else (step.steps,)
+
+
+def uses_arm(steps: Iterable[AnyStep]) -> bool:
+    """Whether steps need the arm: all but those of the gripper and standing still; a
+    platform that drives moves the arm."""
+    return any(not isinstance(s, SetGripper | Wait) for s in steps)
+
+
+def clash(branches: Iterable[Iterable[AnyStep]]) -> str:
+    """Why branches cannot run at the same time; empty when they can."""
+    flat = [list(walk(b)) for b in branches]
+    grip = [any(isinstance(s, SetGripper) for s in b) for b in flat]
+    if sum(map(uses_arm, flat)) > 1:
+        return "more than one branch needs the arm, which does one thing at a time"
+    return "more than one branch moves the gripper" if sum(grip) > 1 else ""
+
+
+def walk(steps: Iterable[AnyStep]) -> Iterator[AnyStep]:
+    """Every step, those inside control steps after the step that holds them."""
+    for step in steps:
+        yield step
+        if isinstance(step, Control):
+            for branch in branches(step):
+                yield from walk(branch)

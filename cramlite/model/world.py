@@ -1,0 +1,278 @@
+"""A world: things with shapes and features, and the robots among them.
+
+A world is what a scenario describes, what a simulator compiles, and, written as
+JSON, the world file that a controller process is given beside a program.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from msgspec import field
+from msgspec.structs import replace
+
+from ..base.value import Value
+from .geometry import Pose, Vector3
+from .view import D435, Intrinsics
+
+
+class Geom(Value):
+    """One convex part of a thing's shape.
+
+    Args:
+        shape: box, cylinder, capsule (both along local z), sphere, or the convex hull of ``corners``.
+        size: box half-extents; (radius, half-length) of cylinder and capsule; (radius,) of a sphere; for a convex hull
+            half-extents of the box around it, which is centred on the geom's origin [m].
+        pose: in the thing's frame.
+        part: the name of the feature that this geom belongs to; empty for the body itself.
+        friction: sliding friction coefficient; None takes the thing's.
+        rgba: colour for pictures.
+        corners: of a convex hull, in the geom's frame [m]; empty for the primitives.
+    """
+
+    shape: Literal["box", "cylinder", "capsule", "sphere", "convex"]
+    size: tuple[float, ...]
+    pose: Pose = Pose()
+    part: str = ""
+    friction: float | None = None
+    rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
+    corners: tuple[Vector3, ...] = ()
+
+
+class Inertia(Value):
+    """How a thing's mass is spread, where its geoms do not say it well enough.
+
+    Args:
+        centre: of mass, in the thing's frame [m].
+        moments: (xx, yy, zz, xy, xz, yz) about the centre, axes of the thing's frame [kg m2].
+    """
+
+    centre: Vector3
+    moments: tuple[float, float, float, float, float, float]
+
+
+class MeshFile(Value):
+    """The fine shape of a thing, for eyes: its geoms are what collides.
+
+    Args:
+        path: of an STL, OBJ or PLY file.
+        scale: from the file's unit to metres.
+    """
+
+    path: str
+    scale: float = 1.0
+
+
+class Feature(Value):
+    """A functional part of a thing: a hole, a peg, its tip, a surface, a cavity.
+
+    Args:
+        name: unique within the thing, e.g. "peg".
+        type: class as a CURIE, e.g. "vrps:Peg".
+        pose: in the thing's frame; z is the functional axis (along a peg towards its tip,
+            through a hole, out of a surface, out of a container's opening).
+        size: named lengths [m], e.g. {"radius": 0.003, "length": 0.138}.
+    """
+
+    name: str
+    type: str
+    pose: Pose = Pose()
+    size: dict[str, float] = field(default_factory=dict)
+
+
+class Joint(Value):
+    """How a thing moves against what carries it: a drawer slides, a door turns.
+
+    Args:
+        kind: along, or about, the z axis of ``pose``.
+        pose: of the joint, in the thing's frame.
+        lower, upper: its range [m, rad]; at the lower end the thing is closed.
+        value: at the start, where the thing's own pose says that it is [m, rad].
+        parent: the thing that it is mounted in, which stands still and does not collide with it; "" for none.
+        damping: [N s/m, Nm s/rad].
+        friction: dry friction [N, Nm].
+    """
+
+    kind: Literal["slide", "hinge"]
+    pose: Pose
+    lower: float
+    upper: float
+    value: float = 0.0
+    parent: str = ""
+    damping: float = 5.0
+    friction: float = 1.0
+
+    def moved(self, thing: Pose, by: float) -> Pose:
+        """Where a thing that is at a pose is when the joint has moved on by so much [m, rad]."""
+        step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0, 0, 0), (0, 0, by))
+        return thing * self.pose * step * self.pose.inverse()
+
+    def between(self, thing: Pose, other: Pose) -> float:
+        """How far the joint moves from one pose of its thing to another [m, rad]."""
+        step = (thing * self.pose).inverse() * (other * self.pose)
+        return step.position[2] if self.kind == "slide" else float(step.rotvec[2])
+
+
+class Filling(Value):
+    """Loose stuff in a thing's cavity at the start, as small balls.
+
+    Args:
+        count: how many balls.
+        radius: of each [m].
+        mass: of each [kg].
+        friction: sliding friction coefficient.
+    """
+
+    count: int
+    radius: float
+    mass: float
+    friction: float = 0.4
+
+
+class Thing(Value):
+    """An object of the world.
+
+    Args:
+        name: unique in the world.
+        type: class as a CURIE, e.g. "shop:Hanger".
+        pose: in the world frame.
+        geoms, features: in the thing's frame.
+        mass: [kg]; None for things that are fixed to the world.
+        friction: sliding friction coefficient of its geoms.
+        inertia: how the mass is spread; None spreads it evenly over the geoms.
+        mesh: what the thing looks like; None where its geoms say it all.
+        joint: how it moves against what carries it; None for things that stand free or are fixed.
+        filling: what is loose in its cavity at the start; None for nothing.
+        notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
+    """
+
+    name: str
+    type: str
+    pose: Pose
+    geoms: tuple[Geom, ...]
+    features: tuple[Feature, ...] = ()
+    mass: float | None = None
+    friction: float = 0.6
+    inertia: Inertia | None = None
+    mesh: MeshFile | None = None
+    notes: tuple[str, ...] = ()
+    joint: Joint | None = None
+    filling: Filling | None = None
+
+    @property
+    def movable(self) -> bool:
+        return self.mass is not None
+
+    def feature(self, type_: str) -> Feature | None:
+        """The first feature of exactly this class, or None."""
+        return next((f for f in self.features if f.type == type_), None)
+
+
+class RobotMount(Value):
+    """A robot in a world: which model, and where it is bolted down.
+
+    Args:
+        name: of the mount, unique in the world.
+        type: of the robot, as a plugin declares it.
+        base: its base frame in the world.
+        joints: where the arm stands at the start [rad]; empty for its home posture.
+        opening: of its gripper at the start [m]; None for open.
+    """
+
+    name: str
+    type: str
+    base: Pose = Pose()
+    joints: tuple[float, ...] = ()
+    opening: float | None = None
+
+
+class Physics(Value):
+    """Physics settings that scenarios and negative controls may change.
+
+    Defaults and their measured reasons: docs/explanation/simulation.md.
+
+    Args:
+        timestep: of the simulation [s].
+        cone: of friction, as MuJoCo names it.
+        noslip_iterations: of MuJoCo's no-slip solver.
+        impratio: friction to normal impedance.
+        pad_friction: sliding friction coefficient of the fingers.
+    """
+
+    timestep: float = 0.002
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
+    noslip_iterations: int = 5
+    impratio: float = 10.0
+    pad_friction: float = 0.9
+
+
+class Disturbance(Value):
+    """What a real robot has and a planned one has not; drawn by cramlite/experiment/twin.py, applied by the simulator.
+
+    Args:
+        force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].
+        force_drift: how fast its zero wanders, sensor axes [N/s].
+        links: displacement of each link of the first robot from its nominal place [m].
+    """
+
+    force_noise: float = 0.0
+    force_drift: Vector3 = (0.0, 0.0, 0.0)
+    links: tuple[Vector3, ...] = ()
+
+
+class Camera(Value):
+    """A depth camera.
+
+    Args:
+        pose: its optical frame (z forward, x right, y down) in the world, or in the flange frame of ``mount``.
+        mount: the robot whose flange it is on; None for one that is fixed.
+        joints: of that robot when it looks [rad].
+        intrinsics: of its image.
+        noise: whether it errs as a stereo camera does; else depth and colour are exact.
+    """
+
+    pose: Pose
+    mount: str | None = None
+    joints: tuple[float, ...] = ()
+    intrinsics: Intrinsics = D435
+    noise: bool = True
+
+    @property
+    def name(self) -> str:
+        """What runs and episodes call it; no thing can be called so."""
+        return f"{self.mount or 'world'}/camera"
+
+
+class World(Value):
+    """Everything a simulator needs, and nothing about how it is solved.
+
+    Args:
+        things: furniture before what stands on it.
+        robots: the first one acts.
+        physics: settings of the simulation.
+        disturbance: what a real robot has and a planned one has not.
+        cameras: depth cameras, fixed ones and those on flanges.
+        poses: "camera" where nobody knows of anything that can be moved where it is, until a camera has seen it.
+    """
+
+    things: tuple[Thing, ...]
+    robots: tuple[RobotMount, ...] = ()
+    physics: Physics = Physics()
+    disturbance: Disturbance = Disturbance()
+    cameras: tuple[Camera, ...] = ()
+    poses: Literal["known", "camera"] = "known"
+
+    def thing(self, name: str) -> Thing:
+        """The thing of that name.
+
+        Raises:
+            KeyError: there is none; the message lists those there are.
+        """
+        for thing in self.things:
+            if thing.name == name:
+                return thing
+        raise KeyError(f"no thing '{name}' in the world; there are: {', '.join(t.name for t in self.things)}")
+
+    def moved(self, poses: dict[str, Pose]) -> World:
+        """The same world with some things at other poses."""
+        return replace(self, things=tuple(replace(t, pose=poses.get(t.name, t.pose)) for t in self.things))

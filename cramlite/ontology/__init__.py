@@ -1,0 +1,1 @@
+"""The taxonomy of classes, its files, and the check of an ontology."""

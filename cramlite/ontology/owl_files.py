@@ -1,0 +1,203 @@
+"""Reading ontology files with rdflib, and what the taxonomy takes of them. Imported only on a cache miss."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import rdflib
+from rdflib.collection import Collection
+from rdflib.namespace import OWL, RDF, RDFS, SKOS
+
+from ..base.errors import UserError
+from .prefixes import PREFIXES, curie, local_name
+
+Node = rdflib.term.Node
+
+
+def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] | None = None) -> rdflib.Graph:
+    """One graph of several files, in Turtle or RDF/XML.
+
+    Args:
+        origins: is given the file, by name and number, of every restriction.
+
+    Raises:
+        UserError: a file is in another syntax, or broken; names the file, the parser's words and a way out.
+    """
+    graph = rdflib.Graph()
+    for number, (path, content) in enumerate(files):
+        try:
+            graph.parse(
+                data=content, format=_syntax(path, content), publicID=path.as_uri() if path.is_absolute() else None
+            )
+        except UserError:
+            raise
+        except Exception as error:  # rdflib's parsers raise whatever their lexers raise
+            words = " ".join(str(error).split())[:300]
+            raise UserError(
+                f"{path}: this cannot be read as an ontology: {words}. "
+                "It should be Turtle (.ttl) or RDF/XML (.owl, .rdf); open it at the place named and correct it"
+            ) from None
+        if origins is not None:
+            for node in graph.subjects(OWL.onProperty):
+                origins.setdefault(node, (path.name, number))
+    return graph
+
+
+def _syntax(path: Path, content: bytes) -> str:
+    start = content[:4000].lstrip(b"\xef\xbb\xbf \t\r\n")
+    lines = [line for line in start.splitlines() if line.strip() and not line.startswith(b"#")]
+    first = lines[0].lstrip() if lines else b""
+    if first.startswith((b"Prefix(", b"Ontology(")):
+        raise UserError(
+            f"{path}: this file is in OWL functional syntax, which is not read here. Convert it to RDF/XML: "
+            f"'robot convert -i {path.name} -o {path.stem}.rdf', or 'pip install py-horned-owl', then in Python "
+            f"'pyhornedowl.open_ontology(\"{path.name}\", \"ofn\").save_to_file(\"{path.stem}.rdf\", \"rdf\")'"
+        )
+    return "xml" if first.startswith(b"<") and not first.startswith(b"<http") else "turtle"
+
+
+def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
+    """Ours, and those that the files add; ours cannot be given another meaning."""
+    prefixes = dict(PREFIXES)
+    for prefix, namespace in graph.namespaces():
+        if prefix and prefix not in prefixes and str(namespace) not in prefixes.values():
+            prefixes[prefix] = str(namespace)
+    return prefixes
+
+
+def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
+    """What ``Taxonomy`` holds, as JSON data."""
+    origins: dict[Node, tuple[str, int]] = {}
+    graph = parse(files, origins)
+    prefixes = prefixes_of(graph)
+    parents, restrictions = _classes(graph, prefixes, origins)
+    return {
+        "parents": {c: sorted(p) for c, p in sorted(parents.items())},
+        "restrictions": {c: sorted(map(list, r), key=str) for c, r in sorted(restrictions.items())},
+        "aliases": _aliases(graph, prefixes),
+        "types": _individuals(graph, prefixes),
+        "prefixes": prefixes,
+        "repairs": [*_strays(graph), *_cycles(graph, prefixes)],
+    }
+
+
+Said = tuple[str, Any, str, str, int]
+"""The fields of a ``Restriction``."""
+
+
+def _classes(
+    graph: rdflib.Graph, prefixes: dict[str, str], origins: dict[Node, tuple[str, int]]
+) -> tuple[dict[str, set[str]], dict[str, set[Said]]]:
+    parents: dict[str, set[str]] = {}
+    restrictions: dict[str, set[Said]] = {}
+    for node in set(graph.subjects(RDF.type, OWL.Class)) | set(graph.subjects(RDFS.subClassOf)):
+        if isinstance(node, rdflib.URIRef):
+            parents.setdefault(curie(node, prefixes), set())
+    for name, node in _superclasses(graph, prefixes):
+        for member in _members(graph, node, set()):
+            if isinstance(member, rdflib.URIRef):
+                parents.setdefault(name, set()).add(curie(member, prefixes))
+            for property_, filler in _restriction(graph, member, prefixes):
+                said = str(graph.value(member, RDFS.comment) or ""), *origins.get(member, ("", 0))
+                restrictions.setdefault(name, set()).add((property_, filler, *said))
+    return parents, restrictions
+
+
+def _superclasses(graph: rdflib.Graph, prefixes: dict[str, str]) -> Iterator[tuple[str, Node]]:
+    for predicate in (RDFS.subClassOf, OWL.equivalentClass):
+        for subject, object_ in graph.subject_objects(predicate):
+            if isinstance(subject, rdflib.URIRef) and subject != object_:
+                yield curie(subject, prefixes), object_
+            if predicate == OWL.equivalentClass and isinstance(object_, rdflib.URIRef) and subject != object_:
+                yield curie(object_, prefixes), subject
+
+
+def _members(graph: rdflib.Graph, node: Node, seen: set[Node]) -> Iterator[Node]:
+    """The node, and the members of its intersections: a class below an intersection is below each member."""
+    if node in seen:
+        return
+    seen.add(node)
+    yield node
+    if isinstance(node, rdflib.BNode):
+        for head in graph.objects(node, OWL.intersectionOf):
+            for member in Collection(graph, head):
+                yield from _members(graph, member, seen)
+
+
+def _restriction(graph: rdflib.Graph, node: Node, prefixes: dict[str, str]) -> Iterator[tuple[str, Any]]:
+    property_ = graph.value(node, OWL.onProperty) if isinstance(node, rdflib.BNode) else None
+    if not isinstance(property_, rdflib.URIRef):
+        return
+    for filler in graph.objects(node, OWL.someValuesFrom):
+        for member in _members(graph, filler, set()):
+            if isinstance(member, rdflib.URIRef):
+                yield curie(property_, prefixes), curie(member, prefixes)
+    for value in graph.objects(node, OWL.hasValue):
+        if isinstance(value, rdflib.URIRef):
+            yield curie(property_, prefixes), curie(value, prefixes)
+        elif isinstance(value, rdflib.Literal):
+            number = value.toPython()
+            yield curie(property_, prefixes), float(number) if isinstance(number, int | float | Decimal) else str(value)
+
+
+def _aliases(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, str]:
+    """Alternative labels, and the last parts of foreign names that are a close match of ours."""
+    found: dict[str, str] = {}
+    for subject, label in sorted(graph.subject_objects(SKOS.altLabel), key=str):
+        if isinstance(subject, rdflib.URIRef):
+            found[str(label)] = curie(subject, prefixes)
+    for subject, target in sorted(graph.subject_objects(SKOS.closeMatch), key=str):
+        if isinstance(subject, rdflib.URIRef) and isinstance(target, rdflib.URIRef):
+            found[local_name(curie(subject, prefixes))] = curie(target, prefixes)
+    return found
+
+
+def _individuals(graph: rdflib.Graph, prefixes: dict[str, str]) -> dict[str, list[str]]:
+    builtin = (str(OWL), str(RDF), str(RDFS))
+    found: dict[str, set[str]] = {}
+    for subject, class_ in graph.subject_objects(RDF.type):
+        if (
+            isinstance(subject, rdflib.URIRef)
+            and isinstance(class_, rdflib.URIRef)
+            and not str(class_).startswith(builtin)
+        ):
+            found.setdefault(curie(subject, prefixes), set()).add(curie(class_, prefixes))
+    return {i: sorted(t) for i, t in sorted(found.items())}
+
+
+def _strays(graph: rdflib.Graph) -> list[str]:
+    slash = "http://www.ease-crc.org/ont/SOMA.owl/"
+    strays = sorted(
+        {str(n) for triple in graph for n in triple if isinstance(n, rdflib.URIRef) and n.startswith(slash)}
+    )
+    return [f"read {stray} as {stray.replace(slash, PREFIXES['soma'])}" for stray in strays]
+
+
+def _cycles(graph: rdflib.Graph, prefixes: dict[str, str]) -> list[str]:
+    """Classes that subClassOf axioms alone put below themselves: legal OWL, and nearly always a slip."""
+    above = {
+        s: {o for o in graph.objects(s, RDFS.subClassOf) if isinstance(o, rdflib.URIRef) and o != s}
+        for s in set(graph.subjects(RDFS.subClassOf))
+        if isinstance(s, rdflib.URIRef)
+    }
+    reach = {start: _reach(above, start) for start in above}
+    groups = {frozenset(o for o in reach[s] if s in reach.get(o, ())) for s in above if s in reach[s]}
+    return sorted(
+        f"cyclic subclass axioms: {', '.join(sorted(curie(str(c), prefixes) for c in group))} are below each "
+        "other and so taken as the same class"
+        for group in groups
+    )
+
+
+def _reach(above: dict[Any, set[Any]], start: Any) -> set[Any]:
+    seen: set[Any] = set()
+    todo = list(above.get(start, ()))
+    while todo:
+        node = todo.pop()
+        if node not in seen:
+            seen.add(node)
+            todo.extend(above.get(node, ()))
+    return seen

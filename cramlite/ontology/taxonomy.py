@@ -1,0 +1,267 @@
+"""Ontologies as a fast taxonomy: subclass, instance and affordance queries.
+
+Turtle and RDF/XML files are read once with rdflib; what the engine needs of them
+(named superclasses, restrictions, aliases) is cached by content, so that a second
+start imports no rdflib. The class closure follows subClassOf, equivalentClass and
+the members of owl:intersectionOf superclasses; against owlrl's OWL-RL closure of
+SOMA it agrees on 4,725 of 4,726 pairs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Iterable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from msgspec import field
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from .prefixes import PREFIXES, curie, local_name
+
+_CACHE_FORMAT = "3"
+"""Part of the cache key: raise it when what is extracted changes."""
+
+
+class Restriction(Value):
+    """``subject subClassOf (property some|value filler)``; the filler is a class as a CURIE, or a number or text.
+
+    Args:
+        source: its rdfs:comment: why it is so.
+        file: name of the ontology file that says so.
+        order: of that file among all that were read: a later one has the last word on numbers.
+    """
+
+    property: str
+    filler: str | float
+    source: str = ""
+    file: str = ""
+    order: int = 0
+
+
+class Taxonomy(Value, dict=True):
+    """What the engine needs of a set of ontologies. All classes are CURIEs (IRIs where no prefix fits).
+
+    Args:
+        parents: class -> its direct named superclasses; equivalent classes are each other's superclass.
+        restrictions: class -> the restrictions among its own superclasses.
+        aliases: name that users or logs know, without namespace -> class.
+        types: individual -> its classes.
+        prefixes: prefix -> namespace.
+        repairs: what was read differently from how it was written, and why.
+    """
+
+    parents: dict[str, tuple[str, ...]]
+    restrictions: dict[str, tuple[Restriction, ...]] = field(default_factory=dict)
+    aliases: dict[str, str] = field(default_factory=dict)
+    types: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    prefixes: dict[str, str] = field(default_factory=lambda: dict(PREFIXES))
+    repairs: tuple[str, ...] = ()
+
+    @cached_property
+    def _closure(self) -> dict[str, frozenset[str]]:
+        return {}
+
+    @cached_property
+    def classes(self) -> frozenset[str]:
+        """Every class that is mentioned."""
+        return frozenset(self.parents) | {p for ps in self.parents.values() for p in ps}
+
+    @cached_property
+    def _locals(self) -> dict[str, str]:
+        """Last part of a class name -> class, where only one class of that name is known."""
+        found: dict[str, str] = {}
+        for name in sorted(self.classes):
+            local = local_name(name)
+            found[local] = "" if local in found else name
+        return {local: name for local, name in found.items() if name}
+
+    def curie(self, iri: str) -> str:
+        """The short form of an IRI; unchanged if no prefix fits."""
+        return curie(iri, self.prefixes)
+
+    def iri(self, name: str) -> str:
+        """The IRI of a CURIE; unchanged if the prefix is unknown (or it is an IRI already)."""
+        prefix, _, rest = name.partition(":")
+        return self.prefixes[prefix] + rest if prefix in self.prefixes else name
+
+    def resolve(self, name: str) -> str | None:
+        """The class that a CURIE, an IRI, an alias or a bare or foreign name means; None if unknown.
+
+        Names of foreign namespaces are matched by their last part, because the namespaces of
+        recorded logs changed from one generation to the next.
+        """
+        short = self.curie(name)
+        if short in self.classes:
+            return short
+        local = local_name(short)
+        return self.aliases.get(local) or self._locals.get(local)
+
+    def known(self, name: str, where: str) -> str:
+        """Like ``resolve``, for names that a person wrote.
+
+        Raises:
+            UserError: the class is unknown; the message names ``where`` and the nearest class.
+        """
+        found = self.resolve(name)
+        if found is None:
+            raise UserError(f"{where}: unknown class '{name}'; {nearest(name, self.classes)}")
+        return found
+
+    def ancestors(self, name: str) -> frozenset[str]:
+        """The class itself and all its superclasses. Cycles are allowed: their members are equivalent. A foreign
+        name has the superclasses of the class that it resolves to."""
+        found = self._closure.get(name)
+        if found is None:
+            known = name if name in self.classes else self.resolve(name) or name
+            seen, todo = {name, known}, [known]
+            while todo:
+                for parent in self.parents.get(todo.pop(), ()):
+                    if parent not in seen:
+                        seen.add(parent)
+                        todo.append(parent)
+            found = self._closure[name] = frozenset(seen)
+        return found
+
+    def is_a(self, name: str, other: str) -> bool:
+        """Whether class ``name`` is ``other`` or a subclass of it."""
+        return other in self.ancestors(name)
+
+    def any_is_a(self, names: Iterable[str], other: str) -> bool:
+        """Whether one of the classes is ``other`` or a subclass of it."""
+        return any(other in self.ancestors(n) for n in names)
+
+    def subclasses(self, name: str) -> tuple[str, ...]:
+        """The class itself and all its subclasses, sorted."""
+        return tuple(sorted(c for c in self.classes if name in self.ancestors(c)))
+
+    def instances(self, name: str) -> tuple[str, ...]:
+        """The individuals of a class, sorted."""
+        return tuple(sorted(i for i, types in self.types.items() if self.any_is_a(types, name)))
+
+    def depth(self, name: str) -> int:
+        """How specific a class is: the number of its proper superclasses' levels, longest chain."""
+        return self._depth(name, frozenset())
+
+    def _depth(self, name: str, below: frozenset[str]) -> int:
+        above = [p for p in self.parents.get(name, ()) if p not in below and p != name]
+        return 1 + max((self._depth(p, below | {name}) for p in above), default=-1)
+
+    def fillers(self, name: str, property_: str) -> tuple[str | float, ...]:
+        """What the restrictions of the class and its ancestors say of a property, nearest ancestors first.
+
+        This is how affordances are asked: ``fillers("soma:Cup", "soma:hasDisposition")``. No OWL-RL
+        closure derives them for an individual.
+        """
+        return tuple(dict.fromkeys(r.filler for _, r in self.said(name, property_)))
+
+    def said(self, name: str, property_: str) -> tuple[tuple[str, Restriction], ...]:
+        """The restrictions of the class and its ancestors on a property, each with the class that it is said of.
+
+        The nearest ancestors come first; of one class, what a later file says.
+        """
+        order = sorted(self.ancestors(name), key=lambda c: (-len(self.ancestors(c)), c))
+        found = [(c, r) for c in order for r in self.restrictions.get(c, ()) if r.property == property_]
+        place = {c: k for k, c in enumerate(order)}
+        return tuple(sorted(found, key=lambda cr: (place[cr[0]], -cr[1].order, str(cr[1].filler))))
+
+    def offers(self, name: str, property_: str, wanted: str) -> bool:
+        """Whether some restriction of the class gives it a filler of class ``wanted``."""
+        return any(isinstance(f, str) and self.is_a(f, wanted) for f in self.fillers(name, property_))
+
+    def affords(self, name: str, disposition: str) -> bool:
+        """Whether things of the class have a disposition, e.g. soma:Graspability."""
+        return self.offers(name, "soma:hasDisposition", disposition)
+
+
+def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Taxonomy:
+    """The taxonomy of some ontology files (a folder stands for the .ttl, .owl and .rdf files in it).
+
+    Args:
+        paths: files or folders.
+        cache: folder for the parsed form; None means the user's cache folder.
+
+    Raises:
+        UserError: a file is missing or is no ontology; the message says what would be right.
+    """
+    files = ontology_files(paths)
+    contents = [_content(file) for file in files]
+    digest = hashlib.sha256(_CACHE_FORMAT.encode())
+    for content in contents:
+        digest.update(hashlib.sha256(content).digest())
+    stored = (cache or cache_folder()) / f"taxonomy-{digest.hexdigest()[:32]}.json"
+    data = _read_cache(stored)
+    if data is None:
+        from .owl_files import extract
+
+        data = extract(list(zip(files, contents, strict=True)))
+        write_cache(stored, data)
+    return Taxonomy(
+        parents={c: tuple(p) for c, p in data["parents"].items()},
+        restrictions={c: tuple(Restriction(*r) for r in rs) for c, rs in data["restrictions"].items()},
+        aliases=data["aliases"],
+        types={i: tuple(t) for i, t in data["types"].items()},
+        prefixes=data["prefixes"],
+        repairs=tuple(data["repairs"]),
+    )
+
+
+def cache_folder() -> Path:
+    """Where parsed files are kept: $CRAMLITE_CACHE, else the platform's cache folder. Deleting it is always safe."""
+    if "CRAMLITE_CACHE" in os.environ:
+        return Path(os.environ["CRAMLITE_CACHE"])
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    return (Path(base) if base else Path.home() / ".cache") / "cramlite"
+
+
+def _read_cache(path: Path) -> dict[str, Any] | None:
+    """What was stored, or None if there is nothing or it is damaged: it is rebuilt then."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+        complete = {"parents", "restrictions", "aliases", "types", "prefixes", "repairs"} <= set(data)
+    except (OSError, ValueError, TypeError):
+        return None
+    return data if complete else None
+
+
+def write_cache(path: Path, data: dict[str, Any]) -> None:
+    """Stores, atomically; a folder that cannot be written only costs time."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
+            json.dump(data, file)
+        os.replace(file.name, path)
+    except OSError:
+        return
+
+
+def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
+    """The files that some paths mean: a folder stands for the ontology files in it.
+
+    Raises:
+        UserError: there is no such file.
+    """
+    found: list[Path] = []
+    for path in map(Path, paths):
+        if path.is_dir():
+            found += sorted(p for p in path.iterdir() if p.suffix in {".ttl", ".owl", ".rdf"})
+        elif path.is_file():
+            found.append(path)
+        else:
+            raise UserError(f"{path}: there is no such ontology file or folder; give a .ttl, .owl or .rdf file")
+    return found
+
+
+def _content(path: Path) -> bytes:
+    limit = 200_000_000  # bytes; the largest published ontology in the field (SOMA, all modules) has 2 million
+    if path.stat().st_size > limit:
+        raise UserError(
+            f"{path}: {path.stat().st_size / 1e6:.0f} MB is more than the {limit / 1e6:.0f} MB that is read "
+            "as an ontology; is it an episode? Convert or split it first"
+        )
+    return path.read_bytes()

@@ -1,0 +1,1 @@
+"""Perception: a query about a view is answered by a pipeline of experts."""

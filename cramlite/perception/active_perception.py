@@ -1,0 +1,280 @@
+"""Looking before planning: what is believed of a scenario's world is what its camera sees of it.
+
+Furniture is known from the map; things that can be moved are known only as far as they are perceived, and what is seen
+but not recognised is in the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from ..base.errors import NoSolution, UserError
+from ..base.value import Value
+from ..model.belief import Estimate, Relation, initial_belief
+from ..model.designators import Action, Location
+from ..model.world import Camera, Thing, World
+from ..plugin.expert import RELATIONS, Judged
+from ..scenario.scenario import Scenario
+from ..scenario.worlds import camera_of
+from .query import ObjectQuery
+from .recognition import SIGMA, believed, estimate, facts, renamed, surety
+from .result import Perceived
+from .runner import perceive
+
+if TYPE_CHECKING:
+    from ..model.robot import Robot
+    from ..model.view import Depth, View
+    from ..planning.state import State
+    from ..plugin.catalogue import Knowledge
+
+WANTED = ("type", "relations", "pose", "instance", "refined")
+SURE, VIEWS = 0.6, 3
+"""Where a pose is less sure than this, the camera looks from elsewhere, this many times in all: of scores over 0.6 few are
+wrong (docs/explanation/figures.md)."""
+
+
+class Picture(Value):
+    """A view of the real world.
+
+    Args:
+        view: what the camera saw.
+        camera: that took it.
+        fixtures: things whose poses the map gives.
+        state: what the robot had done until then; None for a fixed camera.
+        robot: the depth at which the camera would see the robot itself as it stands, NaN beside it [m].
+        perceived: what the experts say of it; None before they were asked.
+    """
+
+    view: View
+    camera: Camera
+    fixtures: tuple[Thing, ...]
+    state: State | None = None
+    robot: Depth | None = None
+    perceived: Perceived | None = None
+
+
+class Look(Value):
+    """What was seen, and what is believed since.
+
+    Args:
+        pictures: in the order in which they were taken.
+        known: furniture, and the things that were recognised.
+        relations: facts about these.
+        estimates: of the perceived poses.
+        real: the world as it is; things that were recognised have the names they are believed under.
+        obstacles: bodies around what was seen and not recognised.
+    """
+
+    pictures: tuple[Picture, ...]
+    known: World
+    relations: tuple[Relation, ...]
+    estimates: Mapping[str, Estimate]
+    real: World
+    obstacles: tuple[Thing, ...] = ()
+
+    @property
+    def world(self) -> World:
+        """All that is believed to be there."""
+        return replace(self.known, things=(*self.known.things, *self.obstacles))
+
+    @property
+    def camera(self) -> Camera | None:
+        """That took the last picture; None where there was nothing to look for."""
+        return self.pictures[-1].camera if self.pictures else None
+
+    @property
+    def state(self) -> State | None:
+        """Where the robot stands since the last picture, and the steps that led there."""
+        return self.pictures[-1].state if self.pictures else None
+
+
+def look(
+    scenario: Scenario, wanted: Sequence[Sequence[ObjectQuery]], world: World, real: World, robot: Robot,
+    knowledge: Knowledge, seed: int,
+) -> Look:  # fmt: skip
+    """For each thing that is looked for: bring the camera to where it sees the places that a query names, take a picture
+    of the real world, and believe what the experts say of it.
+
+    Args:
+        wanted: for each, queries in the order in which they are asked until one is answered.
+        world: as the scenario describes it; of this, only furniture is believed.
+
+    Raises:
+        UserError: a wrong query.
+        NoPipeline: the experts cannot answer it.
+        NoSolution: the camera cannot be brought there.
+    """
+    furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
+    seen = Look((), furniture, (), {}, real)
+    for queries in wanted:
+        for query in queries:
+            taken = _best(scenario, replace(query, wanted=WANTED), seen, robot, knowledge, seed)
+            seen = _beware(_with(seen, taken, knowledge), knowledge)
+            if taken.perceived is not None and taken.perceived.answers:
+                break
+    return replace(seen, real=renamed(real, seen.world))
+
+
+def _best(
+    scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
+) -> Picture:
+    """A picture whose poses are sure enough, else the one in which they are surest."""
+    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if t.movable}
+    best: tuple[float, Picture | None] = (-1.0, None)
+    for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
+        perceived = ask(query, taken.view, taken.fixtures, knowledge, earlier=earlier, robot=taken.robot)
+        best = max(best, (surety(perceived), replace(taken, perceived=perceived)), key=lambda b: b[0])
+        if best[0] >= SURE:
+            break
+    assert best[1] is not None  # there is a view, or there was an error
+    return best[1]
+
+
+def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
+    """What is believed after one more picture."""
+    assert taken.perceived is not None
+    answers = taken.perceived.answers
+    found = {n: (t, p) for p in answers if (known := believed(p, knowledge)) for n, t in [known]}
+    fixtures, estimates = _fixtures(taken, taken.perceived, before)
+    old = {t.name: t for t in before.known.things if t.movable}
+    things = (*fixtures, *{**old, **{n: t for n, (t, _) in found.items()}}.values())
+    new = (r for name, (_, percept) in found.items() for r in facts(name, percept, fixtures))
+    perceived = {name: estimate(percept) for name, (_, percept) in found.items()}
+    return replace(
+        before,
+        pictures=(*before.pictures, taken),
+        known=replace(before.known, things=things),
+        relations=tuple(dict.fromkeys((*before.relations, *new))),
+        estimates={**before.estimates, **estimates, **perceived},
+    )
+
+
+def _beware(seen: Look, knowledge: Knowledge) -> Look:
+    """With what the pictures show and nothing that is known explains, as bodies that are in the way."""
+    if not any("obstacles" in e.outputs for e in knowledge.experts):
+        return seen
+    fixed, moved = (tuple(t for t in seen.known.things if t.movable == kind) for kind in (False, True))
+    found: list[Thing] = []
+    for taken in seen.pictures:
+        query, known = ObjectQuery(wanted=("obstacles",)), (*fixed, *found)
+        said = ask(query, taken.view, known, knowledge, recognised=moved, robot=taken.robot).scene.get("obstacles")
+        found += said.value if said is not None else ()
+    taken_names = {t.name for t in (*seen.known.things, *seen.real.things)}
+    free = (n for k in range(1, 10**6) if (n := f"obstacle_{k}") not in taken_names)
+    bodies = tuple(replace(t, name=next(free)) for t in found)
+    source = "camera: nothing that is known explains it"
+    before = {t.name for t in seen.obstacles}  # some of them may have been recognised since
+    estimates = {n: e for n, e in seen.estimates.items() if n not in before}
+    estimates |= {t.name: Estimate(t.pose, SIGMA, source) for t in bodies}
+    return replace(seen, obstacles=bodies, estimates=estimates)
+
+
+def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple[Thing, ...], dict[str, Estimate]]:
+    """The furniture, some of it moved to where it was seen: once, in the picture that was taken of it."""
+    said = perceived.scene.get("refined")
+    seen: Mapping[str, Judged] = said.value if said is not None else {}
+    moved = {n: judged for n, judged in seen.items() if n not in before.estimates}
+    expert = said.expert if said is not None else ""
+    estimates = {
+        n: Estimate(j.value, SIGMA, f"camera: {j.reason}, by expert {expert}, confidence {j.confidence:.2f}")
+        for n, j in moved.items()
+    }
+    return tuple(replace(t, pose=moved[t.name].value) if t.name in moved else t for t in taken.fixtures), estimates
+
+
+def pictures(
+    scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
+) -> Iterator[Picture]:
+    """What the scenario's camera sees of the real world, a flange camera from one place after another from which it sees
+    the places of the query.
+
+    Args:
+        seen: what is believed, and the pictures that were taken before: the robot starts from where it took the last.
+
+    Raises:
+        UserError: the scenario has no camera.
+        NoSolution: the camera cannot be brought there.
+    """
+    camera, fixtures = camera_of(scenario), tuple(t for t in seen.known.things if not t.movable)
+    if camera is None:
+        raise UserError(
+            f"{scenario.path}: the scenario has no camera, so nothing can be seen; add 'camera: {{mount: flange}}', or a "
+            "fixed one with its pose under 'at'."
+        )
+    states: Iterable[State | None] = [None]
+    if camera.mount is not None:
+        states = go_and_look(places_of(query, seen.known, knowledge), seen, robot, camera, knowledge, seed)
+    empty, robots, look_at = replace(seen.real, things=()), knowledge.robots, knowledge.simulator.look
+    for number, state in enumerate(states, 1):
+        placed = replace(camera, joints=state.belief.joints) if state else camera
+        noise = seed + 7919 * len(seen.pictures) + 104729 * number
+        own = look_at(empty, robots, replace(placed, noise=False), seed=0).depth
+        yield Picture(look_at(seen.real, robots, placed, seed=noise), placed, fixtures, state, own)
+
+
+def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
+    """The furniture that a query names, by name or class; all that something can hang from or stand in, else."""
+    classes = knowledge.taxonomy
+    wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
+    known = [classes.resolve(w) for w in wanted]
+    named = [t.name for t in furniture.things if t.name in wanted or any(k and classes.is_a(t.type, k) for k in known)]
+    return tuple(named or [t.name for t in furniture.things if t.feature("vrps:Peg") or t.feature("cram:Cavity")])
+
+
+def go_and_look(
+    around: tuple[str, ...], seen: Look, robot: Robot, camera: Camera, knowledge: Knowledge, seed: int
+) -> Iterator[State]:
+    """The task LookingFor, resolved in a world of which only furniture, and what was seen before, is known: motions to
+    where the camera sees some places, as program steps, one alternative after another.
+
+    Raises:
+        NoSolution: it cannot be brought there, with the nearest miss.
+    """
+    from ..planning.diagnosis import failure_text
+    from ..planning.search import Search
+    from ..planning.state import State
+    from ..planning.trace import Trace
+    from ..plugin.grounding import Context
+
+    mount, trace, done = seen.known.robots[0], Trace(), seen.state
+    at = robot.arm_at(mount.base) if robot.platform else None
+    home, opening = robot.start(mount)
+    joints = done.belief.joints if done else home
+    belief = initial_belief(seen.world, mount.name, joints, opening, seen.relations, at)
+    belief = replace(belief, poses={**belief.poses, **seen.estimates})
+    context = Context(robot, mount, {}, knowledge.taxonomy, seed=seed, camera=camera)
+    search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace)
+    name = f"view_{len(seen.pictures) + 1}"
+    action = Action(
+        f"0.LookingFor_{len(seen.pictures) + 1}", "soma:LookingFor", goal=Location(name, "view", parameters={"around": around})
+    )
+    start = replace(done or State((), belief), agenda=(action,), belief=belief, choices=())
+    found = search.solve(start)
+    first = next(found, None)
+    if first is None:
+        raise NoSolution(f"The camera cannot be brought to a view of {', '.join(around)}.\n" + failure_text(trace, []))
+    state: State | None = first
+    while state is not None:
+        yield state
+        try:
+            state = found.send(frozenset({name}))  # another view, not another way to the same
+        except StopIteration:
+            state = None
+
+
+def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, **more: Any) -> Perceived:
+    """A query about a view, with what an engine knows beforehand: models, classes, and a map."""
+    priors = {
+        "view": view, "fixtures": fixtures, "models": knowledge.products, "query": query,
+        "taxonomy": knowledge.taxonomy, **more,
+    }  # fmt: skip
+    owners = knowledge.expert_owners
+
+    def fault(expert: str, error: Exception) -> str:
+        return str(knowledge.registry.fault(owners.get(expert, expert), "experts", expert, error))
+
+    return perceive(query, knowledge.experts, priors, knowledge.taxonomy, fault)

@@ -1,0 +1,179 @@
+"""Which experts can answer a query: backward chaining from what is asked, cheapest first, value domains checked."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+from msgspec import Struct
+
+from ..base.errors import CramliteError, did_you_mean
+from ..base.value import Value
+from ..plugin.expert import OBJECTS, SEGMENT, SEGMENTS, UNKNOWN, Expert
+from .query import Check, ObjectQuery
+
+INFINITE = float("inf")
+
+
+class NoPipeline(CramliteError):
+    """No chain of experts leads to what is asked: says which input of which expert nobody makes."""
+
+    exit_code = 1
+
+
+class Stage(Value):
+    """One value of a pipeline, and who may make it.
+
+    Args:
+        output: the value.
+        providers: experts that can be run, cheapest first; the others are asked where those before fail.
+        cost_ms: of the cheapest, without what it needs.
+    """
+
+    output: str
+    providers: tuple[Expert, ...]
+    cost_ms: float
+
+
+class Pipeline(Value):
+    """The values on the way to an answer, in the order in which they are made.
+
+    Args:
+        query: what is asked.
+        stages: each after those that it needs.
+        given: names of the values that are there from the start.
+        refused: experts that could have been meant, and why they are not.
+        reserve: other values that can be made: what a provider needs that is asked after another failed.
+    """
+
+    query: ObjectQuery
+    stages: tuple[Stage, ...]
+    given: tuple[str, ...]
+    refused: tuple[str, ...] = ()
+    reserve: tuple[Stage, ...] = ()
+
+    def providers(self, output: str) -> tuple[Expert, ...]:
+        """Who may make a value, in the order of asking; nobody if it cannot be made."""
+        return next((s.providers for s in (*self.stages, *self.reserve) if s.output == output), ())
+
+    def __str__(self) -> str:
+        return " -> ".join(f"{s.output} ({', else '.join(p.name for p in s.providers)})" for s in self.stages)
+
+
+def plan_pipeline(
+    query: ObjectQuery, experts: Iterable[Expert], priors: Mapping[str, Any], taxonomy: Any = None
+) -> Pipeline:
+    """The cheapest pipeline for a query.
+
+    Args:
+        priors: values known beforehand, by name; among them the view.
+        taxonomy: for classes in value domains.
+
+    Raises:
+        NoPipeline: a value that the query asks for cannot be made; says which input is missing.
+    """
+    planner = _Planner(tuple(experts), priors, taxonomy, query)
+    for output in query.outputs:
+        if planner.cost(output) == INFINITE:
+            raise NoPipeline(f"Nobody can answer '{query}': {planner.why(output)}.")
+    order: list[str] = []
+    for output in sorted(query.outputs, key=lambda o: (planner.cost(o), o)):
+        planner.before(output, order)
+    others = sorted({o for e in planner.experts for o in e.outputs} - set(order) - set(priors))
+    stages, reserve = planner.stages(order), planner.stages(others)
+    return Pipeline(query, stages, tuple(sorted(priors)), tuple(planner.refused()), reserve)
+
+
+class _Planner(Struct, dict=True):
+    """The search for one query."""
+
+    experts: tuple[Expert, ...]
+    priors: Mapping[str, Any]
+    taxonomy: Any
+    query: ObjectQuery
+
+    def __post_init__(self) -> None:
+        self._costs: dict[str, float] = dict.fromkeys((*self.priors, OBJECTS), 0.0)
+        self._settle()
+
+    def _settle(self) -> None:
+        """Costs to a fixed point: an expert costs its own time and that of its inputs (Bellman and Ford)."""
+        changed = True
+        while changed:
+            changed = False
+            for expert in self.experts:
+                total = expert.cost_ms + sum(self.cost(i) for i in self._needs(expert))
+                for output in expert.outputs:
+                    if total < self.cost(output) and not self._unfit(expert, output):
+                        self._costs[output], changed = total, True
+
+    def cost(self, output: str) -> float:
+        return self._costs.get(output, INFINITE)
+
+    def _needs(self, expert: Expert) -> tuple[str, ...]:
+        """Its inputs; one object's part comes from what splits the view."""
+        extra = () if expert.scope == "view" else (SEGMENTS,)
+        return tuple(dict.fromkeys((*extra, *(i for i in expert.inputs if i not in (SEGMENT, OBJECTS)))))
+
+    def providers(self, output: str) -> list[Expert]:
+        """Who can make a value with inputs that somebody makes, cheapest with all that it needs first."""
+        able = [
+            (e.cost_ms + sum(self.cost(i) for i in self._needs(e)), e)
+            for e in self.experts
+            if output in e.outputs and not self._unfit(e, output)
+        ]
+        return [e for total, e in sorted(able, key=lambda p: (p[0], p[1].name)) if total < INFINITE]
+
+    def stages(self, outputs: Iterable[str]) -> tuple[Stage, ...]:
+        return tuple(Stage(o, tuple(p), p[0].cost_ms) for o in outputs if (p := self.providers(o)))
+
+    def before(self, output: str, order: list[str], open_: Collection[str] = ()) -> None:
+        """Append a value to the order, after the inputs of its cheapest provider and what else it takes into account."""
+        if output in self.priors or output == OBJECTS or output in order or output in open_:
+            return
+        for provider in self.providers(output)[:1]:
+            names = (*self._needs(provider), *(u for u in provider.uses if self.cost(u) < INFINITE))
+            for name in sorted(names, key=lambda n: (self.cost(n), n)):  # what is cheap may exclude objects
+                self.before(name, order, (*open_, output))
+        order.append(output)
+
+    def _unfit(self, expert: Expert, output: str) -> str:
+        """Why an expert can never say what a condition demands of a value; empty if it can."""
+        domain = expert.domain(output, self.priors)
+        if domain is None:
+            return ""
+        for condition in self.query.conditions:
+            if condition.output == output and not self._within(condition.value, condition.check, condition.key, domain):
+                said = ", ".join(domain) or "nothing"
+                hint = did_you_mean(str(condition.value), domain)
+                return f"expert '{expert.name}' never says {condition.key} '{condition.value}'; {hint}it says: {said}"
+        return ""
+
+    def _within(self, value: str | float, check: Check, key: str, domain: tuple[str, ...]) -> bool:
+        if key in domain:  # a relation's name
+            return True
+        if isinstance(value, float) or check in ("GEQ", "LEQ"):
+            return True
+        if check == "CLASS" and value != UNKNOWN and self.taxonomy is not None:
+            return any(d != UNKNOWN and self.taxonomy.is_a(d, value) for d in domain)
+        return value in domain
+
+    def refused(self) -> list[str]:
+        return [why for e in self.experts for o in e.outputs if (why := self._unfit(e, o))]
+
+    def why(self, output: str, open_: tuple[str, ...] = ()) -> str:
+        """The chain down to the input that nobody makes."""
+        makers = [e for e in self.experts if output in e.outputs]
+        if not makers:
+            return f"no expert makes '{output}', and no prior value gives it"
+        reasons = []
+        for expert in makers:
+            if unfit := self._unfit(expert, output):
+                reasons.append(unfit)
+                continue
+            missing = [i for i in self._needs(expert) if self.cost(i) == INFINITE and i not in open_]
+            reasons += [
+                f"expert '{expert.name}' needs '{i}' for '{output}', and {self.why(i, (*open_, output))}"
+                for i in missing
+            ]
+        return "; ".join(dict.fromkeys(reasons)) or f"'{output}' depends on itself"

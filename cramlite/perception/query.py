@@ -1,0 +1,192 @@
+"""Queries about what a camera sees: conditions on attributes, from an object designator or from text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Literal
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from ..model.designators import Object
+from ..plugin.expert import RELATIONS, SEGMENTS, UNKNOWN, Judged
+
+if TYPE_CHECKING:
+    from ..ontology.taxonomy import Taxonomy
+
+
+Check = Literal["EQUAL", "CLASS", "GEQ", "LEQ", "CONTAINS"]
+ATTRIBUTES = ("type", "colour", "shape", "size", "size_word", "material", "model", "instance", "features")
+ALIASES = {
+    "class": "type", "color": "colour", "id": "instance", "cad-model": "model", "feature": "features",
+    "hanging_from": "hangs_on",
+}  # fmt: skip
+DEFAULTS: Mapping[str, Check] = {"type": "CLASS", "features": "CONTAINS", **dict.fromkeys(RELATIONS, "CONTAINS")}
+OPERATORS: Mapping[str, Check] = {">=": "GEQ", "<=": "LEQ", "~": "CONTAINS", "==": "EQUAL"}
+POSSIBLE = 0.05
+"""A lost hypothesis of less confidence than this keeps no object in the running."""
+
+
+class Condition(Value):
+    """One demand on an object.
+
+    Args:
+        key: an attribute, or a relation.
+        check: EQUAL, CLASS (the class or a subclass), GEQ, LEQ (numbers), CONTAINS (one of several).
+        value: word, CURIE or number.
+    """
+
+    key: str
+    check: Check
+    value: str | float
+
+    def __str__(self) -> str:
+        sign = {"GEQ": ">=", "LEQ": "<=", "CONTAINS": "~", "EQUAL": "=="}.get(self.check, "=")
+        sign = "=" if self.check == DEFAULTS.get(self.key, "EQUAL") else sign
+        return f"{self.key}{sign}{self.value}"
+
+    @property
+    def output(self) -> str:
+        """The value that decides it."""
+        return "relations" if self.key in RELATIONS else self.key
+
+    def holds(self, judged: Judged, taxonomy: Taxonomy) -> bool:
+        """Whether the value itself fits."""
+        return _TESTS[self.check](judged.value, self, taxonomy)
+
+    def possible(self, judged: Judged, taxonomy: Taxonomy) -> bool:
+        """Whether the value, or a hypothesis that lost against it, fits."""
+        rest = (o for o in judged.others if o.confidence >= POSSIBLE)
+        return self.holds(judged, taxonomy) or any(self.holds(o, taxonomy) for o in rest)
+
+
+class ObjectQuery(Value):
+    """What to look for.
+
+    Args:
+        conditions: all must hold.
+        confidence: least confidence of an answer.
+        wanted: values that an answer should have, beside those that decide it.
+    """
+
+    conditions: tuple[Condition, ...] = ()
+    confidence: float = 0.0
+    wanted: tuple[str, ...] = ("pose",)
+
+    def __str__(self) -> str:
+        return " ".join(map(str, self.conditions)) or "everything"
+
+    def value(self, key: str) -> str | float | None:
+        """What is demanded of a key; None where nothing is."""
+        return next((c.value for c in self.conditions if c.key == key), None)
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """Every value that an answer takes, those that decide first; the parts of the image if nothing else is asked."""
+        return tuple(dict.fromkeys((*(c.output for c in self.conditions), *self.wanted))) or (SEGMENTS,)
+
+
+def query_from(designator: Object, **more: str | float) -> ObjectQuery:
+    """The query of an object designator; ``more`` are further conditions, as key=value.
+
+    Only the first class is asked for; a designator's features are demanded each.
+    """
+    pairs: list[tuple[str, str | float]] = [("type", designator.types[0])] if designator.types else []
+    pairs += [("features", f) for f in designator.features]
+    if designator.entity:
+        pairs.append(("instance", designator.entity))
+    return ObjectQuery(tuple(Condition(k, DEFAULTS.get(k, "EQUAL"), v) for k, v in (*pairs, *more.items())))
+
+
+def parse_query(text: str, taxonomy: Taxonomy, more: Iterable[str] = ()) -> ObjectQuery:
+    """A query as people write it: ``type=cram:TeaBox colour=red size>=100mm on=Hanger confidence>=0.5``.
+
+    Args:
+        more: further attributes that experts can say.
+
+    Raises:
+        UserError: not of this form, an unknown key or an unknown class; the nearest right ones are named.
+    """
+    query = ObjectQuery()
+    for word in text.split():
+        condition = _condition(word, taxonomy, tuple(more))
+        if condition.key == "confidence":
+            query = replace(query, confidence=float(condition.value))
+        else:
+            query = replace(query, conditions=(*query.conditions, condition))
+    return query
+
+
+def _condition(word: str, taxonomy: Taxonomy, more: tuple[str, ...]) -> Condition:
+    found = re.fullmatch(r"([\w-]+)(>=|<=|==|=|~)(.+)", word)
+    if found is None:
+        raise UserError(f"'{word}' is no condition of a query; write KEY=VALUE, e.g. colour=red, or KEY>=NUMBER.")
+    key, sign, value = ALIASES.get(found[1], found[1]), found[2], found[3]
+    valid = dict.fromkeys((*ATTRIBUTES, *RELATIONS, *ALIASES, *more, "confidence"))
+    if key not in valid:
+        raise UserError(f"'{word}': a query cannot ask for '{found[1]}'; {nearest(found[1], valid)}.")
+    check = OPERATORS.get(sign) or DEFAULTS.get(key, "EQUAL")
+    if check in ("GEQ", "LEQ"):
+        return Condition(key, check, _number(word, value))
+    if key in ("type", "features") and value != UNKNOWN:
+        value = taxonomy.known(value, f"'{word}'")
+    if key == "size":  # a length, or a word for one
+        return (
+            Condition(key, check, _number(word, value)) if value[0].isdigit() else Condition("size_word", check, value)
+        )
+    return Condition(key, check, value)
+
+
+def _number(word: str, text: str) -> float:
+    from pydantic import TypeAdapter, ValidationError
+
+    from ..base.quantities import Length
+
+    try:
+        return float(text) if re.fullmatch(r"[\d.eE+-]+", text) else float(TypeAdapter(Length).validate_python(text))
+    except (ValueError, ValidationError):
+        raise UserError(f"'{word}': '{text}' is no number; write e.g. size>=0.1 or size>=100mm.") from None
+
+
+def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
+    """A relation is (predicate, what) with classes or names; other values are words."""
+    entries = value if isinstance(value, tuple | list | frozenset) else (value,)
+    for entry in entries:
+        if isinstance(entry, tuple):
+            if entry[0] == condition.key and any(_means(e, str(condition.value), taxonomy) for e in entry[1:]):
+                return True
+        elif _means(str(entry), str(condition.value), taxonomy):
+            return True
+    return False
+
+
+def _means(own: str, wanted: str, taxonomy: Taxonomy) -> bool:
+    """Whether a name, or a class, is what is wanted: itself, a subclass, or its local name."""
+    if own == wanted:
+        return True
+    known = taxonomy.resolve(wanted)
+    return known is not None and taxonomy.resolve(own) is not None and taxonomy.is_a(own, known)
+
+
+def _equal(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
+    """Numbers are equal within a tenth: what a depth camera measures of an extent."""
+    if isinstance(value, float | int) and isinstance(condition.value, float | int):
+        return abs(value - condition.value) <= 0.1 * abs(condition.value)
+    return str(value) == str(condition.value)
+
+
+def _class(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:
+    if UNKNOWN in (value, condition.value):
+        return bool(value == condition.value)
+    return taxonomy.is_a(str(value), str(condition.value))
+
+
+_TESTS: Mapping[Check, Callable[[Any, Condition, Taxonomy], bool]] = {
+    "EQUAL": _equal,
+    "CLASS": _class,
+    "GEQ": lambda value, condition, _: float(value) >= float(condition.value),
+    "LEQ": lambda value, condition, _: float(value) <= float(condition.value),
+    "CONTAINS": _contains,
+}

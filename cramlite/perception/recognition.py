@@ -1,0 +1,74 @@
+"""What is believed of the objects that experts recognised."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..model.belief import Estimate, Relation
+from ..model.world import Thing, World
+from ..plugin.expert import UNKNOWN
+from .result import Perceived, Percept
+
+if TYPE_CHECKING:
+    from ..plugin.catalogue import Knowledge
+
+SIGMA = 0.002
+"""Standard deviation of a perceived position [m]: twice the median error of confident poses at 0.6 m
+(docs/explanation/figures.md), which leaves room for the tail."""
+SAME = 0.10
+"""A thing whose centre is farther than this from where one is believed is another one [m]: the least distance of
+neighbouring products is 70 mm along a peg, 160 mm across."""
+
+
+def surety(perceived: Perceived) -> float:
+    """Of the pose that is least sure; 0 where something that could be an answer has none, 1 where nothing is seen."""
+    conditions = perceived.query.conditions
+    open_ = (p for p in perceived.dropped if any(c.output in p.missing for c in conditions))
+    things = [p for p in (*perceived.answers, *open_) if p.value("type") != UNKNOWN and not p.value("fixture")]
+    return min((p.values["pose"].judged.confidence if "pose" in p.values else 0.0 for p in things), default=1.0)
+
+
+def believed(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
+    """A recognised object as a thing of the world; None for what no model explains, or has no pose."""
+    model = next((t for t in knowledge.products if t.name == percept.value("model")), None)
+    pose, name = percept.value("pose"), percept.value("instance")
+    if model is None or pose is None or name is None:
+        return None
+    return name, replace(model, name=name, pose=pose)
+
+
+def estimate(percept: Percept) -> Estimate:
+    said = percept.values["pose"]
+    sure = said.judged.confidence
+    source = f"camera: {percept.value('model')} by expert {said.expert}, confidence {sure:.2f}"
+    return Estimate(said.value, SIGMA / max(sure, 0.1), source)
+
+
+def facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Relation, ...]:
+    known = {t.name for t in fixtures}
+    said = percept.value("relations", ())
+    hanging = {n for p, n, _ in said if p == "hangs_on"}
+    return tuple((p, name, n) for p, n, _ in said if n in known and not (p == "on" and n in hanging))
+
+
+def renamed(real: World, belief: World) -> World:
+    """The real world under the names of the believed one, for judges: a believed thing is the nearest real one.
+
+    Nobody who decides sees this: physics and controllers do not know names.
+    """
+    mine = {t.name: t for t in belief.things if t.movable}
+    theirs = {t.name: t for t in real.things if t.movable}
+    pairs = sorted(
+        (math.dist(a.pose.position, b.pose.position), a.name, b.name) for a in mine.values() for b in theirs.values()
+    )
+    names: dict[str, str] = {}
+    for gap, own, other in pairs:
+        if gap <= SAME and own not in names.values() and other not in names:
+            names[other] = own
+    taken = {t.name for t in belief.things}
+    for other in theirs:
+        names.setdefault(other, other if other not in taken else f"unseen_{other}")
+    return replace(real, things=tuple(replace(t, name=names.get(t.name, t.name)) for t in real.things))

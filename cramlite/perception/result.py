@@ -1,0 +1,168 @@
+"""What was perceived: answers to a query about a view, what was dropped, who said what, and what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from msgspec import field
+
+from ..base.value import Value
+from ..model.geometry import Pose
+from ..plugin.expert import Judged
+from .pipeline import Pipeline
+from .query import ObjectQuery
+
+if TYPE_CHECKING:
+    pass
+
+
+
+class Said(Value):
+    """A value and the expert that said it."""
+
+    judged: Judged
+    expert: str
+
+    @property
+    def value(self) -> Any:
+        return self.judged.value
+
+
+class Percept(Value):
+    """An object that was seen.
+
+    Args:
+        number: among the objects of the view, from 1.
+        values: name -> what was said; the part of the image is under "segment".
+        confidence: of the weakest value that the query decides on.
+        dropped: why it is no answer; "" for answers.
+        missing: values that nobody could say of it, with the reasons.
+    """
+
+    number: int
+    values: Mapping[str, Said]
+    confidence: float = 1.0
+    dropped: str = ""
+    missing: Mapping[str, str] = field(default_factory=dict)
+
+    def value(self, name: str, default: Any = None) -> Any:
+        return self.values[name].value if name in self.values else default
+
+    @property
+    def experts(self) -> tuple[str, ...]:
+        """Who made it what it is."""
+        return tuple(dict.fromkeys(s.expert for s in self.values.values()))
+
+
+class Run(Value):
+    """One expert that ran, or failed: over how many objects, CPU time [ms], and what went wrong."""
+
+    expert: str
+    output: str
+    count: int
+    ms: float
+    failures: tuple[str, ...] = ()
+
+
+class Perceived(Value):
+    """The answers to a query, best first, and everything that led to them.
+
+    Args:
+        answers: objects that satisfy every condition.
+        dropped: the other objects, the nearest misses first.
+        scene: values of the whole view.
+        runs: in order.
+        remarks: what a person should know: ambiguity, partial answers, nothing found.
+    """
+
+    query: ObjectQuery
+    pipeline: Pipeline
+    answers: tuple[Percept, ...]
+    dropped: tuple[Percept, ...]
+    scene: Mapping[str, Said]
+    runs: tuple[Run, ...]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def ms(self) -> float:
+        """CPU time of all experts [ms]."""
+        return sum(r.ms for r in self.runs)
+
+
+SHOWN = 3
+"""Lost hypotheses of a value that the text names; the page and the JSON have all."""
+
+
+def perceived_text(found: Perceived) -> str:
+    """Answers, what was left out and why, and the pipeline, for people."""
+    lines = [f"{len(found.answers)} answers to '{found.query}' in {found.ms:.0f} ms of CPU time"]
+    for k, answer in enumerate(found.answers, 1):
+        lines.append(f"  {k}. object {answer.number}, confidence {answer.confidence:.2f}")
+        lines += [f"       {line}" for line in _value_lines(answer, found)]
+    lines += [f"  not object {p.number}: {p.dropped}" for p in found.dropped]
+    lines += [f"  remark: {r}" for r in found.remarks]
+    lines.append(f"  pipeline: {found.pipeline}")
+    lines += [f"  failed: {f}" for r in found.runs for f in r.failures]
+    return "\n".join(lines)
+
+
+def _value_lines(answer: Percept, found: Perceived) -> Iterator[str]:
+    for name in found.query.outputs:
+        said = answer.values.get(name)
+        if said is None or (shown := plain(said.value)) is None:
+            continue
+        lost = ", ".join(f"{plain(o.value)} {o.confidence:.2f}" for o in said.judged.others[:SHOWN] if name != "pose")
+        yield f"{name}: {in_words(shown)}  ({said.expert}, {said.judged.confidence:.2f}: {said.judged.reason})" + (
+            f"; rather than {lost}" if lost else ""
+        )
+
+
+def in_words(value: Any) -> str:
+    """A plain value for people."""
+    if isinstance(value, dict) and "position" in value:
+        x, y, z = value["position"]
+        w, *v = value["quaternion"]
+        return f"[{x:.4f}, {y:.4f}, {z:.4f}] m, [{w:.4f}, {v[0]:.4f}, {v[1]:.4f}, {v[2]:.4f}]"
+    if isinstance(value, list):
+        return "; ".join(" ".join(v) if isinstance(v, list) else str(v) for v in value) or "none"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def plain(value: Any) -> Any:
+    """A value as JSON knows it; None for images and point clouds."""
+    if isinstance(value, str | int | float):
+        return value
+    if isinstance(value, Pose):
+        return {"position": list(value.position), "quaternion": list(value.quaternion)}
+    if isinstance(value, tuple) and all(isinstance(v, str) or (isinstance(v, tuple) and v) for v in value):
+        return [list(v) if isinstance(v, tuple) else v for v in value]
+    return None
+
+
+def perceived_json(found: Perceived) -> dict[str, Any]:
+    """All of it that is no image."""
+    return {
+        "query": str(found.query),
+        "answers": [_percept_json(p) for p in found.answers],
+        "dropped": [_percept_json(p) for p in found.dropped],
+        "remarks": found.remarks,
+        "pipeline": [{"value": s.output, "experts": [p.name for p in s.providers]} for s in found.pipeline.stages],
+        "runs": found.runs,
+        "cpu_ms": found.ms,
+    }
+
+
+def _percept_json(percept: Percept) -> dict[str, Any]:
+    values = {
+        name: {"expert": said.expert, **_judged_json(said.judged)}
+        for name, said in percept.values.items()
+        if plain(said.value) is not None
+    }
+    own = {"object": percept.number, "confidence": percept.confidence, "experts": percept.experts, "values": values}
+    return own | {"dropped": percept.dropped, "missing": percept.missing}
+
+
+def _judged_json(judged: Judged) -> dict[str, Any]:
+    others = [_judged_json(o) for o in judged.others]
+    return {"value": plain(judged.value), "confidence": judged.confidence, "reason": judged.reason, "others": others}

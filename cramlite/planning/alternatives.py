@@ -1,0 +1,162 @@
+"""Alternatives of one designator, from all plugins: one plugin at a time and lazily, merged by cost."""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from msgspec.structs import replace
+
+from ..base.errors import EARLIER_TASKS, Unresolvable, nearest
+from ..base.seeds import derive_seed
+from ..base.value import Value
+from ..model.control_flow import Compound, Mark, ways
+from ..model.designators import Action, Designator, Late, Location, Motion, Object
+from ..plugin.grounding import Context, Grounding, Refused
+from ..plugin.registry import Registry
+from ..plugin.task_type import Decomposition, TaskType
+from .choice_point import ChoicePoint
+from .state import Effect, State, ground_roles
+
+HOOKS: dict[type, str] = {
+    Action: "resolve_action",
+    Object: "resolve_object",
+    Late: "resolve_object",
+    Location: "resolve_location",
+    Motion: "resolve_motion",
+}
+Alternative = tuple[str, Grounding]
+"""A plugin, and what it offers."""
+
+
+class Alternatives(Value):
+    """Whom to ask.
+
+    Args:
+        registry: the plugins.
+        tasks: task types by class.
+        owners: which plugin declared each task type.
+        context: for plugins; bindings and seed are set for each question.
+    """
+
+    registry: Registry
+    tasks: Mapping[str, TaskType]
+    owners: Mapping[str, str]
+    context: Context
+
+    def of(self, point: ChoicePoint) -> Iterator[Alternative]:
+        """Groundings, the cheapest first; what was refused goes to the trace, its causes to the point's conflict set."""
+        if isinstance(point.item, Compound):
+            yield from (("engine", Grounding(way, way.reason, way.cost, key=way.reason)) for way in ways(point.item))
+            return
+        if isinstance(point.item, Action) and not self._fits(point, point.item):
+            return
+        faults = len(self.registry.faults)
+        streams = [self._accepted(plugin, answers, point) for plugin, answers in self._asked(point)]
+        if not streams:  # of a motion only its kind says so, which the task that asked for it chose
+            point.conflict |= (point.asked_by if isinstance(point.item, Motion) else set()) or point.domain
+            point.say("impossible", "engine", f"no plugin resolves {point.item}")
+        yield from heapq.merge(*streams, key=lambda pair: pair[1].cost)
+        for fault in self.registry.faults[faults:]:
+            point.say("fault", fault.plugin, str(fault))
+
+    def _fits(self, point: ChoicePoint, action: Action) -> bool:
+        """Whether there is such a task, and it is not made of itself."""
+        opened = (i.action for i in point.state.agenda if isinstance(i, Effect))
+        above = [a for a in opened if action.name.startswith(f"{a.name}/")]
+        reason = misfit(action, above, self.tasks)
+        if reason:
+            point.conflict |= {a.name for a in above} | point.domain
+            point.say("impossible", "engine", reason)
+        return not reason
+
+    def _asked(self, point: ChoicePoint) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
+        """The answers of each plugin that says "mine"; of an action its own task type's come last."""
+        item, state = point.item, point.state
+        context = replace(
+            self.context,
+            bindings=state.bindings,
+            agenda=tuple(i for i in state.agenda if not isinstance(i, Effect | Mark)),
+            seed=derive_seed(self.context.seed, state.choices, item.name),
+        )
+        yield from self.registry.alternatives(HOOKS[type(item)], item, belief=state.belief, context=context)
+        if isinstance(item, Action):
+            owner = self.owners[item.task]
+            yield owner, self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
+
+    def _accepted(self, plugin: str, answers: Iterable[Any] | Unresolvable, point: ChoicePoint) -> Iterator[Alternative]:
+        """One plugin's answers. What they are depends on the item's domain, unless the plugin itself says on what."""
+        made = {name for name, _ in point.state.choices}
+        try:
+            if isinstance(answers, Unresolvable):
+                raise answers
+            for answer in answers:
+                point.conflict |= point.domain
+                if isinstance(answer, Refused):
+                    point.conflict |= made & set(answer.because)
+                    point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed)
+                elif isinstance(answer, Grounding):
+                    yield plugin, answer
+                else:
+                    wrong = TypeError(f"an answer is a Grounding or a Refused, not {type(answer).__name__}")
+                    self.registry.fault(plugin, HOOKS[type(point.item)], point.item.name, wrong)
+                    return
+            point.conflict |= point.domain
+        except Unresolvable as impossible:
+            point.say("impossible", plugin, impossible.reason)
+            earlier = set(point.state.opened) if EARLIER_TASKS in impossible.because else set()
+            said = set(impossible.because) | earlier
+            point.conflict |= (made & said) if said else made
+
+    def _own(self, action: Action, state: State) -> Iterator[Grounding]:
+        """The task type's own decompositions."""
+        grounded = ground_roles(action, state.bindings)
+        found = self.tasks[action.task].decompose(grounded, state.belief)
+        if isinstance(found, Decomposition):
+            raise TypeError("decompose returned a Decomposition; it has to yield it, as there may be several")
+        for way in found:
+            _check_way(way)
+            yield Grounding(way, way.reason, way.cost, key=way.reason)
+
+
+def _check_way(way: Any) -> None:
+    """A decomposition is made of designators.
+
+    Raises:
+        TypeError: it is not; the task type's plugin is to blame.
+    """
+    if not isinstance(way, Decomposition):
+        raise TypeError(f"decompose yields Decompositions, not {type(way).__name__}")
+    for step in way.steps:
+        if not isinstance(step, Designator):
+            raise TypeError(f"a step of a Decomposition is an Action, Object, Location or Motion, not {step!r}"[:200])
+
+
+def misfit(action: Action, inside: Iterable[Action], tasks: Mapping[str, object]) -> str:
+    """Why an action cannot be part of what it is to be part of; empty when it can.
+
+    Args:
+        inside: the actions that it is a part of, the innermost first.
+        tasks: the task types that there are.
+
+    Returns:
+        A clause: the task is unknown, with the nearest name; or it comes round to an action of the same task with the same
+        objects and parameters, which would go on for ever.
+    """
+    if isinstance(action, Compound):
+        return ""
+    above = list(inside)
+    if action.task not in tasks:
+        whose = f", which '{above[0].task}' is to be made of" if above else ""
+        return f"there is no task '{action.task}'{whose}; {nearest(action.task, tasks)}"
+    for k, one in enumerate(above):
+        if _meaning(one) == _meaning(action):
+            way = " > ".join(a.task for a in (*reversed(above[: k + 1]), action))
+            return f"a cyclic decomposition: {way}, with the same objects and parameters"
+    return ""
+
+
+def _meaning(action: Action) -> tuple[object, ...]:
+    fillers = {k: (v.name, v.entity) for k, v in action.roles.items()}
+    return action.task, fillers, dict(action.parameters), action.goal

@@ -1,0 +1,67 @@
+"""The budget of a search: counted work, never seconds, so that a seed gives the same program on any machine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+
+if TYPE_CHECKING:
+    from ..scenario.scenario import Scenario
+
+
+class Budget(Value):
+    """Counted work: the same seed gives the same program on any machine.
+
+    Args:
+        asks: designators that plugins may be asked about, over one task sequence.
+        proofs: fully grounded candidates that may be executed, over one task sequence.
+        samples: of a sampling planner, per query.
+        sequences: candidate task sequences that are tried.
+
+    Raises:
+        UserError: one is no whole number of at least 1.
+    """
+
+    asks: int = 3000
+    proofs: int = 8
+    samples: int = 4000
+    sequences: int = 12
+
+    def __post_init__(self) -> None:
+        for name in self.__struct_fields__:
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool) or value < 1:
+                raise UserError(f"Budget({name}={value!r}): a budget is a whole number of at least 1.")
+
+
+def budget_of(scenario: Scenario) -> Budget:
+    """The budget that a scenario asks for.
+
+    Raises:
+        UserError: there is no such budget, or it is below 1; with file and line.
+    """
+    asked, valid = scenario.spec.budget, Budget.__struct_fields__
+    for key, value in asked.items():
+        if key not in valid:
+            raise UserError(f"{scenario.where('budget', key)}: no budget '{key}'; {nearest(key, valid)}.")
+        if value < 1:
+            raise UserError(f"{scenario.where('budget', key)}: a budget is at least 1, not {value}.")
+    return Budget(**asked)
+
+
+STOPPED = "stopped by the caller"
+
+
+class BudgetSpent(Exception):
+    """The counted budget of a search is used up.
+
+    Args:
+        reason: for the trace.
+        spent: which one, e.g. "asks = 3"; empty if the caller stopped it.
+    """
+
+    def __init__(self, reason: str, spent: str = "") -> None:
+        super().__init__(reason)
+        self.spent = spent

@@ -1,0 +1,111 @@
+"""A choice point: one designator that is asked about, and what is found out on the way.
+
+Every designator is a choice point, identified by its name. Its failure depends on other choices, its conflict set,
+which grows while its alternatives are looked at.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from msgspec import Struct, field
+
+from ..model.control_flow import Compound
+from ..model.designators import Action, Designator, Late, Location, Motion, Object
+from .state import State
+from .trace import Outcome, Trace
+
+Conflict = frozenset[str]
+"""Names of the choices that a failure depends on."""
+
+
+class Nogoods(Struct):
+    """What failed so far.
+
+    Args:
+        known: combinations by each of their choices.
+    """
+
+    known: dict[Choice, list[frozenset[Choice]]] = field(default_factory=dict)
+
+    def made_again(self, choices: tuple[Choice, ...]) -> Conflict | None:
+        """The names of the choices in a combination that failed before and is made again with the last choice."""
+        made = set(choices)
+        found = next((nogood for nogood in self.known.get(choices[-1], ()) if nogood <= made), None)
+        return frozenset(name for name, _ in found) if found is not None else None
+
+    def remember(self, conflict: Conflict, choices: tuple[Choice, ...]) -> None:
+        """That those of the choices which a failure depends on do not go together."""
+        nogood = frozenset(c for c in choices if c[0] in conflict)
+        for choice in nogood:
+            self.known.setdefault(choice, []).append(nogood)
+
+
+Choice = tuple[str, str]
+"""The name of a designator, and the key of the alternative that was taken."""
+CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
+"""How many alternatives of a designator are tried."""
+
+
+class ChoicePoint(Struct):
+    """A designator that is asked about.
+
+    Args:
+        item: the designator.
+        state: in which it is asked, without it on the agenda.
+        trace: where what is found out goes, below ``node``.
+        node: the trace's entry of the question.
+        conflict: names of the choices that its failure depends on, so far.
+    """
+
+    item: Designator
+    state: State
+    trace: Trace
+    node: int
+    conflict: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        self.conflict |= {f.compound.name for f in self.state.frames}  # without them it would not be asked for
+        if self.state.stand:  # what the arm can do depends on where the robot stands
+            self.conflict.add(self.state.stand)
+
+    @property
+    def cap(self) -> int:
+        """How many alternatives are tried; those of a compound were written down and are all meant."""
+        return len(self.item.branches) if isinstance(self.item, Compound) else CAPS[type(self.item)]
+
+    @property
+    def domain(self) -> set[str]:
+        """The choices that the set of alternatives itself depends on: places do not depend on how the arm got there."""
+        item, made = self.item, {name for name, _ in self.state.choices}
+        if isinstance(item, Object | Late):
+            part_of = item.part_of if isinstance(item, Object) else None
+            return made & ({part_of} if part_of else set())
+        if isinstance(item, Action):
+            return made & {o.name for o in item.roles.values()}
+        return {n for n in made if n not in self.state.motions} if isinstance(item, Location) else made
+
+    @property
+    def asked_by(self) -> set[str]:
+        """Choices that what is asked for is part of."""
+        return {name for name, _ in self.state.choices if self.item.name.startswith(f"{name}/")}
+
+    def say(
+        self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0
+    ) -> int:
+        """Add to the trace what became of the designator, or of the alternative that ``text`` stands for."""
+        text = str(self.item) if text is None else text
+        return self.trace.add(self.node, self.item.name, text, outcome, plugin, reason, cost, passed)
+
+    def exhausted(self, tried: int) -> None:
+        """Say that none of its alternatives led on."""
+        causes = ", ".join(sorted(self.conflict)) or "nothing before it"
+        what = "1 alternative" if tried == 1 else f"{tried} alternatives"
+        self.say("failed", "engine", f"{what} failed; it depends on {causes}")
+
+
+def key_of(value: Any) -> str:
+    """The key of an alternative that has none of its own."""
+    text = str(value)
+    return text if len(text) <= 60 else hashlib.blake2b(text.encode(), digest_size=6).hexdigest()

@@ -1,0 +1,70 @@
+"""Diagnose a search without a solution: how it ended, and the nearest miss."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from .budget import STOPPED
+from .trace import Entry, Trace
+
+if TYPE_CHECKING:
+    pass
+
+
+
+def failure_text(trace: Trace, faults: Iterable[object]) -> str:
+    """Why nothing was found: the nearest miss of all, and the one of each candidate."""
+    lines = [f"No solution: {how_it_ended(trace.entries)}."]
+    lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
+    nearest = nearest_miss(trace.entries)
+    if nearest is not None:
+        lines.append(f"  Nearest miss: {_miss(nearest)}")
+    for number in dict.fromkeys(e.candidate for e in trace.entries):
+        miss = nearest_miss([e for e in trace.entries if e.candidate == number])
+        if miss is not None and miss is not nearest:
+            lines.append(f"  Also {_miss(miss)}")
+    return "\n".join(lines)
+
+
+def how_it_ended(entries: Sequence[Entry]) -> str:
+    """Whether all alternatives were refused, or what ended the search before, and how to raise it."""
+    capped = [e for e in entries if e.outcome == "capped"]
+    if any(e.reason == STOPPED for e in capped):
+        return f"the search was {STOPPED} before every alternative was tried"
+    spent = list(dict.fromkeys(e.text for e in capped if e.designator == "budget"))
+    if spent:
+        more = ", ".join(f"{s.split()[0]}: {2 * int(s.split()[-1])}" for s in spent)
+        return (
+            f"the search was cut short by its budget {' and '.join(spent)}, other alternatives may do; "
+            f"raise it with 'budget: {{{more}}}' in the scenario, or Budget({more.replace(': ', '=')}) in Python"
+        )
+    if capped:
+        return "every alternative that was tried was refused; limits left others out, marked '!' in the trace"
+    return "every alternative was refused"
+
+
+def _miss(entry: Entry) -> str:
+    return f"candidate {entry.candidate}, {entry.designator}: {entry.reason} [{entry.plugin}]"
+
+
+def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
+    """The refusal that came after the most choices; a program whose text ran comes nearer than any."""
+    known = {e.number: e for e in entries}
+    reasons = [
+        e
+        for e in entries
+        if e.outcome in ("refused", "impossible") or (e.designator == "proof" and e.outcome == "failed")
+    ]
+    return max(
+        reasons,
+        key=lambda e: (e.designator == "proof", _depth(known, e), e.outcome == "impossible", e.passed, -e.number),
+        default=None,
+    )
+
+
+def _depth(entries: Mapping[int, Entry], entry: Entry) -> int:
+    depth = 0
+    while entry.parent in entries:
+        entry, depth = entries[entry.parent], depth + 1
+    return depth

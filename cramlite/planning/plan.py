@@ -1,0 +1,152 @@
+"""Make a plan of an interpreted task sequence, or of a scenario's tasks and rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import count
+from typing import Any
+
+from msgspec.structs import replace
+
+from ..base.value import Value
+from ..model.control_flow import Compound, Kind, compound, retry
+from ..model.designators import Action, Designator, Location, Object
+from ..model.episode import Entity, Episode
+from ..model.plan import HOME, Plan
+from ..plugin.task_type import TaskType
+
+
+class TaskCall(Value):
+    """A task with fillers for its roles: one step of an interpreted sequence or of a scenario."""
+
+    task: TaskType
+    roles: Mapping[str, str]
+    parameters: Mapping[str, float] | None = None
+    where: Mapping[str, Any] | None = None
+
+
+class RuleCall(Value):
+    """Calls under a rule of the plan language.
+
+    Args:
+        rule: as the scenario has it; it becomes part of the compound's name.
+        parameters: of the compound.
+        changes: of a retry: the parameters of each further attempt.
+    """
+
+    rule: str
+    kind: Kind
+    branches: tuple[tuple[Call, ...], ...]
+    parameters: Mapping[str, float]
+    changes: tuple[Mapping[str, float], ...] = ()
+
+
+Call = TaskCall | RuleCall
+
+
+def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[TaskCall]:
+    """The tasks, those under rules included, in order; with or without those that the search may leave out."""
+    for call in calls:
+        if isinstance(call, TaskCall):
+            yield call
+        elif alternatives or call.kind != "try_in_order":
+            for branch in call.branches:
+                yield from task_calls(branch, alternatives=alternatives)
+
+
+def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode) -> Plan:
+    """Generalise an interpreted task sequence.
+
+    Entities become variables that keep their classes; what the tasks need of them (features,
+    affordances) is added; poses, times, sizes and instance names stay behind.
+    """
+    entities = {e.name: e for e in episode.entities}
+    effectors = _effectors(episode)
+    fillers = [f for c in calls for r, f in c.roles.items() if f not in effectors and f in entities]
+    variables = _variables(fillers, entities)
+    objects = {entity: _describe(variables, entities[entity]) for entity in variables}
+    return build_plan(name, calls, objects)
+
+
+def build_plan(name: str, calls: Sequence[Call], objects: Mapping[str, Object]) -> Plan:
+    """A plan of task calls whose fillers are keys of ``objects``; other fillers (the effector) are left out."""
+    constrained = dict(objects)
+    for call in task_calls(calls):
+        for role, filler in call.roles.items():
+            declared = call.task.role(role)
+            if filler in constrained and declared is not None and not declared.effector:
+                constrained[filler] = declared.constrain(constrained[filler])
+    numbers, types = count(1), {c.task.task: c.task for c in task_calls(calls)}
+    actions = [_action(call, constrained, numbers) for call in calls]
+    always = {f for c in task_calls(calls, alternatives=False) for f in c.roles.values()}
+    needed = {constrained[f].part_of for f in always if f in constrained} | always
+    ordered = _in_order(o for filler, o in constrained.items() if filler in needed or o.name in needed)
+    return Plan(name, ordered, _with_goals(actions, types, (HOME, None))[0])
+
+
+def _in_order(objects: Iterable[Object]) -> tuple[Object, ...]:
+    """Wholes before their parts."""
+    return tuple(sorted(objects, key=lambda o: (o.part_of is not None, o.name)))
+
+
+def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], inside: str = "") -> Action:
+    """The designator of a call, numbered in order; parts of attempts belong to their compound."""
+    if isinstance(call, TaskCall):
+        roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
+        name = f"{inside}{next(numbers)}.{call.task.task.split(':')[-1]}"
+        where = {"where": call.where} if call.where else {}
+        return Action(name, call.task.task, roles, parameters={**(call.parameters or {}), **where})
+    name = f"{inside}{next(numbers)}.{call.rule}"
+    within = f"{name}/" if call.kind == "attempts" and not call.changes else inside
+    branches: tuple[tuple[Designator, ...], ...]
+    branches = tuple(tuple(_action(c, objects, numbers, within) for c in branch) for branch in call.branches)
+    if call.kind == "try_in_order":  # what only one alternative is about is looked for when that one is tried
+        used = [{f for c in task_calls(b) for f in c.roles.values() if f in objects} for b in call.branches]
+        branches = tuple((*_in_order(objects[f] for f in u), *b) for u, b in zip(used, branches, strict=True))
+    if call.changes:
+        part = branches[0][0]
+        assert isinstance(part, Action)  # a retry is of one task
+        return retry(name, part, *call.changes)
+    return compound(call.kind, name, branches, **call.parameters)
+
+
+Ahead = tuple[Location, Action | None]
+"""Where the next task begins that says so, and that task."""
+
+
+def _with_goals(actions: Sequence[Any], types: Mapping[str, TaskType], ahead: Ahead) -> tuple[tuple[Any, ...], Ahead]:
+    """A free motion leads to where the next task begins, the last one to what is ``ahead``; and what is ahead of all."""
+    result: list[Action] = []
+    for action in reversed(actions):
+        if isinstance(action, Compound):
+            done = [_with_goals(branch, types, ahead) for branch in action.branches]
+            action, ahead = replace(action, branches=tuple(branch for branch, _ in done)), done[0][1]
+        elif isinstance(action, Action):
+            task = types[action.task]
+            if task.leads_on:
+                action = replace(action, goal=task.leads_to(action, ahead[1], ahead[0]))
+            begins = task.begins_at(action)
+            ahead = (begins, action) if begins else ahead
+        result.append(action)
+    return tuple(reversed(result)), ahead
+
+
+def _effectors(episode: Episode) -> set[str]:
+    """The effector and its parts."""
+    own = {e.name for e in episode.entities if e.part_of == episode.effector}
+    return own | ({episode.effector} if episode.effector else set())
+
+
+def _variables(fillers: Iterable[str], entities: Mapping[str, Entity]) -> dict[str, str]:
+    """entity -> variable, in order of first appearance; the whole of a part gets one too."""
+    names: dict[str, str] = {}
+    for filler in fillers:
+        whole = entities[filler].part_of
+        for entity in (whole, filler) if whole else (filler,):
+            names.setdefault(entity, f"object_{len(names) + 1}")
+    return names
+
+
+def _describe(variables: Mapping[str, str], entity: Entity) -> Object:
+    part_of = variables.get(entity.part_of) if entity.part_of else None
+    return Object(variables[entity.name], types=entity.types, part_of=part_of)

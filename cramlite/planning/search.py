@@ -1,0 +1,141 @@
+"""Resolution: depth first, lazy, with backjumping, no-goods, caps and counted budgets.
+
+A failure names the choices it depends on (its conflict set); the search returns to
+the latest of them and skips the rest, which is conflict-directed backjumping (Prosser
+1993, "Hybrid algorithms for the constraint satisfaction problem").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from ..base.errors import Unresolvable
+from ..model.control_flow import Compound, Mark
+from ..model.designators import Action, Designator, Motion
+from ..plugin.grounding import Context
+from ..plugin.registry import Registry
+from ..plugin.task_type import TaskType
+from .alternatives import Alternatives
+from .budget import STOPPED, Budget, BudgetSpent
+from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
+from .control_steps import passed
+from .state import Effect, State, chosen, closed, renewed
+from .trace import Trace
+
+Below = Generator[State, Conflict | None, Conflict]
+"""Grounded states further down; sent the conflict of each, it returns what the failure of all of them depends on."""
+
+
+class Search(Struct, dict=True):
+    """One search over one plan.
+
+    Args:
+        registry: whom to ask.
+        tasks: task types by class.
+        owners: which plugin declared each task type.
+        context: for plugins; bindings and seed are set for each question.
+        trace: filled as the search goes.
+        stop: asked before each question to plugins; True ends the search.
+    """
+
+    registry: Registry
+    tasks: Mapping[str, TaskType]
+    owners: Mapping[str, str]
+    context: Context
+    trace: Trace
+    budget: Budget = Budget()
+    progress: Callable[[str], None] = lambda _: None
+    stop: Callable[[], bool] = lambda: False
+
+    def __post_init__(self) -> None:
+        self._asks = 0
+        self._nogoods = Nogoods()
+        self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
+
+    def solve(self, state: State) -> Generator[State, Conflict | None, None]:
+        """Fully grounded states, lazily. Send the conflict of one that could not be proven, or nothing to go on."""
+        try:
+            yield from self._descend(state, 0)
+        except BudgetSpent as spent:
+            self.trace.add(0, "budget", spent.spent, "capped", "engine", str(spent))
+
+    def _descend(self, state: State, parent: int) -> Below:
+        if not state.agenda:
+            everything = frozenset(name for name, _ in state.choices)
+            conflict = yield state
+            return everything if conflict is None else conflict & everything
+        item, behind = renewed(state.agenda[0], state), replace(state, agenda=state.agenda[1:])
+        if isinstance(item, Effect):
+            return (yield from self._closed(behind, item, parent))
+        if isinstance(item, Mark):
+            return (yield from self._passed(state, item, parent))
+        if not isinstance(item, Action | Motion) and item.name in state.bindings:
+            return (yield from self._descend(behind, parent))
+        if isinstance(item, Motion) and item.to and item.to.name not in state.bindings:
+            return (yield from self._descend(replace(state, agenda=(item.to, *state.agenda)), parent))
+        return (yield from self._choose(item, behind, parent))
+
+    def _closed(self, state: State, effect: Effect, parent: int) -> Below:
+        """Go on behind an action; a task type whose effects break is to blame for all that was chosen."""
+        action = effect.action
+        try:
+            after = closed(state, action, self.tasks)
+        except Exception as error:
+            fault = self.registry.fault(self.owners.get(action.task, "engine"), "effects", action.name, error)
+            self.trace.add(parent, action.name, str(action), "fault", fault.plugin, str(fault))
+            return frozenset(name for name, _ in state.choices)
+        return (yield from self._descend(after, parent))
+
+    def _passed(self, state: State, mark: Mark, parent: int) -> Below:
+        """Go on behind a mark; how branches end depends on everything in them."""
+        try:
+            after = passed(state, mark)
+        except Unresolvable as impossible:
+            self.trace.add(parent, mark.compound.name, str(mark.compound), "impossible", "engine", impossible.reason)
+            return frozenset(name for name, _ in state.choices)
+        return (yield from self._descend(after, parent))
+
+    def _choose(self, item: Designator, state: State, parent: int) -> Below:
+        """Try the alternatives of one designator; return the choices that its failure depends on."""
+        point = ChoicePoint(item, state, self.trace, self.trace.add(parent, item.name, str(item), "asked", "engine", ""))
+        if not isinstance(item, Compound):
+            self._count()
+        tried = 0
+        for plugin, answer in self._alternatives.of(point):
+            key = answer.key or key_of(answer.value)
+            choices = (*state.choices, (item.name, key))
+            if (nogood := self._nogoods.made_again(choices)) is not None:
+                point.conflict |= nogood - {item.name}
+                point.say("nogood", "engine", "the same combination failed before", key, answer.cost)
+                continue
+            if tried == point.cap:
+                point.say("capped", "engine", f"{tried} alternatives tried, the rest left out", "")
+                break
+            tried += 1
+            node = point.say("chosen", plugin, answer.reason, key, answer.cost)
+            self.progress(f"{item.name}: {answer.reason}")
+            below = yield from self._descend(chosen(state, item, answer, choices), node)
+            if item.name not in below:
+                return below
+            point.conflict |= below - {item.name}
+        self._nogoods.remember(frozenset(point.conflict), state.choices)
+        point.exhausted(tried)
+        return frozenset(point.conflict)
+
+    def _count(self) -> None:
+        """One more designator that plugins are asked about.
+
+        Raises:
+            BudgetSpent: there are too many, or the caller has had enough.
+        """
+        self._asks += 1
+        if self.stop():
+            raise BudgetSpent(STOPPED)
+        if self._asks > self.budget.asks:
+            raise BudgetSpent(
+                f"{self.budget.asks} designators were asked about, the budget of one task sequence",
+                f"asks = {self.budget.asks}",
+            )

@@ -1,0 +1,146 @@
+"""A node of the search, and what becomes of it: a choice is made, an action ends.
+
+The search works off the agenda from the front and appends steps.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from msgspec import field
+from msgspec.structs import replace
+
+from ..base.value import Value
+from ..model.control_flow import Compound, Mark
+from ..model.designators import Action, Designator, Location, Motion, Place, Stand
+from ..model.program import Section
+from ..model.steps import SetGripper, walk
+
+if TYPE_CHECKING:
+    from ..model.belief import Belief
+    from ..model.steps import AnyStep
+    from ..plugin.grounding import Grounding
+    from ..plugin.task_type import TaskType
+
+
+class Effect(Value):
+    """Stands in the agenda behind an action's steps: its effects on the belief come about here."""
+
+    action: Action
+
+
+Item = Designator | Effect | Mark
+
+
+class Frame(Value):
+    """A compound that is open: where the steps of each branch begin, and the beliefs before and after them."""
+
+    compound: Compound
+    starts: tuple[int, ...]
+    begin: Belief
+    ends: tuple[Belief, ...] = ()
+
+
+class State(Value):
+    """A node of the search: what is done, and what is still to do.
+
+    Args:
+        grip: what was held when the last action of the plan ended.
+        again: names of places that were bound before the grip last changed -> the how manieth the next one will be.
+        stand: the place that the robot drove to last, by name; "" where it has not driven.
+        stood: ``stand`` when the last action of the plan ended.
+    """
+
+    agenda: tuple[Item, ...]
+    belief: Belief
+    bindings: Mapping[str, Any] = field(default_factory=dict)
+    steps: tuple[AnyStep, ...] = ()
+    sections: tuple[Section, ...] = ()
+    actions: tuple[Action, ...] = ()
+    opened: Mapping[str, int] = field(default_factory=dict)
+    motions: frozenset[str] = frozenset()
+    choices: tuple[tuple[str, str], ...] = ()
+    frames: tuple[Frame, ...] = ()
+    grip: str = ""
+    again: Mapping[str, int] = field(default_factory=dict)
+    stand: str = ""
+    stood: str = ""
+
+    @property
+    def folding(self) -> bool:
+        """Whether what is resolved now will be part of a control step."""
+        return any(f.compound.decided_at_run_time for f in self.frames)
+
+
+def chosen(state: State, item: Designator, answer: Grounding, choices: tuple[tuple[str, str], ...]) -> State:
+    """The state with an alternative of a designator: an action's steps are next on the agenda, all else is bound."""
+    after = replace(state, choices=choices, belief=answer.belief or state.belief)
+    if isinstance(item, Action):
+        opened = {**state.opened, item.name: len(state.steps)}
+        return replace(after, agenda=(*answer.value.steps, Effect(item), *state.agenda), opened=opened)
+    bindings = {**state.bindings, item.name: answer.value}
+    if isinstance(item, Motion):
+        steps = (*state.steps, *answer.value)
+        drove = item.to is not None and after.belief.at != state.belief.at
+        stand = item.to.name if item.to is not None and drove else state.stand
+        return replace(after, bindings=bindings, steps=steps, motions=state.motions | {item.name}, stand=stand)
+    return replace(after, bindings=bindings)
+
+
+def closed(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
+    """The state behind an action: with its effects on the belief, and its section of the program."""
+    action, first, top = ground_roles(done, state.bindings), state.opened[done.name], "/" not in done.name
+    if top and not state.folding and not (isinstance(action, Compound) and not action.decided_at_run_time):
+        section = Section(action.name, describe(action), first, len(state.steps))
+        state = replace(state, sections=(*state.sections, section))
+    if isinstance(action, Compound):
+        return state
+    belief = tasks[action.task].effects(action, state.belief)
+    after = replace(state, belief=belief, actions=(*state.actions, action) if top else state.actions)
+    return gripped(after, first) if top else after
+
+
+def ground_roles(action: Action, bindings: Mapping[str, Any]) -> Action:
+    """The action with the entity that each role was bound to."""
+    roles = {k: replace(v, entity=bindings.get(v.name, v.entity)) for k, v in action.roles.items()}
+    return replace(action, roles=roles)
+
+
+def describe(action: Action) -> str:
+    """A line for people: the task and its objects."""
+    fillers = ", ".join(f"{k} {v.entity or v.name}" for k, v in action.roles.items())
+    if isinstance(action, Compound):
+        return str(action)
+    return f"{action.task.split(':')[-1]}" + (f": {fillers}" if fillers else "")
+
+
+def gripped(state: State, first: int = 0) -> State:
+    """The state behind an action of the plan. If it took or let go of something, or drove, the places bound so far are
+    history: the same thing stands elsewhere, or is held in another way, and whoever asks for its grasp again gets a new
+    answer.
+
+    Args:
+        first: where the action's steps begin: it may have taken something and let go of it again.
+    """
+    held = state.belief.held.thing if state.belief.held else ""
+    took = any(isinstance(s, SetGripper) and s.expect == "object" for s in walk(state.steps[first:]))
+    if held == state.grip and not took and state.stand == state.stood:
+        return state
+    bound = Counter(k.split("#")[0] for k, v in state.bindings.items() if isinstance(v, Place | Stand))
+    again = {name: count + 1 for name, count in bound.items()}
+    return replace(state, grip=held, stood=state.stand, again=again)
+
+
+def renewed(item: Item, state: State) -> Item:
+    """A place, or a motion to one, under the name that it has since the grip changed."""
+    if isinstance(item, Location):
+        return _renewed(item, state)
+    if isinstance(item, Motion) and item.to is not None:
+        return replace(item, to=_renewed(item.to, state))
+    return item
+
+
+def _renewed(place: Location, state: State) -> Location:
+    return replace(place, name=f"{place.name}#{state.again[place.name]}") if place.name in state.again else place

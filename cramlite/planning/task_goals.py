@@ -1,0 +1,138 @@
+"""Goals that name their tasks: a scenario's task list, a list of tasks, or a single one become a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from ..model.control_flow import Kind
+from ..model.designators import Object
+from ..model.plan import Plan
+from ..model.world import World
+from ..plugin.task_type import TaskType, task_type
+from ..scenario.scenario import ObjectSpec, Scenario
+from ..scenario.task_specs import Path, RuleSpec, TaskSpec
+from .plan import Call, RuleCall, TaskCall, build_plan, task_calls
+
+Entry = TaskSpec | RuleSpec
+Tasks = Scenario | Sequence[Entry] | Entry
+
+
+class Goal(Value):
+    """What should hold, in words, for ``Engine.resolve``.
+
+    Args:
+        says: such as "coffee on hook", "tin in basket", "cup held", "drawer open"; all of it.
+    """
+
+    says: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if isinstance(self.says, str) or not self.says:
+            raise UserError(f"A goal is one or more sentences: Goal((\"block on shelf\",)), not Goal({self.says!r}).")
+
+    def __str__(self) -> str:
+        return " and ".join(self.says)
+
+
+def plan_from_tasks(name: str, goal: Tasks, tasks: Mapping[str, TaskType], world: World) -> Plan:
+    """The plan of a goal, its names checked against task types and world.
+
+    Raises:
+        UserError: no task, an unknown task, role, parameter or object; a scenario's with file and line.
+    """
+    objects = dict(goal.spec.objects) if isinstance(goal, Scenario) else {}
+
+    def called(entry: Entry, path: Path) -> Call:
+        where = goal.where(*path) + ": " if isinstance(goal, Scenario) else ""
+        if isinstance(entry, TaskSpec):
+            return _call(entry, where, tasks, objects, world)
+        branches = tuple(
+            tuple(called(e, (*path, *p)) for e, p in zip(branch, paths, strict=True))
+            for branch, paths in zip(entry.do, entry.paths, strict=True)
+        )
+        return _ruled(entry, where, branches)
+
+    calls = [called(entry, path) for entry, path in _listed(goal)]
+    if not calls:
+        place = f"{goal.where('tasks')}: " if isinstance(goal, Scenario) else ""
+        raise UserError(f"{place}There is no task, so there is nothing to do; name one, such as 'Grasping'.")
+    fillers = dict.fromkeys(f for c in task_calls(calls) for f in c.roles.values())
+    return build_plan(name, calls, {f: _object(f, objects, world) for f in fillers})
+
+
+def _listed(goal: Tasks) -> list[tuple[Entry, Path]]:
+    """Tasks, each with where it stands in the scenario."""
+    if isinstance(goal, Entry):
+        return [(goal, ())]
+    if not isinstance(goal, Scenario):
+        return [(task, ()) for task in goal]
+    if goal.spec.designator is not None:
+        return [(goal.spec.designator, ("designator",))]
+    return [(task, ("tasks", k)) for k, task in enumerate(goal.spec.tasks or ())]
+
+
+def _ruled(entry: RuleSpec, where: str, branches: tuple[tuple[Call, ...], ...]) -> RuleCall:
+    kinds: Mapping[str, Kind] = {
+        "sequence": "sequence", "try_in_order": "attempts" if entry.at == "run" else "try_in_order",
+        "try_all": "try_all", "parallel": "parallel", "repeat": "repeat", "retry": "attempts", "monitor": "monitor",
+    }  # fmt: skip
+    watched = {"force_n": entry.force, "slip_m": entry.slip, "time_s": entry.time}
+    parameters = {k: v for k, v in watched.items() if v is not None}
+    if entry.rule == "repeat":
+        parameters["times"] = entry.times
+    for change in entry.changes:
+        for call in task_calls(branches[0]):
+            _check_parameters(call.task, change, where)
+    return RuleCall(entry.rule, kinds[entry.rule], branches, parameters, entry.changes)
+
+
+def _call(
+    task: TaskSpec, place: str, tasks: Mapping[str, TaskType], objects: Mapping[str, ObjectSpec], world: World
+) -> TaskCall:
+    try:
+        where = task.where.model_dump(exclude_none=True) if task.where else None
+        call = TaskCall(task_type(tasks, task.task), task.roles, task.parameters, where)
+        _check_call(call)
+        for filler in (*call.roles.values(), *(task.where.things if task.where else ())):
+            _object(filler, objects, world)
+    except UserError as error:
+        raise UserError(f"{place}{error}") from error
+    return call
+
+
+def _check_call(call: TaskCall) -> None:
+    """Roles are known and complete."""
+    names = {r.name for r in call.task.roles}
+    for role in call.roles:
+        if role not in names:
+            raise UserError(f"Task '{call.task.task}' has no role '{role}'; {nearest(role, names)}.")
+    _check_parameters(call.task, call.parameters or {})
+    if call.where and not call.task.places:
+        raise UserError(f"Task '{call.task.task}' chooses no place, so 'where' says nothing about it; leave it out.")
+    for needed in call.task.roles:
+        if needed.required and not needed.effector and needed.name not in call.roles:
+            raise UserError(f"Task '{call.task.task}' needs a filler for its role '{needed.name}'.")
+
+
+def _check_parameters(task: TaskType, given: Mapping[str, float], where: str = "") -> None:
+    valid = [p.name for p in task.parameters]
+    for name in given:
+        if name not in valid:
+            raise UserError(f"{where}Task '{task.task}' has no parameter '{name}'; {nearest(name, valid)}.")
+
+
+def _object(name: str, objects: Mapping[str, ObjectSpec], world: World) -> Object:
+    """A declared object, or a thing (or "thing/feature") of the world by name."""
+    if name in objects:
+        return Object(name, **objects[name].model_dump())
+    features = {f"{t.name}/{f.name}" for t in world.things for f in t.features}
+    valid = {t.name for t in world.things} | features
+    if name not in valid | set(objects):
+        raise UserError(
+            f"No object '{name}' is declared under 'objects' or stands in the world; {nearest(name, valid | set(objects))}."
+        )
+    return replace(Object(name), entity=name)

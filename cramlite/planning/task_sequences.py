@@ -1,0 +1,71 @@
+"""Task sequences as plans, best first: those that a demonstration may have shown, and those that achieve a goal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError
+
+if TYPE_CHECKING:
+    from ..engine.setting import Setting
+    from ..interpretation.interpretation import Interpretation
+    from ..model.episode import Episode
+    from ..model.plan import Plan
+    from ..plugin.catalogue import Knowledge
+    from ..plugin.task_type import TaskType
+    from ..scenario.scenario import Scenario
+    from .task_goals import Goal
+    from .trace import Trace
+
+LISTED = 1000
+"""Task sequences of a demonstration that are looked at, most of them only to see that a task type is missing."""
+
+
+def plans_from_interpretation(
+    name: str, found: Interpretation, episode: Episode, tasks: Mapping[str, TaskType], trace: Trace
+) -> Iterator[Plan]:
+    """Plans of what a demonstration may have shown; those with a task type that nobody offers are refused."""
+    from .plan import TaskCall, plan_from_episode
+
+    for sequence in islice(found.sequences(), LISTED):
+        unknown = [m.task for m in sequence.matches if m.task not in tasks]
+        if unknown:
+            names = " -> ".join(m.task.split(":")[-1] for m in sequence.matches)
+            trace.add(0, "sequence", names, "refused", "engine", f"no plugin offers the task type {unknown[0]}")
+            continue
+        calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
+        yield plan_from_episode(name, calls, episode)
+
+
+def plans_for_goal(goal: Goal | Scenario, setting: Setting, knowledge: Knowledge, trace: Trace) -> Iterator[Plan]:
+    """Task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+
+    Raises:
+        UserError: the goal is none, names what there is not, or holds already.
+    """
+    from ..scenario.scenario import Scenario
+    from .goal_planner import as_tasks, impossible, meant, task_plans, wanted, with_sides
+    from .operators import Grounder, facts_of
+    from .task_goals import Goal, plan_from_tasks
+
+    where, objects = "", {}
+    if isinstance(goal, Scenario):
+        where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
+    grounder = Grounder(setting.world, knowledge.taxonomy)
+    operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
+    facts = facts_of(setting.world, setting.relations)
+    for choice in meant(goal, objects, grounder):
+        target, found = wanted(choice.says, grounder, where), False
+        if target.met(facts):
+            raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
+        fit = with_sides(target, operators, knowledge.tasks)
+        for plan in task_plans(target, facts, fit):
+            found = True
+            for step, reason in zip(plan.steps, plan.reasons, strict=True):
+                trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}")
+            specs = as_tasks(plan, knowledge.tasks, target)
+            yield plan_from_tasks(setting.name, specs, knowledge.tasks, setting.world)
+        if not found:
+            trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit))

@@ -1,0 +1,107 @@
+"""Write a plugin: the hooks, what each is given, and what it answers.
+
+Everything that a plugin needs is here and in `cramlite.model`; a package for a new one is made by ``cramlite new``.
+Names are imported when they are first used, so that ``import cramlite.plugin`` costs next to nothing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..base.lazy_names import LazyNames
+
+if TYPE_CHECKING:
+    from ..base.errors import CramliteError, Unresolvable, UserError, nearest
+    from ..base.quantities import Angle, Length, Mass, parse_quantity
+    from ..base.yaml_file import load_yaml
+    from ..interpretation.conditions import Compare, atoms
+    from ..interpretation.interpretation import Interpreted
+    from ..interpretation.matching import Match
+    from ..interpretation.ranking import TaskSequence
+    from ..interpretation.rules import Clause, Rule
+    from ..interpretation.timeline import PADDING, Phase, PhaseName, Predicate, Row, Segment, Timeline
+    from ..model.program import Code
+    from ..model.verdict import Cost, Finding
+    from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
+    from .grounding import Answers, Context, Grounding, Refused
+    from .hookspecs import hookimpl
+    from .protocols import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
+    from .task_type import Decomposition, Parameter, Role, TaskType
+
+_HOMES = {
+    "..base.errors": "CramliteError Unresolvable UserError nearest",
+    "..base.quantities": "Angle Length Mass parse_quantity",
+    "..base.yaml_file": "load_yaml",
+    "..interpretation.conditions": "Compare atoms",
+    "..interpretation.interpretation": "Interpreted",
+    "..interpretation.matching": "Match",
+    "..interpretation.ranking": "TaskSequence",
+    "..interpretation.rules": "Clause Rule",
+    "..interpretation.timeline": "PADDING Phase PhaseName Predicate Row Segment Timeline",
+    "..model.program": "Code",
+    "..model.verdict": "Cost Finding",
+    ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
+    ".grounding": "Answers Context Grounding Refused",
+    ".hookspecs": "hookimpl",
+    ".protocols": "Backend Candidate ModelMaker ReportSection Simulator Validator",
+    ".task_type": "Decomposition Parameter Role TaskType",
+}
+_NAMES = LazyNames(__name__, _HOMES)
+
+__all__ = [
+    "PADDING",
+    "RELATIONS",
+    "SEGMENTS",
+    "UNKNOWN",
+    "Angle",
+    "Answers",
+    "Backend",
+    "Candidate",
+    "Clause",
+    "Code",
+    "Compare",
+    "Context",
+    "Cost",
+    "CramliteError",
+    "Decomposition",
+    "Expert",
+    "Finding",
+    "Grounding",
+    "Inputs",
+    "Interpreted",
+    "Judged",
+    "Length",
+    "Mass",
+    "Match",
+    "ModelMaker",
+    "Parameter",
+    "Phase",
+    "PhaseName",
+    "Predicate",
+    "Refused",
+    "ReportSection",
+    "Role",
+    "Row",
+    "Rule",
+    "Segment",
+    "Simulator",
+    "TaskSequence",
+    "TaskType",
+    "Timeline",
+    "Unresolvable",
+    "UserError",
+    "Validator",
+    "atoms",
+    "hookimpl",
+    "load_yaml",
+    "nearest",
+    "parse_quantity",
+]
+
+
+def __getattr__(name: str) -> Any:
+    return _NAMES.load(name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])

@@ -1,0 +1,150 @@
+"""What an engine knows from its plugins: task types, robots, object models, backends, judges, classes, rules."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from ..base.errors import PluginError, UserError, nearest
+from ..base.resources import data_folder
+from ..model.geometry import Pose
+
+if TYPE_CHECKING:
+    from ..interpretation.rules import Rule
+    from ..interpretation.timeline import Predicate
+    from ..model.robot import Robot
+    from ..model.world import Thing
+    from ..ontology.taxonomy import Taxonomy
+    from .expert import Expert
+    from .protocols import Backend, ModelMaker, Simulator, Validator
+    from .registry import Registry
+    from .task_type import TaskType
+
+
+class Knowledge:
+    """Collected from one registry, each kind when it is first needed.
+
+    Args:
+        registry: whose plugins are asked.
+        ontologies: further ontology files, beside the shipped ones and those of plugins.
+        rules: a folder of rule files that stands for the shipped ones and those of plugins.
+    """
+
+    def __init__(self, registry: Registry, ontologies: Iterable[Path] = (), rules: Path | None = None) -> None:
+        self.registry = registry
+        self._ontologies, self._rules = tuple(ontologies), rules
+
+    @cached_property
+    def task_owners(self) -> Mapping[str, str]:
+        """Task class -> plugin. Names and aliases are unique."""
+        owners: dict[str, str] = {}
+        for plugin, task in self.registry.collect("task_types"):
+            for name in (task.task, task.task.split(":")[-1], *task.aliases):
+                if owners.get(name, plugin) != plugin:
+                    raise PluginError(
+                        f"Plugins '{owners[name]}' and '{plugin}' both declare the task name '{name}'. "
+                        f"Names must be unique: block one with --block {plugin}, or rename it."
+                    )
+                owners[name] = plugin
+        return owners
+
+    @cached_property
+    def tasks(self) -> Mapping[str, TaskType]:
+        _ = self.task_owners
+        return {task.task: task for _, task in self.registry.collect("task_types")}
+
+    @cached_property
+    def robots(self) -> Mapping[str, Robot]:
+        return self.registry.named("robots", "type")
+
+    @cached_property
+    def models(self) -> Mapping[str, ModelMaker]:
+        return self.registry.named("object_models", "name")
+
+    @cached_property
+    def products(self) -> tuple[Thing, ...]:
+        """What perception can recognise, each at the origin, its name that of its model."""
+        return tuple(m.make(name=n, pose=Pose()) for n, m in self.models.items() if m.product)
+
+    @cached_property
+    def backends(self) -> Mapping[str, Backend]:
+        return self.registry.named("backends", "name")
+
+    @cached_property
+    def validators(self) -> tuple[Validator, ...]:
+        return tuple(self.registry.named("validators", "name").values())
+
+    @cached_property
+    def left_out(self) -> tuple[str, ...]:
+        """Names of shipped validators that nobody asks, because their plugins are blocked and no other has one of that name."""
+        asked = {v.name for v in self.validators}
+        return tuple(v.name for v in self.registry.left_out("validators") if v.name not in asked)
+
+    @cached_property
+    def experts(self) -> tuple[Expert, ...]:
+        return tuple(self.registry.named("experts", "name").values())
+
+    @cached_property
+    def expert_owners(self) -> Mapping[str, str]:
+        """Expert -> plugin."""
+        return {expert.name: plugin for plugin, expert in self.registry.collect("experts")}
+
+    @cached_property
+    def simulator(self) -> Simulator:
+        for _, simulator in self.registry.collect("simulators"):
+            return simulator  # type: ignore[no-any-return]
+        raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
+
+    @cached_property
+    def ontology_paths(self) -> list[Path]:
+        """The shipped ontologies, those of plugins, and further ones."""
+        shipped = sorted(data_folder("ontologies").glob("*.ttl"))
+        offered = [path for _, path in self.registry.collect("ontologies")]
+        return [*shipped, *offered, *self._ontologies]
+
+    @cached_property
+    def taxonomy(self) -> Taxonomy:
+        """All classes; a plugin's task that no ontology has is one below ``TaskType.above``."""
+        from ..ontology.taxonomy import load_taxonomy
+
+        found = load_taxonomy(self.ontology_paths)
+        new = {name: (task.above,) for name, task in self.tasks.items() if name not in found.classes}
+        return replace(found, parents={**found.parents, **new}) if new else found
+
+    @property
+    def predicates(self) -> list[Predicate]:
+        return [p for _, p in self.registry.collect("predicates")]
+
+    @cached_property
+    def rules(self) -> tuple[Rule, ...]:
+        from ..interpretation.rules import load_rules
+
+        if self._rules is not None:
+            return load_rules([self._rules], self.predicates, self.taxonomy)
+        shipped = sorted(data_folder("task_rules").glob("*.yaml"))
+        own = [task.rule_file for task in self.tasks.values() if task.rule_file is not None]
+        return load_rules([*shipped, *own], self.predicates, self.taxonomy)
+
+    @property
+    def goal_rules(self) -> tuple[Rule, ...]:
+        """The rules in the order in which goals try their tasks: the shipped ones first, so that where sequences are equally
+        long, the installation of a further plugin changes none of them."""
+        from .entry_points import OWN_DISTRIBUTION
+
+        own = {i.name for i in self.registry.infos if i.distribution == OWN_DISTRIBUTION}
+        return tuple(sorted(self.rules, key=lambda r: self.task_owners.get(r.task) not in own))
+
+
+def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
+    """An entry by name.
+
+    Raises:
+        UserError: there is none; the nearest valid names are listed.
+    """
+    if name not in table:
+        raise UserError(f"{where + ': ' if where else ''}There is no {kind} '{name}'; {nearest(name, table)}.")
+    return table[name]

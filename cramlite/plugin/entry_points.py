@@ -1,0 +1,78 @@
+"""Where plugins come from: the entry points of installed packages, and files that somebody names."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ..base.value import Value
+from .validation import NoModule, made_for_another_version
+
+GROUP = "cramlite"
+OWN_DISTRIBUTION = "cramlite"
+
+
+class Point(Value):
+    """An entry point with the name and version of its distribution, which takes long to read."""
+
+    name: str
+    value: str
+    distribution: str
+    version: str
+    dist: importlib.metadata.Distribution | None
+    load: Callable[[], Any]
+
+    def defines(self, function: str) -> bool:
+        """Whether its module's text defines a function; the module is not loaded to find out."""
+        spec = importlib.util.find_spec(self.value)
+        text = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin else ""
+        return f"\ndef {function}(" in text
+
+    def taken(self) -> str:
+        """Why a file cannot have this name too."""
+        return (
+            f"there is a plugin '{self.name}' already, of {self.distribution} {self.version} ({self.value}), and two of one name "
+            f"cannot be told apart; rename the file, and if it is to stand for that one, add --block {self.name}"
+        )
+
+    def outdated(self) -> str:
+        """Why its distribution is not for this version; empty if it is."""
+        return "" if self.dist is None or self.distribution == OWN_DISTRIBUTION else made_for_another_version(self.dist)
+
+
+def entry_points() -> list[Point]:
+    """Sorted, because the order in which a file system lists distributions is no order; third parties first."""
+    known: dict[int, tuple[str, str]] = {}
+    found: dict[tuple[str, str], Point] = {}
+    for point in importlib.metadata.entry_points(group=GROUP):
+        if id(point.dist) not in known:
+            known[id(point.dist)] = (point.dist.name, point.dist.version) if point.dist else ("?", "?")
+        name, version = known[id(point.dist)]
+        found[(point.name, point.value)] = Point(point.name, point.value, name, version, point.dist, point.load)
+    return sorted(found.values(), key=lambda p: (p.distribution == OWN_DISTRIBUTION, p.distribution, p.name))
+
+
+def plugin_names(files: Iterable[Path] = ()) -> set[str]:
+    """The names of all plugins: installed ones, and files."""
+    return {p.name for p in importlib.metadata.entry_points(group=GROUP)} | {f.stem for f in files}
+
+
+def module_from(file: Path) -> ModuleType:
+    """The module in a file.
+
+    Raises:
+        NoModule: by its name it is none.
+        Exception: whatever the module raises when it is imported.
+    """
+    spec = importlib.util.spec_from_file_location(f"cramlite_file_{file.stem}", file)
+    if spec is None or spec.loader is None:
+        raise NoModule(f"it is no Python module; the name of one ends in '.py', not in '{file.suffix}'")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,80 @@
+"""What plugins answer when they are asked to ground a designator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ..base.value import Value
+from ..model.belief import Belief
+from ..model.designators import Designator
+from ..model.robot import Robot
+from ..model.world import RobotMount
+
+if TYPE_CHECKING:
+    from ..model.world import Camera
+    from ..ontology.taxonomy import Taxonomy
+
+
+class Grounding(Value):
+    """One alternative.
+
+    Args:
+        value: for an object its entity name; for a location a Place; for an action its
+            Decomposition; for a motion the steps of the program.
+        reason: why this one, a clause with numbers and units.
+        cost: alternatives of one plugin come best first; costs of different plugins are compared.
+        belief: the belief after a motion; None when nothing changed.
+        key: identifies the alternative among its siblings; text of the value if empty.
+    """
+
+    value: Any
+    reason: str
+    cost: float = 0.0
+    belief: Belief | None = None
+    key: str = ""
+
+
+class Refused(Value):
+    """An alternative that was considered and dropped: it appears in explanations.
+
+    Args:
+        value: the alternative in words.
+        reason: a clause with numbers and units.
+        passed: how many checks it passed before: the nearest miss passed most.
+        because: designators whose choices are to blame, beyond those that the asked one refers to: without them the
+            search would not go back and change them.
+    """
+
+    value: str
+    reason: str
+    passed: int = 0
+    because: tuple[str, ...] = ()
+
+
+Answer = Grounding | Refused
+Answers = Iterable[Answer] | None
+
+
+class Context(Value):
+    """What a plugin may know besides the designator and the belief.
+
+    Args:
+        robot: the acting robot's model.
+        mount: where it stands.
+        bindings: designator name -> what it was grounded to, so far.
+        agenda: what is still to be resolved, in order; experts may look ahead, never change it.
+        taxonomy: classes and affordances.
+        seed: derived from scenario, choice path and attempt; the only randomness a plugin may use.
+        camera: that the robot may look with; None where there is none.
+        samples: how many samples a sampling planner may draw (counted work, never seconds).
+    """
+
+    robot: Robot
+    mount: RobotMount
+    bindings: Mapping[str, Any]
+    taxonomy: Taxonomy
+    agenda: tuple[Designator, ...] = ()
+    seed: int = 0
+    samples: int = 4000
+    camera: Camera | None = None

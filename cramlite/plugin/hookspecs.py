@@ -1,0 +1,137 @@
+"""THE contract between the engine and its plugins: every hook, typed.
+
+Three chainings: *collect* (all answers together), *first* (one right answer),
+*alternatives* (several right answers, asked one plugin at a time and lazily).
+
+Three answers to a resolve hook: ``None`` = not mine; an iterable, possibly empty
+= mine, these; ``raise Unresolvable(reason, because)`` = mine, impossible. Any
+other exception is that plugin's bug: it is isolated, named and reported.
+
+A plugin is a module (or object) with functions of these names, marked with
+``cramlite.hookimpl`` and declared in the entry-point group "cramlite".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pluggy
+
+if TYPE_CHECKING:
+    from ..interpretation.timeline import Predicate
+    from ..model.belief import Belief
+    from ..model.designators import Action, Late, Location, Motion, Object
+    from ..model.episode import Episode
+    from ..model.robot import Robot
+    from ..model.steps import AnyStep
+    from ..model.view import View
+    from .expert import Expert
+    from .grounding import Answers, Context
+    from .protocols import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
+    from .task_type import TaskType
+
+hookspec = pluggy.HookspecMarker("cramlite")
+hookimpl = pluggy.HookimplMarker("cramlite")
+
+
+@hookspec
+def task_types() -> Iterable[TaskType]:  # type: ignore[empty-body]
+    """Task types that this plugin defines. Called once at load; collected; two of one name or alias are an error."""
+
+
+@hookspec
+def predicates() -> Iterable[Predicate]:  # type: ignore[empty-body]
+    """Predicates that rule files may use. Called once, before rules are loaded; collected."""
+
+
+@hookspec
+def experts() -> Iterable[Expert]:  # type: ignore[empty-body]
+    """Perception experts with declared inputs and outputs. Called once at load; collected by ``name``."""
+
+
+@hookspec
+def robots() -> Iterable[Robot]:  # type: ignore[empty-body]
+    """Robot models. Called once at load; collected by ``type``."""
+
+
+@hookspec
+def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
+    """Parametric object models that scenarios may name. Called once at load; collected by ``name``."""
+
+
+@hookspec
+def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
+    """Simulators that demonstrate and execute. Called once at load; the first one is used unless preferred."""
+
+
+@hookspec
+def validators() -> Iterable[Validator]:  # type: ignore[empty-body]
+    """Judges of programs and rollouts. Called once at load; everybody may object."""
+
+
+@hookspec
+def backends() -> Iterable[Backend]:  # type: ignore[empty-body]
+    """Code writers. Called once at load; collected by ``name``."""
+
+
+@hookspec
+def ontologies() -> Iterable[Path]:  # type: ignore[empty-body]
+    """Ontology files (Turtle, RDF/XML) to load beside the shipped ones. Called once at load."""
+
+
+@hookspec
+def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
+    """Sections of the report page. Called once at load; shown in order of their ``order``."""
+
+
+@hookspec(firstresult=True)
+def read_episode(path: Path) -> Episode | None:
+    """The episode in a file or folder, or None if it is not of this reader's format. First answer wins.
+
+    Raises:
+        UserError: it is of this format and cannot be used.
+    """
+
+
+@hookspec(firstresult=True)
+def read_view(path: Path) -> View | None:
+    """The recorded view of a depth camera, or None if it is not of this reader's format. First answer wins.
+
+    Raises:
+        UserError: it is of this format and cannot be used.
+    """
+
+
+@hookspec(firstresult=True)
+def episode_triples(episode: Episode) -> Iterable[str] | None:
+    """The episode as lines of N-Triples, for queries; None if this plugin cannot say it. First answer wins."""
+
+
+@hookspec
+def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
+    """Ways to do an action: Groundings whose value is a Decomposition, best first. Alternatives.
+
+    A task type's own decomposition is one of the alternatives; plugins' overrides come before it.
+    """
+
+
+@hookspec
+def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
+    """Entities that a designator may mean: Groundings whose value is an entity name. Alternatives."""
+
+
+@hookspec
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Places that satisfy a location: Groundings whose value is a Place. Alternatives."""
+
+
+@hookspec
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Program steps for a motion: Groundings whose value is a tuple of steps, with the belief after. Alternatives."""
+
+
+@hookspec
+def on_step(step: AnyStep, candidate: Candidate) -> None:
+    """A step was added to a candidate that is about to be proven. Notification; the answer is ignored."""

@@ -1,0 +1,274 @@
+"""The registry: the only module that touches pluggy. Loads, orders, isolates and asks plugins."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+import pluggy
+from msgspec import Struct, field
+
+from ..base.errors import PluginError, Unresolvable, UserError, nearest
+from ..base.value import Value
+from . import hookspecs
+from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
+from .validation import NAMED_BY, check_declared, check_hooks, said_with_place, why_not_loaded
+
+
+class PluginInfo(Value):
+    """What is known of a plugin: for ``cramlite plugins`` and for messages."""
+
+    name: str
+    distribution: str
+    version: str
+    file: str
+    hooks: tuple[str, ...]
+    load_ms: float
+    fault: str = ""
+
+
+class Fault(Value):
+    """A plugin's bug: where it happened and what it was."""
+
+    plugin: str
+    version: str
+    hook: str
+    designator: str
+    error: str
+
+    def __str__(self) -> str:
+        version = f" {self.version}" if self.version else ""  # a file has none
+        return f"plugin '{self.plugin}'{version}, hook {self.hook}, at {self.designator or 'load'}: {self.error}"
+
+
+class _Manager(pluggy.PluginManager):
+    """Finds what ``hookimpl`` marked without asking pluggy's base class, whose search of types and metaclasses for every
+    name of a module was 6 to 9 % of the profile of ``cramlite check``."""
+
+    def parse_hookimpl_opts(self, plugin: object, name: str) -> pluggy.HookimplOpts | None:
+        found = getattr(plugin, name, None)
+        return getattr(found, f"{GROUP}_impl", None) if isinstance(found, FunctionType) else None
+
+
+class Registry(Struct, dict=True):
+    """The plugins of one engine. Two registries share nothing.
+
+    Args:
+        files: plugin modules to load by path, before all others.
+        blocked: names of plugins that are not loaded, be they installed or in a file.
+        preferred: names of plugins that are asked first.
+        strict: a file that cannot be used is input of whoever named it. False: recorded like an installed plugin that
+            cannot be, which is what ``cramlite plugins`` lists.
+
+    Raises:
+        UserError: a file or a name that there is not, or, if strict, a file that cannot be used.
+    """
+
+    files: tuple[Path, ...] = ()
+    blocked: tuple[str, ...] = ()
+    preferred: tuple[str, ...] = ()
+    strict: bool = True
+    infos: list[PluginInfo] = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._manager = _Manager(GROUP)
+        self._manager.add_hookspecs(hookspecs)
+        points = entry_points()
+        installed = {p.name: p for p in points}
+        self._check_names(installed.keys() | {f.stem for f in self.files})
+        for file in self.files:
+            if not file.is_file():
+                raise UserError(f"There is no plugin file '{file}'; give the path of a Python module with --plugin.")
+            self._load_file(file, installed.get(file.stem))
+        for point in points:
+            if point.name not in self.blocked:
+                self._load(point.name, point.load, point.distribution, point.version, point.value, point.outdated())
+
+    def _check_names(self, known: set[str]) -> None:
+        for name in (*self.blocked, *self.preferred):
+            if name not in known:
+                raise UserError(f"There is no plugin '{name}' to block or prefer; {nearest(name, known)}.")
+        for name in self.blocked:
+            if name in self.preferred:
+                raise UserError(f"The plugin '{name}' is both blocked and preferred; leave one of them out.")
+
+    def _load_file(self, file: Path, installed: Point | None) -> None:
+        """Load a file, unless it is blocked. One with the name of an installed plugin never stands in its place unsaid, and
+        to block that name would leave out both: it is refused."""
+        if file.stem in self.blocked and installed is None:
+            return
+        fault = "" if installed is None else installed.taken()
+        self._load(file.stem, lambda: module_from(file), "file", "", str(file), fault)
+        if self.strict:
+            self._refuse(file)
+
+    def _refuse(self, file: Path) -> None:
+        """Raise UserError if the file that was loaded last cannot be used, or declares what it should not."""
+        for hook in [] if self.faults else [h for h in NAMED_BY if h in self.infos[-1].hooks]:
+            for _ in self.collect(hook):
+                pass
+        if self.faults:
+            where = "" if self.faults[0].hook == "import" else f"hook {self.faults[0].hook}: "
+            raise UserError(
+                f"The plugin file '{file}' cannot be used: {where}{self.faults[0].error}. Correct the file, or leave it out."
+            )
+
+    def _load(
+        self, name: str, load: Callable[[], Any], distribution: str, version: str, place: str, fault: str = ""
+    ) -> None:
+        """Load one plugin; whatever is wrong with it is recorded, and the others go on."""
+        begin = time.perf_counter()
+        hooks: tuple[str, ...] = ()
+        fault = fault or self._same_name(name, distribution, place)
+        if not fault:
+            try:
+                module = load()
+                check_hooks(module)
+                self._manager.register(module, name)
+                hooks = tuple(sorted(h.name for h in self._manager.get_hookcallers(module) or ()))
+                fault = "" if hooks else "it has no hook: no function in it is marked with '@hookimpl'"
+                place = getattr(module, "__file__", None) or place
+            except (Exception, SystemExit) as error:
+                fault = why_not_loaded(error, distribution)
+        if fault:
+            self.faults.append(Fault(name, version, "import", "", fault))
+        elapsed = (time.perf_counter() - begin) * 1000
+        self.infos.append(PluginInfo(name, distribution, version, place, hooks, elapsed, fault))
+
+    def _same_name(self, name: str, distribution: str, place: str) -> str:
+        """Why a second plugin of a name is not loaded; empty for the first one."""
+        first = next((i for i in self.infos if i.name == name and not i.fault), None)
+        if first is None:
+            return ""
+        return (
+            f"two plugins are called '{name}': this one, of {distribution} ({place}), and one of {first.distribution} "
+            f"({first.file}), which was found first and is used; rename one"
+        )
+
+    def _implementations(self, hook: str) -> list[Any]:
+        """Preferred plugins first, then ad hoc files, then third parties, then our own, each in load order."""
+        order = {info.name: k for k, info in enumerate(self.infos)}
+        own = {info.name for info in self.infos if info.distribution == OWN_DISTRIBUTION}
+        impls = getattr(self._manager.hook, hook).get_hookimpls()
+        return sorted(
+            impls, key=lambda i: (i.plugin_name not in self.preferred, i.plugin_name in own, order[i.plugin_name])
+        )
+
+    def collect(self, hook: str) -> Iterator[tuple[str, Any]]:
+        """(plugin name, object) for everything that plugins declare under a hook; a broken plugin is skipped and named."""
+        for impl in self._implementations(hook):
+            try:
+                answers = list(impl.function())
+                for answer in answers:
+                    check_declared(hook, answer)
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, "", error)
+                continue
+            yield from ((impl.plugin_name, answer) for answer in answers)
+
+    def left_out(self, hook: str) -> Iterator[Any]:
+        """What blocked shipped plugins would have declared under a hook; no other is loaded to find out."""
+        for point in entry_points() if self.blocked else ():
+            if point.name in self.blocked and point.distribution == OWN_DISTRIBUTION and point.defines(hook):
+                yield from getattr(point.load(), hook)()
+
+    def examine(self) -> None:
+        """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, names that clash included."""
+        for hook, (key, *_) in NAMED_BY.items():
+            first: dict[str, str] = {}
+            for plugin, item in self.collect(hook):
+                own = (
+                    (item.task, item.task.split(":")[-1], *item.aliases)
+                    if hook == "task_types"
+                    else (getattr(item, key),)
+                )
+                for name in dict.fromkeys(own):
+                    if hook != "report_sections" and first.setdefault(name, plugin) != plugin:
+                        said = f"plugin '{first[name]}' declares '{name}' too; block one of them, or rename it"
+                        self.faults.append(Fault(plugin, self._version(plugin), hook, name, said))
+
+    def _version(self, plugin: str) -> str:
+        return next((i.version for i in self.infos if i.name == plugin), "?")
+
+    def named(self, hook: str, key: str) -> Mapping[str, Any]:
+        """The declared objects of a hook by their ``key`` attribute.
+
+        Raises:
+            PluginError: two plugins declare one name; both are named.
+        """
+        found: dict[str, tuple[str, Any]] = {}
+        for plugin, item in self.collect(hook):
+            name = getattr(item, key)
+            if name in found:
+                raise PluginError(
+                    f"Plugins '{found[name][0]}' and '{plugin}' both declare {hook.removesuffix('s')} '{name}'. "
+                    f"Names must be unique: block one with --block {plugin}, or rename it."
+                )
+            found[name] = (plugin, item)
+        return {name: item for name, (_, item) in found.items()}
+
+    def first(self, hook: str, **arguments: Any) -> Any:
+        """The first answer that is not None; user errors pass through, bugs are isolated."""
+        for impl in self._implementations(hook):
+            try:
+                answer = impl.function(*[arguments[a] for a in impl.argnames])
+            except UserError:
+                raise
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, str(next(iter(arguments.values()), "")), error)
+                continue
+            if answer is not None:
+                return answer
+        return None
+
+    def alternatives(
+        self, hook: str, designator: Any, **arguments: Any
+    ) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
+        """(plugin, its answers) for every plugin that says "mine", one at a time; answers stay lazy."""
+        name = getattr(designator, "name", str(designator))
+        for impl in self._implementations(hook):
+            values = [arguments.get(a, designator) for a in impl.argnames]
+            try:
+                answer = impl.function(*values)
+            except UserError:
+                raise
+            except Unresolvable as impossible:
+                yield impl.plugin_name, impossible
+                continue
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, name, error)
+                continue
+            if answer is not None:
+                yield impl.plugin_name, self.guarded(impl.plugin_name, hook, name, answer)
+
+    def guarded(self, plugin: str, hook: str, designator: str, answers: Iterable[Any]) -> Iterator[Any]:
+        """The answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""
+        try:
+            yield from answers
+        except (Unresolvable, UserError, GeneratorExit):
+            raise
+        except Exception as error:
+            self.fault(plugin, hook, designator, error)
+
+    def notify(self, hook: str, **arguments: Any) -> None:
+        for impl in self._implementations(hook):
+            try:
+                impl.function(*[arguments[a] for a in impl.argnames])
+            except Exception as error:
+                self.fault(impl.plugin_name, hook, "", error)
+
+    def owner(self, hook: str, name: str) -> str:
+        """The plugin that declares a thing of that name under a hook; the name itself if none does."""
+        key = NAMED_BY[hook][0]
+        return next((plugin for plugin, item in self.collect(hook) if getattr(item, key) == name), name)
+
+    def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
+        """Record a plugin's bug with the place in its own code."""
+        fault = Fault(plugin, self._version(plugin), hook, designator, said_with_place(error))
+        if fault not in self.faults:
+            self.faults.append(fault)
+        return fault

@@ -1,0 +1,137 @@
+"""Task types: what a task plugin subclasses."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import ClassVar
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from ..model.belief import Belief
+from ..model.designators import Action, Designator, Location, Object
+
+
+class Role(Value):
+    """A role of a task type.
+
+    Args:
+        name: "Patient", "Locatum", "Relatum", "Agent", ...
+        types: classes that a filler may have; any one will do.
+        features: features that a filler must have, e.g. a hole for a peg.
+        affords: affordances that a filler must offer.
+        required: whether the task makes sense without it.
+        effector: the filler is the hand or gripper itself, never an object of the world.
+    """
+
+    name: str
+    types: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
+    affords: tuple[str, ...] = ()
+    required: bool = True
+    effector: bool = False
+
+    def constrain(self, designator: Object) -> Object:
+        """The designator with what this role needs added."""
+        return designator.merged(Object(designator.name, (), self.features, self.affords))
+
+
+class Decomposition(Value):
+    """One way to do a task: designators in order.
+
+    Args:
+        steps: actions, locations and motions.
+        reason: why this way.
+        cost: lower is tried first.
+    """
+
+    steps: tuple[Designator, ...]
+    reason: str
+    cost: float = 0.0
+
+
+class Parameter(Value):
+    """A number that a task uses.
+
+    Args:
+        name: with its unit, e.g. "speed_m_s".
+        default: in that unit.
+        source: where the default comes from.
+    """
+
+    name: str
+    default: float
+    source: str
+
+
+class TaskType(ABC):
+    """What a kind of task is, and how it can be done.
+
+    A plugin subclasses this and overrides ``decompose`` and ``effects``; fields have class defaults.
+    """
+
+    task: ClassVar[str] = ""
+    """Its class, e.g. "soma:Grasping"."""
+    aliases: ClassVar[tuple[str, ...]] = ()
+    """Further names that scenarios may use."""
+    roles: ClassVar[tuple[Role, ...]] = ()
+    """Who takes part."""
+    summary: ClassVar[str] = ""
+    """What it does, in a clause for people."""
+    parameters: ClassVar[tuple[Parameter, ...]] = ()
+    """Numbers that it uses; scenarios may change them."""
+    above: ClassVar[str] = "dul:Task"
+    """The class above ``task``, for tasks that no ontology has; where an ontology has it, that one is believed."""
+    rule_file: ClassVar[Path | None] = None
+    """The task's rule, beside the plugin's module; the shipped ones are in ``task_rules/``."""
+    places: ClassVar[bool] = False
+    """True for tasks that choose where to put something: their ``where`` constrains it (``Action.parameters``)."""
+    leads_on: ClassVar[bool] = False
+    """True for free motions: their goal, unless given, is where the next task begins."""
+
+    @abstractmethod
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        """The ways to do ``action``, best first.
+
+        Raises:
+            Unresolvable: it cannot be done in this belief, with the reason.
+        """
+
+    def effects(self, action: Action, belief: Belief) -> Belief:
+        """The belief after the task succeeded, beyond what its motions already changed."""
+        return belief
+
+    def begins_at(self, action: Action) -> Location | None:
+        """Where the arm stands when the task begins: the goal of a free motion that leads to it."""
+        return None
+
+    def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
+        """Where a free motion goes: to ``goal``, where the task that follows begins, unless its own roles say else.
+
+        Args:
+            following: the next task that says where it begins; None if no other follows, and ``goal`` is home.
+        """
+        return goal
+
+    def role(self, name: str) -> Role | None:
+        """The role of that name, or None."""
+        return next((r for r in self.roles if r.name == name), None)
+
+    def parameter(self, action: Action, name: str) -> float:
+        """The value of a parameter: the action's own, else the declared default."""
+        declared = next(p for p in self.parameters if p.name == name)
+        return float(action.parameters.get(name, declared.default))
+
+
+def task_type(tasks: Mapping[str, TaskType], name: str) -> TaskType:
+    """A task type by class, local name or alias.
+
+    Raises:
+        UserError: there is none; the nearest valid names are listed.
+    """
+    table = {alias: t for t in tasks.values() for alias in (t.task, t.task.split(":")[-1], *t.aliases)}
+    if name not in table:
+        shown = [alias for alias in table if (":" in alias) == (":" in name)]
+        raise UserError(f"There is no task type '{name}'; {nearest(name, shown)}.")
+    return table[name]

@@ -1,0 +1,194 @@
+"""What can be wrong with a plugin before it is asked anything, in words for the person who has it installed."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import inspect
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import get_args
+
+from ..base.errors import nearest
+from ..version import VERSION
+from . import hookspecs
+
+NAMED_BY: Mapping[str, tuple[str, ...]] = {
+    "task_types": ("task", "decompose"),
+    "predicates": ("name", "function"),
+    "experts": ("name", "run"),
+    "robots": ("type", "mjcf"),
+    "object_models": ("name", "make"),
+    "simulators": ("name", "execute"),
+    "validators": ("name", "check", "cost"),
+    "backends": ("name", "emit", "executable"),
+    "report_sections": ("title", "render", "order"),
+}
+"""Hook -> what the things declared under it have: their name, what they do, and what else is asked of all of them."""
+
+_MANY, _NUMBER = (tuple, list, frozenset), (int, float)
+_TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
+    "task_types": {"aliases": _MANY, "roles": _MANY, "parameters": _MANY},
+    "predicates": {"arity": (int,), "phases": _MANY, "value": (bool,), "cost": _NUMBER},
+    "validators": {"cost": (str,)},
+    "experts": {"scope": (str,), "inputs": _MANY, "outputs": _MANY, "uses": _MANY, "cost_ms": _NUMBER, "parameters": _MANY},
+    "object_models": {"files": _MANY, "product": (bool,)},
+    "backends": {"executable": (bool,), "typed_stands_in": (bool,)},
+    "report_sections": {"order": _NUMBER, "refused": (bool,)},
+}
+"""Hook -> attributes that go wrong late, or unseen, where they are of another type: text is a sequence of letters, and true."""
+
+
+class NoModule(Exception):
+    """A file that was given as a plugin and is no Python module."""
+
+
+class WrongHook(Exception):
+    """A function that is marked as a hook and is none, or takes arguments that the hook does not have."""
+
+
+class WrongDeclaration(Exception):
+    """Something declared under a hook that is not what the hook is for."""
+
+
+class WrongAnswer(Exception):
+    """Something that a plugin answered and that is no answer."""
+
+
+def check_hooks(plugin: ModuleType | object) -> None:
+    """Every function marked with ``hookimpl`` is a hook, and takes only arguments that it has.
+
+    Raises:
+        WrongHook: names the function, what is wrong, and the nearest right name.
+    """
+    hooks = {n: f for n, f in vars(hookspecs).items() if hasattr(f, "cramlite_spec")}
+    for name in dir(plugin):
+        function = getattr(plugin, name, None)
+        if not hasattr(function, "cramlite_impl"):
+            continue
+        if name not in hooks:
+            raise WrongHook(f"there is no hook '{name}'; {nearest(name, hooks)}")
+        valid = list(inspect.signature(hooks[name]).parameters)
+        for given in inspect.signature(function).parameters:  # type: ignore[arg-type]
+            if given not in valid:
+                has = f"{nearest(given, valid)}" if valid else "it takes none"
+                raise WrongHook(f"hook '{name}' has no argument '{given}'; {has}")
+
+
+def check_declared(hook: str, item: object) -> None:
+    """A declared thing has what its hook is for.
+
+    Raises:
+        WrongDeclaration: names what it has not, or what of it is not possible.
+    """
+    for attribute in NAMED_BY.get(hook, ()):
+        if not _worked_out(item, attribute) and not hasattr(item, attribute):
+            what = (
+                f"the class {item.__name__}; declare an instance, {item.__name__}()"
+                if isinstance(item, type)
+                else repr(item)
+            )
+            raise WrongDeclaration(f"{hook} gave {what[:80]}, which has no '{attribute}'")
+    if isinstance(item, type):
+        raise WrongDeclaration(f"{hook} gave the class {item.__name__}; declare an instance, {item.__name__}()")
+    if hook in NAMED_BY:
+        _check_values(hook, item)
+
+
+def _check_values(hook: str, item: object) -> None:
+    """Attributes have the types and words that the engine reads: one that nothing matches would switch a thing off unsaid."""
+    key, does, *_ = NAMED_BY[hook]
+    name = getattr(item, key)
+    if not isinstance(name, str) or not name:
+        raise WrongDeclaration(f"{hook} gave {repr(item)[:80]}, whose '{key}' is {name!r}; it is text")
+    if not callable(getattr(item, does)):
+        raise WrongDeclaration(f"{hook} gave '{name}', whose '{does}' is {_short(getattr(item, does))}, no function")
+    for attribute, types in _TYPES.get(hook, {}).items():
+        value = None if _worked_out(item, attribute) else getattr(item, attribute, None)
+        if value is not None and not isinstance(value, types):
+            valid = {"tuple": "a tuple", "bool": "True or False", "str": "one word"}.get(types[0].__name__, "a number")
+            raise WrongDeclaration(f"{hook} gave '{name}', whose '{attribute}' is {_short(value)}; it is {valid}")
+    for attribute, words in _words(hook).items():
+        said = getattr(item, attribute)
+        for word in said if isinstance(said, _MANY) else (said,):
+            if word not in words:
+                raise WrongDeclaration(
+                    f"{hook} gave '{name}', whose '{attribute}' is {_short(word)}; {nearest(str(word), words)}"
+                )
+
+
+def _worked_out(item: object, attribute: str) -> bool:
+    """A property is asked when it is needed: whether a backend's text can run took 85 imports."""
+    return isinstance(getattr(type(item), attribute, None), property)
+
+
+def _short(value: object) -> str:
+    return repr(value)[:80]
+
+
+def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
+    """Attributes of what is declared under a hook that are one of a few words, and the words."""
+    if hook == "validators":
+        from ..model.verdict import COSTS
+
+        return {"cost": COSTS}
+    if hook == "experts":
+        from .expert import Scope
+
+        return {"scope": get_args(Scope)}
+    if hook == "predicates":
+        from ..interpretation.timeline import PhaseName
+
+        return {"phases": get_args(PhaseName)}
+    return {}
+
+
+def why_not_loaded(error: BaseException, distribution: str) -> str:
+    """Why a plugin could not be imported, and what to do."""
+    if isinstance(error, ModuleNotFoundError) and error.name:
+        package = error.name.split(".")[0]
+        if package in ("cramlite", "cramlite_plugins"):
+            return (
+                f"it imports '{error.name}', which cramlite {VERSION} does not have; it was written for another version"
+            )
+        return f"it needs the package '{package}', which is not installed here; install it, or leave the plugin out with --block"
+    if isinstance(error, ImportError) and error.name and error.name.split(".")[0] == "cramlite":
+        return f"{error}; it was written for another version than cramlite {VERSION}"
+    if isinstance(error, SystemExit):
+        return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
+    if isinstance(error, SyntaxError):
+        return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"
+    return said_with_place(error)
+
+
+def said_with_place(error: BaseException) -> str:
+    """An error with the place in a file at which it was raised; what the engine says of a plugin has none."""
+    if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
+        return str(error)
+    trace, place = error.__traceback__, ""
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        if not file.startswith("<frozen"):
+            place = f" ({Path(file).name}:{trace.tb_lineno})"
+        trace = trace.tb_next
+    return f"{type(error).__name__}: {error}{place}"
+
+
+def made_for_another_version(distribution: importlib.metadata.Distribution) -> str:
+    """Why a distribution is not for this version, by the versions of cramlite that its metadata asks for; empty if it is."""
+    from packaging.requirements import InvalidRequirement, Requirement
+
+    for text in distribution.requires or ():
+        if not re.match(r"cramlite\b(?![-_.])", text, re.IGNORECASE):
+            continue
+        try:
+            wanted = Requirement(text)
+        except InvalidRequirement:
+            return f"'{text}' in its metadata is no requirement; its author has to correct it"
+        if not wanted.specifier.contains(VERSION, prereleases=True):
+            return (
+                f"it was made for cramlite{wanted.specifier}, and this is {VERSION}; update it with "
+                f"'pip install --upgrade {distribution.name}', or ask its author"
+            )
+    return ""

@@ -1,0 +1,1 @@
+"""Scenarios: YAML becomes specifications and worlds."""

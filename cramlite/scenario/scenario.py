@@ -1,0 +1,289 @@
+"""Scenarios: YAML that says what to start from, which robot acts, and what is in its world."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from ..base.errors import UserError
+from ..base.quantities import Angle, Length
+from ..base.value import Value
+from ..base.yaml_file import explain_validation, line_of, load_yaml
+from ..model.geometry import Pose
+from ..model.view import D435, Intrinsics
+from .task_specs import TaskEntry
+
+
+class _Spec(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PoseSpec(_Spec):
+    """A pose as people write it: position and turns about the fixed axes x, y, z, in that order."""
+
+    position: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
+    roll: Angle = 0.0
+    pitch: Angle = 0.0
+    yaw: Angle = 0.0
+
+    def pose(self) -> Pose:
+        turns = [((0, 0, 1), self.yaw), ((0, 1, 0), self.pitch), ((1, 0, 0), self.roll)]
+        result = Pose(self.position)
+        for axis, angle in turns:
+            result = result * Pose.from_rotvec((0, 0, 0), [a * angle for a in axis])
+        return result
+
+
+class HangSpec(_Spec):
+    """A thing that hangs on a hanger's peg: how far from its root, turned how far about the vertical."""
+
+    hanger: str
+    depth: Length
+    yaw: Angle = 0.0
+
+
+class ThingSpec(_Spec):
+    """A thing: which model, where, and the model's parameters under ``with``."""
+
+    name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    model: str
+    type: str | None = None
+    at: PoseSpec | None = None
+    hangs_on: HangSpec | None = None
+    parameters: dict[str, Any] = Field({}, alias="with")
+
+    @model_validator(mode="after")
+    def _placed_once(self) -> ThingSpec:
+        if (self.at is None) == (self.hangs_on is None):
+            raise ValueError("it needs exactly one of 'at' and 'hangs_on'")
+        return self
+
+
+class RobotSpec(_Spec):
+    """The robot: its mount's name, its type (a robot plugin's), and where its base is."""
+
+    name: str = "arm"
+    type: str
+    at: PoseSpec = PoseSpec()
+
+
+class VarySpec(_Spec):
+    """What a seed other than 0 changes: a thing's position (uniform, each horizontal axis), its yaw, or parameters
+    drawn from a list."""
+
+    thing: str
+    position: Length = 0.0
+    yaw: Angle = 0.0
+    model: list[str] = Field(default_factory=list)
+    parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field({}, alias="with")
+
+
+class IntrinsicsSpec(_Spec):
+    """A pinhole camera's focal lengths and principal point [pixel]."""
+
+    fx: float = Field(gt=0)
+    fy: float = Field(gt=0)
+    cx: float
+    cy: float
+
+
+class CameraSpec(_Spec):
+    """A depth camera: on the robot's flange, or fixed in the world.
+
+    The pose is that of its optical frame: z forward, x to the right, y down.
+    """
+
+    mount: Literal["flange", "world"] = "flange"
+    at: PoseSpec = PoseSpec()
+    look: tuple[str, ...] = ()
+    width: int = Field(D435.width, ge=16, le=4096)
+    height: int = Field(D435.height, ge=16, le=4096)
+    fov: Angle | None = None
+    intrinsics: IntrinsicsSpec | None = None
+    noise: bool = True
+
+    @model_validator(mode="after")
+    def _is_a_camera(self) -> CameraSpec:
+        if self.fov is not None and self.intrinsics is not None:
+            raise ValueError("a camera has 'fov' or 'intrinsics', not both: each says how wide it sees")
+        try:
+            self.pinhole()
+        except UserError as error:
+            raise ValueError(str(error)) from error
+        return self
+
+    def pinhole(self) -> Intrinsics:
+        """As written; else square pixels that see ``fov`` from left to right, a D435's angle if nothing is said."""
+        if self.intrinsics is not None:
+            return Intrinsics(**self.intrinsics.model_dump(), width=self.width, height=self.height)
+        return Intrinsics.of_size(self.width, self.height, self.fov)
+
+
+class UnknownErrorSpec(_Spec):
+    """How far a thing of the world that programs run in may be from where it is believed to be.
+
+    The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
+    ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.
+    """
+
+    thing: str
+    position: Length = Field(ge=0.0)
+
+
+class LateSpec(_Spec):
+    """A thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
+
+    thing: str
+    position: Length = Field(ge=0.0)
+    yaw: Angle = 0.0
+
+
+class RecordSpec(_Spec):
+    """How to record a demonstration for this scenario: the person's script, and the world they act in."""
+
+    script: str
+    things: tuple[ThingSpec, ...]
+    vary: tuple[VarySpec, ...] = ()
+
+
+class ObjectSpec(_Spec):
+    """An object that tasks refer to: by class and needs, or one thing by name."""
+
+    types: tuple[str, ...] = ()
+    features: tuple[str, ...] = ()
+    affords: tuple[str, ...] = ()
+    entity: str | None = None
+
+
+class PhysicsSpec(_Spec):
+    """Physics settings that differ from the defaults (used by negative controls).
+
+    The ranges are those in which MuJoCo integrates a robot at all; above 5 ms contacts of 5 ms time constant diverge.
+    """
+
+    timestep: Annotated[float, Field(ge=1e-5, le=0.005)] = 0.002
+    cone: Literal["elliptic", "pyramidal"] = "elliptic"
+    noslip_iterations: Annotated[int, Field(ge=0, le=100)] = 5
+    impratio: Annotated[float, Field(ge=1, le=1000)] = 10.0
+    pad_friction: Annotated[float, Field(ge=0, le=10)] = 0.9
+
+
+class ScenarioSpec(_Spec):
+    """The keys of a scenario file."""
+
+    scenario: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    title: str = ""
+    demonstration: str | None = None
+    tasks: tuple[TaskEntry, ...] | None = None
+    designator: TaskEntry | None = None
+    goal: tuple[str, ...] | None = Field(default=None, min_length=1)
+    objects: dict[str, ObjectSpec] = {}
+    robot: RobotSpec
+    things: tuple[ThingSpec, ...]
+    vary: tuple[VarySpec, ...] = ()
+    unknown_error: UnknownErrorSpec | None = None
+    late: tuple[LateSpec, ...] = ()
+    camera: CameraSpec | None = None
+    poses: Literal["known", "camera"] = "known"
+    record: RecordSpec | None = None
+    physics: PhysicsSpec = PhysicsSpec()
+    ontologies: tuple[str, ...] = ()
+    backend: str | None = None
+    block: tuple[str, ...] = ()
+    prefer: tuple[str, ...] = ()
+    budget: dict[str, int] = {}
+
+    @model_validator(mode="after")
+    def _one_start(self) -> ScenarioSpec:
+        starts = [k for k in ("demonstration", "tasks", "designator", "goal") if getattr(self, k) is not None]
+        if len(starts) != 1:
+            raise ValueError(
+                "a scenario starts from exactly one of 'demonstration', 'tasks', 'designator' and 'goal'; "
+                f"this one has {' and '.join(starts) or 'none'}"
+            )
+        if self.poses == "camera" and self.camera is None:
+            raise ValueError("'poses: camera' needs a 'camera'")
+        return self
+
+
+class Scenario(Value):
+    """A scenario file that was read and checked.
+
+    Args:
+        path: where it is; relative paths in it start from its folder.
+        spec: its content.
+        data: the YAML with line positions.
+    """
+
+    path: Path
+    spec: ScenarioSpec
+    data: Any
+
+    @property
+    def name(self) -> str:
+        return self.spec.scenario
+
+    def where(self, *location: str | int) -> str:
+        """ "file:line" of a part of the scenario."""
+        return f"{self.path}:{line_of(self.data, location)}"
+
+    def where_thing(self, name: str) -> str:
+        """ "file:line" of a thing of the robot's or the person's world."""
+        names = [t.get("name") for t in self.data["things"]]
+        return self.where("things", names.index(name)) if name in names else self.where("record", "things")
+
+    def beside(self, name: str) -> Path:
+        """A path that the scenario mentions."""
+        return self.path.parent / name
+
+    @property
+    def ontologies(self) -> tuple[Path, ...]:
+        """Its further ontology files."""
+        return tuple(map(self.beside, self.spec.ontologies))
+
+
+def read_scenario(path: Path | str) -> Scenario:
+    """Read a scenario file.
+
+    Raises:
+        UserError: not YAML, an unknown key, a wrong type or unit: with file, line and the nearest right name.
+    """
+    path = Path(path)
+    return scenario_from(path, load_yaml(path))
+
+
+def scenario_from(path: Path, data: Any) -> Scenario:
+    """The scenario that ``load_yaml`` read from a file; errors as ``read_scenario``."""
+    if not isinstance(data, Mapping):
+        what = "nothing" if data is None else "a list" if isinstance(data, list) else f"'{str(data)[:40]}'"
+        raise UserError(
+            f"{path}:1: a scenario is a mapping that begins with 'scenario: NAME', but this file holds {what}."
+        )
+    try:
+        return Scenario(path, ScenarioSpec.model_validate(data), data)
+    except ValidationError as error:
+        raise explain_validation(path, data, error, _valid_keys(error)) from error
+
+
+def _valid_keys(error: ValidationError) -> list[str]:
+    """The keys that are right where the first unknown key stands."""
+    models: dict[str, type[BaseModel]] = {
+        "at": PoseSpec,
+        "hangs_on": HangSpec,
+        "things": ThingSpec,
+        "robot": RobotSpec,
+        "vary": VarySpec,
+        "unknown_error": UnknownErrorSpec,
+        "late": LateSpec,
+        "camera": CameraSpec,
+        "intrinsics": IntrinsicsSpec,
+        "record": RecordSpec,
+        "objects": ObjectSpec,
+        "physics": PhysicsSpec,
+    }
+    loc = next((p["loc"] for p in error.errors() if p["type"] == "extra_forbidden"), ())
+    holder = next((models[str(s)] for s in reversed(loc[:-1]) if str(s) in models), ScenarioSpec)
+    return [field.alias or name for name, field in holder.model_fields.items()]

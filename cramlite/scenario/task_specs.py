@@ -1,0 +1,155 @@
+"""Tasks as scenarios write them: by name with roles, and under the rules of the plan language."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, TypeAdapter, model_validator
+
+from ..base.errors import nearest
+from ..base.quantities import Force, Length, Time
+
+RULES = ("sequence", "try_in_order", "try_all", "parallel", "repeat", "retry", "monitor")
+"""A mapping with one of these as its only key is no task but a rule over tasks."""
+
+Path = tuple[str | int, ...]
+
+
+class WhereSpec(BaseModel):
+    """Where a task's place must be, beside what its roles say. Left and in front are as the robot's base looks, along x.
+
+    Args:
+        near, left_of, right_of, in_front_of, behind: things.
+        within: how far ``near`` may be, between the middles, seen from above [m].
+        visible_from: "camera", the scenario's where it is fixed, or a point in the world [m].
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    near: str | None = None
+    within: Annotated[Length, Field(gt=0)] = 0.2
+    left_of: str | None = None
+    right_of: str | None = None
+    in_front_of: str | None = None
+    behind: str | None = None
+    visible_from: Literal["camera"] | tuple[Length, Length, Length] | None = None
+
+    @property
+    def things(self) -> tuple[str, ...]:
+        """The things that it names."""
+        return tuple(t for t in (self.near, self.left_of, self.right_of, self.in_front_of, self.behind) if t)
+
+
+class TaskSpec(BaseModel):
+    """A task with its roles."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    task: str
+    roles: dict[str, str] = {}
+    parameters: dict[str, float] = {}
+    where: WhereSpec | None = None
+
+
+class RuleSpec(BaseModel):
+    """Tasks under a rule.
+
+    Args:
+        rule: one of ``RULES``.
+        do: the branches, each a list of tasks; sequence, repeat, retry and monitor have one.
+        paths: where each task of each branch stands, from the rule on.
+        at: of try_in_order: "plan" (the search decides) or "run" (the program does).
+        times: of repeat.
+        changes: of retry: the parameters that each further attempt changes.
+        force, slip, time: of monitor: what is watched, and how much is too much [N, m, s].
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    rule: str
+    do: tuple[tuple[TaskEntry, ...], ...]
+    paths: tuple[tuple[Path, ...], ...]
+    at: str = Field("plan", pattern="^(plan|run)$")
+    times: int = Field(1, ge=1, le=1000)
+    changes: tuple[dict[str, float], ...] = Field((), alias="with")
+    force: Annotated[Force, Field(gt=0)] | None = None
+    slip: Annotated[Length, Field(gt=0)] | None = None
+    time: Annotated[Time, Field(gt=0)] | None = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> RuleSpec:
+        if not self.do or not all(self.do):
+            raise ValueError(f"'{self.rule}' needs something to do")
+        if self.rule == "retry" and (len(self.do[0]) > 1 or not isinstance(self.do[0][0], TaskSpec)):
+            raise ValueError("'retry' is for one task, whose parameters it changes; try_in_order with 'at: run' is for more")
+        if self.rule == "retry" and not self.changes:
+            raise ValueError("'retry' needs 'with': a list of changed parameters, one for each further attempt")
+        if self.rule == "monitor" and self.force is None and self.slip is None and self.time is None:
+            raise ValueError("'monitor' needs 'force', 'slip' or 'time': what is watched, and how much is too much")
+        return self
+
+
+OWN: Mapping[str, tuple[str, ...]] = {
+    "try_in_order": ("at",), "repeat": ("times",), "retry": ("with",), "monitor": ("force", "slip", "time"),
+}  # fmt: skip
+
+
+def _entry(value: Any) -> Any:
+    """{task: T, Role: filler, parameters: {...}} with roles beside the task's name, a bare name, or {RULE: ...}."""
+    if isinstance(value, TaskSpec | RuleSpec):
+        return value
+    if isinstance(value, str):
+        return {"task": value}
+    if isinstance(value, Mapping) and len(value) == 1 and next(iter(value)) in RULES:
+        return _rule(*next(iter(value.items())))
+    if not isinstance(value, Mapping) or "task" not in value:
+        keys = list(value) if isinstance(value, Mapping) else []
+        hint = f" ({nearest(str(keys[0]), RULES)})" if len(keys) == 1 else ""
+        raise ValueError(f"a task is a name, a mapping with 'task' and its roles, or one of {', '.join(RULES)}{hint}")
+    own = {"task", "parameters", "where"}
+    return {"roles": {k: v for k, v in value.items() if k not in own}, **{k: value[k] for k in own if k in value}}
+
+
+def _rule(rule: str, value: Any) -> dict[str, Any]:
+    """The body of a rule: its tasks, or a mapping with them under 'do'."""
+    single = rule in ("sequence", "repeat", "retry", "monitor")
+    options: dict[str, Any] = {}
+    path: Path = (rule,)
+    do = value
+    if isinstance(value, Mapping) and "task" not in value:
+        valid = ("do", *OWN.get(rule, ()))
+        for key in value:
+            if key not in valid:
+                raise ValueError(f"'{rule}' has no '{key}'; {nearest(str(key), valid)}")
+        options = {k: v for k, v in value.items() if k != "do"}
+        do, path = value.get("do", ()), (rule, "do")
+    parts = [(path, do)] if not isinstance(do, list | tuple) else [((*path, k), v) for k, v in enumerate(do)]
+    branches = [parts] if single and parts else [_listed(*p) for p in parts]
+    tasks = [[v for _, v in b] for b in branches]
+    return {"rule": rule, "do": tasks, "paths": [[p for p, _ in b] for b in branches], **options}
+
+
+def _listed(path: Path, value: Any) -> list[tuple[Path, Any]]:
+    """A branch may be a list of tasks."""
+    return [((*path, k), v) for k, v in enumerate(value)] if isinstance(value, list | tuple) else [(path, value)]
+
+
+def _which(value: Any) -> str:
+    return "rule" if isinstance(value, RuleSpec) or (isinstance(value, Mapping) and "rule" in value) else "call"
+
+
+TaskEntry = Annotated[
+    Annotated[TaskSpec, Tag("call")] | Annotated[RuleSpec, Tag("rule")], Discriminator(_which), BeforeValidator(_entry)
+]
+RuleSpec.model_rebuild()
+
+
+def task_entry(value: Any) -> TaskSpec | RuleSpec:
+    """A task or rule from Python data as YAML would hold it, e.g. ``{"repeat": {"times": 3, "do": ["ParkArms"]}}``.
+
+    Raises:
+        pydantic.ValidationError: it is none.
+    """
+    found: TaskSpec | RuleSpec = TypeAdapter(TaskEntry).validate_python(value)
+    return found

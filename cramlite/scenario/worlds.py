@@ -1,0 +1,207 @@
+"""From a scenario to its worlds: the one that is believed, and the one that the program runs in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError, nearest
+from ..base.resources import find_scenario
+from ..base.seeds import whole_seed
+from ..model.geometry import Pose
+from ..model.world import Camera, Physics, RobotMount, World
+from .scenario import read_scenario
+
+if TYPE_CHECKING:
+    from ..model.belief import Relation
+    from ..model.world import Thing
+    from ..plugin.catalogue import Knowledge
+    from ..plugin.protocols import ModelMaker
+    from .scenario import Scenario, ThingSpec, VarySpec
+
+
+
+def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
+    """A world from a JSON file or from the run directory that holds it, or the world that a scenario's programs really run in.
+
+    Raises:
+        UserError: neither can be read.
+    """
+    path = Path(name)
+    if (path / "world.json").is_file():
+        path = path / "world.json"
+    if path.suffix != ".json":
+        scenario = read_scenario(_scenario_or_run(name))
+        spec = scenario.spec
+        world, relations = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
+        return real_world(scenario, world, relations, seed)
+    from msgspec import DecodeError, json
+
+    from ..model.world import World
+
+    try:
+        return json.decode(path.read_bytes(), type=World)
+    except OSError as error:
+        raise UserError(f"The world '{path}' cannot be read: {error.strerror}.") from error
+    except DecodeError as error:
+        raise UserError(
+            f"'{path}' holds no world: {error}. Give the world.json of a run directory, or a scenario."
+        ) from error
+
+
+def _scenario_or_run(name: str) -> Path:
+    try:
+        return find_scenario(name)
+    except UserError as error:
+        if not Path(name).is_dir():
+            raise
+        raise UserError(
+            f"'{name}' is a folder that holds no world.json; give a run directory, its world.json, or a scenario."
+        ) from error
+
+
+def build_world(
+    scenario: Scenario,
+    things: Iterable[ThingSpec],
+    vary: Iterable[VarySpec],
+    models: Mapping[str, ModelMaker],
+    seed: int,
+) -> tuple[World, tuple[Relation, ...]]:
+    """The world of a scenario, and the relations that it states.
+
+    Args:
+        seed: 0 gives the world as written; any other draws ``vary`` from it.
+
+    Raises:
+        UserError: an unknown model, parameter or thing.
+    """
+    import numpy as np
+
+    seed = whole_seed(seed)
+    changes = {v.thing: v for v in vary} if seed else {}
+    rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
+    built: dict[str, Thing] = {}
+    shifts: dict[str, Pose] = {}
+    relations: list[Relation] = []
+    specs = list(things)
+    for name in changes:
+        if name not in {s.name for s in specs}:
+            raise UserError(f"{scenario.where('vary')}: no thing '{name}'; {nearest(name, [s.name for s in specs])}.")
+    for spec in specs:
+        place = scenario.where_thing(spec.name)
+        if spec.name in built:
+            raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
+        thing = _build(scenario, spec, changes.get(spec.name), built, models, rng, place)
+        if thing.joint is not None and thing.joint.parent in shifts:  # what is mounted moves with what carries it
+            thing = replace(thing, pose=shifts[thing.joint.parent] * thing.pose)
+        if spec.name in changes and spec.at:
+            shifts[spec.name] = thing.pose * spec.at.pose().inverse()
+        built[spec.name] = thing
+        if spec.hangs_on:
+            relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
+    mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
+    physics = Physics(**scenario.spec.physics.model_dump())
+    camera = camera_of(scenario)
+    cameras = () if camera is None else (camera,)
+    return World(tuple(built.values()), (mount,), physics, cameras=cameras), tuple(relations)
+
+
+def camera_of(scenario: Scenario) -> Camera | None:
+    """The scenario's camera."""
+    spec = scenario.spec.camera
+    if spec is None:
+        return None
+    mount = scenario.spec.robot.name if spec.mount == "flange" else None
+    return Camera(spec.at.pose(), mount, intrinsics=spec.pinhole(), noise=spec.noise)
+
+
+def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:
+    """The world that programs run in: the believed one, with ``unknown_error`` added.
+
+    Args:
+        world, relations: as believed.
+        seed: of the run.
+
+    Raises:
+        UserError: the scenario displaces a thing that the world does not have.
+    """
+    import numpy as np
+
+    error = scenario.spec.unknown_error
+    if error is None:
+        return world
+    names = [t.name for t in world.things]
+    if error.thing not in names:
+        raise UserError(
+            f"{scenario.where('unknown_error', 'thing')}: no thing '{error.thing}'; {nearest(error.thing, names)}."
+        )
+    rng = np.random.default_rng([seed, 78])
+    way = rng.normal(size=3)
+    way *= error.position * rng.uniform() ** (1 / 3) / np.linalg.norm(way)
+    moving = {error.thing, *(s for p, s, o in relations if p == "hangs_on" and o == error.thing)}
+    off = Pose((float(way[0]), float(way[1]), float(way[2])))
+    return world.moved({name: off * world.thing(name).pose for name in moving})
+
+
+def _build(
+    scenario: Scenario,
+    spec: ThingSpec,
+    change: VarySpec | None,
+    built: Mapping[str, Thing],
+    models: Mapping[str, ModelMaker],
+    rng: Any,
+    place: str,
+) -> Thing:
+    model = change.model[int(rng.integers(len(change.model)))] if change and change.model else spec.model
+    if model not in models:
+        raise UserError(f"{place}: no object model '{model}'; {nearest(model, models)}.")
+    maker = models[model]
+    try:
+        parameters = {k: _frozen(v) for k, v in spec.parameters.items()}
+        if change:
+            parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
+        parameters |= {k: str(scenario.beside(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
+        thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
+        thing = replace(thing, type=spec.type or thing.type)
+        if spec.hangs_on:
+            thing = replace(thing, pose=_hang(spec, thing, built, maker))
+    except (UserError, TypeError, ValueError) as error:
+        said = str(error).removeprefix(f"thing '{spec.name}': ")
+        raise UserError(f"{_where_said(scenario, spec, said) or place}: thing '{spec.name}': {said}") from error
+    return replace(thing, pose=_shifted(thing.pose, change, rng)) if change else thing
+
+
+def _where_said(scenario: Scenario, spec: ThingSpec, said: str) -> str:
+    """ "file:line" of the parameter that a complaint names first; empty where it names none that was written."""
+    found = {k: re.search(rf"'{re.escape(k)}'|^{re.escape(k)}\b", said) for k in spec.parameters}
+    named = sorted((m.start(), k) for k, m in found.items() if m is not None)
+    things = [t.get("name") for t in scenario.data["things"]]
+    if not named or spec.name not in things:
+        return ""
+    return scenario.where("things", things.index(spec.name), "with", named[0][1])
+
+
+def _hang(spec: ThingSpec, thing: Thing, built: Mapping[str, Thing], maker: ModelMaker) -> Pose:
+    hang = spec.hangs_on
+    assert hang is not None
+    if hang.hanger not in built:
+        raise ValueError(f"hangs on '{hang.hanger}', which is not a thing above it; {nearest(hang.hanger, built)}.")
+    if maker.hung is None:
+        raise ValueError(f"model '{spec.model}' cannot hang; only models with a hole can.")
+    return maker.hung(thing, built[hang.hanger], hang.depth, hang.yaw)
+
+
+def _shifted(pose: Pose, change: VarySpec, rng: Any) -> Pose:
+    x, y = rng.uniform(-change.position, change.position, 2)
+    turn = Pose.from_rotvec((0, 0, 0), (0, 0, float(rng.uniform(-change.yaw, change.yaw))))
+    moved = tuple(a + float(d) for a, d in zip(pose.position, (x, y, 0.0), strict=True))
+    return Pose(moved, (turn * Pose((0, 0, 0), pose.quaternion)).quaternion)  # type: ignore[arg-type]
+
+
+def _frozen(value: Any) -> Any:
+    """A model parameter as written, lists as tuples; the model knows which unit each number has."""
+    return tuple(_frozen(v) for v in value) if isinstance(value, list | tuple) else value

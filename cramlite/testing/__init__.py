@@ -1,0 +1,71 @@
+"""Contract checks for plugin authors: call them in your tests; they raise AssertionError with what is wrong.
+
+Example:
+    >>> from cramlite.testing import check_plugin     # doctest: +SKIP
+    >>> check_plugin("my_package.my_task")            # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import ModuleType
+
+from ..plugin import hookspecs
+from ..plugin.registry import Registry
+from .plugin_checks import (
+    CHECKS,
+    check_backend,
+    check_declared,
+    check_expert,
+    check_predicate,
+    check_robot,
+    check_validator,
+    sample_program,
+    sample_robot,
+)
+from .task_checks import KINDS, RELATIONS, check_task_type, sample_action, sample_belief
+
+__all__ = [
+    "KINDS", "RELATIONS", "check_backend", "check_expert", "check_file", "check_plugin", "check_predicate", "check_robot",
+    "check_task_type", "check_validator", "sample_action", "sample_belief", "sample_program", "sample_robot",
+]  # fmt: skip
+
+
+def check_plugin(
+    module: str | ModuleType,
+    *,
+    kinds: Mapping[str, Iterable[str]] = KINDS,
+    relations: Iterable[str] = RELATIONS,
+) -> None:
+    """A plugin module loads, its hooks exist and match their specifications, and what it declares keeps its contract.
+
+    Args:
+        kinds, relations: as ``check_task_type`` takes them.
+
+    Raises:
+        AssertionError: with what is wrong.
+    """
+    plugin = importlib.import_module(module) if isinstance(module, str) else module
+    own = {n: f for n, f in vars(plugin).items() if hasattr(f, "cramlite_impl")}
+    assert own, f"{plugin.__name__}: no function is marked with cramlite.hookimpl"
+    for name, function in own.items():
+        specification = getattr(hookspecs, name, None)
+        assert specification is not None, f"{plugin.__name__}: there is no hook '{name}'"
+        valid, given = (list(inspect.signature(f).parameters) for f in (specification, function))
+        assert set(given) <= set(valid), f"{plugin.__name__}.{name}({', '.join(given)}): arguments are {valid}"
+    for task in own["task_types"]() if "task_types" in own else ():
+        check_task_type(task, kinds=kinds, relations=relations, hooks=own)
+    for hook in CHECKS.keys() & own.keys():
+        check_declared(hook, own[hook]())
+
+
+def check_file(path: Path) -> None:
+    """A plugin in a file loads beside all installed ones, without a fault and without a clash of names."""
+    from ..plugin.catalogue import Knowledge
+
+    registry = Registry((path,), strict=False)
+    _ = Knowledge(registry).tasks
+    assert not registry.faults, "; ".join(str(f) for f in registry.faults)

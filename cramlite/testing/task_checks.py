@@ -1,0 +1,254 @@
+"""The contract of a task type, as ``cramlite.testing`` checks it for plugin authors."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+from msgspec.structs import replace
+
+from ..base.errors import Unresolvable, UserError, nearest
+from ..base.value import Value
+from ..model.belief import Belief, Estimate, Held
+from ..model.designators import Action, Late, Location, Motion, Object
+from ..model.geometry import Pose
+from ..model.world import Feature, Filling, Geom, RobotMount, Thing, World
+from ..planning.alternatives import HOOKS
+from ..plugin.catalogue import Knowledge
+from ..plugin.registry import Registry
+from ..plugin.task_type import Decomposition, TaskType
+
+FORCE, LINE = ("force_n", "force_limit_n"), ("speed_m_s", "acceleration_m_s2")
+TURN = ("speed_rad_s", "acceleration_rad_s2")
+KINDS: Mapping[str, tuple[str, ...]] = {
+    "transfer": TURN, "linear": (*LINE, "stage"), "gripper": ("force_n", "speed_m_s", "to", "expect"),
+    "until_contact": ("speed_m_s", "force_n", "beyond_m", "corner", "expect"),
+    "force_path": ("speed_m_s", "press_n", "force_limit_n"),
+    "spiral_search": (*FORCE, "speed_m_s", "radius_m", "advance_m", "corner"),
+    "force_insert": (*FORCE, "speed_m_s", "corner", "end"), "force_extract": (*FORCE, "speed_m_s"),
+    "compliant_slide": ("speed_m_s", "press_n", "lost_s", "force_limit_n"),
+    "payload": (), "zero_sensor": (), "hold": ("duration_s",), "tilt": (*TURN, "to"), "drive": (*LINE, *TURN),
+    "back": ("to", "after"),
+}  # fmt: skip
+"""Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``), each with the parameters that it knows."""
+
+RELATIONS = (
+    "home", "retreat", "lift", "slide", "grasp", "in", "on", "extract", "insert", "handle", "opened", "closed", "push",
+    "pushed", "pour", "touch", "near", "view", "stand",
+)  # fmt: skip
+"""Relations of places that the experts of cramlite answer (``Location.relation``)."""
+
+Hooks = Mapping[str, Callable[..., Any]]
+"""The hooks of the plugin that is checked, which need not be installed."""
+
+_CURIE = re.compile(r"[a-z][\w-]*:\w+")
+
+
+class _Missing(KeyError):
+    """The sample action has no such role or parameter."""
+
+
+class _Sample(dict[str, Any]):
+    """Tells what was asked for and is not there from any other wrong key."""
+
+    def __missing__(self, key: str) -> Any:
+        raise _Missing(key)
+
+
+class _Known(Value):
+    """What designators may name."""
+
+    kinds: Mapping[str, Iterable[str]]
+    relations: tuple[str, ...]
+    hooks: Hooks
+
+
+def sample_belief(held: str | None = None) -> Belief:
+    """A cube with every filler's name on nothing, one arm, and, if wanted, the cube in its gripper. The cube is hollow, and
+    there is a grain in it, so that tasks about contents have some."""
+    hollow = Feature("cavity", "cram:Cavity", Pose((0, 0, 0.02)), {"width": 0.03, "depth": 0.03, "height": 0.03})
+    geoms, grain = (Geom("box", (0.02, 0.02, 0.02)),), Filling(1, 0.005, 0.001)
+    cube = Thing("cube", "dul:PhysicalObject", Pose((0.5, 0, 0.1)), geoms, (hollow,), 0.1, filling=grain)
+    belief = Belief(World((cube,), (RobotMount("arm", "any"),)), {"cube": Estimate(cube.pose)}, "arm", (0.0,) * 6, 0.08)
+    return belief.grasped(Held(held, Pose(), 0.04)) if held else belief
+
+
+def sample_action(task: TaskType) -> Action:
+    """An action whose roles all mean the cube, with every optional role filled."""
+    cube = {r.name: Object(f"object_{k}", entity="cube") for k, r in enumerate(task.roles, 1) if not r.effector}
+    return Action(f"1.{task.task.split(':')[-1]}", task.task, cube, goal=Location("home", "home"))
+
+
+def check_task_type(
+    task: TaskType,
+    *,
+    kinds: Mapping[str, Iterable[str]] = KINDS,
+    relations: Iterable[str] = RELATIONS,
+    hooks: Hooks | None = None,
+) -> None:
+    """A task type keeps its contract.
+
+    Its names are right, its classes are in an ontology, parameters have sources, and in an empty-handed and in a holding
+    belief, and on a robot that drives, its decompositions are made of designators that some plugin resolves, or it says
+    ``Unresolvable`` with a reason; any other exception is a bug. What `effects` gives after each of them is a Belief; where it
+    asks for a role or parameter that the sample action has not, a warning says that it was not checked.
+
+    Args:
+        kinds: motion kinds with the parameters that each knows; others are asked of the installed plugins.
+        relations: relations of places; others are asked of the installed plugins.
+        hooks: functions of the plugin itself by hook, which are asked too; ``check_plugin`` gives them.
+
+    Raises:
+        AssertionError: with what is wrong.
+    """
+    known, beliefs = _Known(kinds, tuple(relations), hooks or {}), _beliefs()
+    _check_declaration(task)
+    _check_classes(task, known.hooks)
+    found = [(belief, _ways(task, belief)) for belief in beliefs]
+    assert any(ways for _, ways in found), f"{task.task}: neither an empty nor a holding gripper can do it, nor a robot that drives"
+    for belief, ways in found:
+        for way in ways:
+            _check_decomposition(task, way, known)
+        if ways:
+            _check_effects(task, beliefs if any(map(_regrasps, ways)) else (belief,))
+
+
+def _beliefs() -> tuple[Belief, ...]:
+    return sample_belief(), sample_belief("cube"), replace(sample_belief(), at=Pose())
+
+
+def _ways(task: TaskType, belief: Belief) -> list[Decomposition]:
+    try:
+        return list(task.decompose(sample_action(task), belief))
+    except Unresolvable as impossible:
+        assert impossible.reason.strip(), f"{task.task}: Unresolvable needs a reason"  # noqa: PT017 - this is no test
+        return []
+    except Exception as error:
+        raise AssertionError(f"{task.task}.decompose raised {error!r}; only Unresolvable is an answer") from error
+
+
+def _regrasps(way: Decomposition) -> bool:
+    """Its steps may change what is held, so that `effects` is asked in another belief than `decompose` was."""
+    return any(isinstance(s, Action) or (isinstance(s, Motion) and s.kind == "gripper") for s in way.steps)
+
+
+def _check_effects(task: TaskType, beliefs: Iterable[Belief]) -> None:
+    """In one of the beliefs that the task may end in, the sample action has effects."""
+    action, wrong = sample_action(task), []
+    action = replace(action, roles=_Sample(action.roles), parameters=_Sample())
+    for belief in beliefs:
+        try:
+            after = task.effects(action, belief)
+        except _Missing as missing:
+            _excuse(task, str(missing.args[0]))
+            return
+        except Exception as error:
+            wrong.append(error)
+            continue
+        assert isinstance(after, Belief), f"{task.task}: effects gives a Belief, not {after!r}"
+        return
+    raise AssertionError(
+        f"{task.task}.effects raised {wrong[0]!r} after the sample action had been done; it says what is believed then"
+    ) from wrong[0]
+
+
+def _excuse(task: TaskType, name: str) -> None:
+    """Only what a scenario would give, and the sample does not, may be missing."""
+    declared = [p.name for p in task.parameters]
+    assert name not in declared, (
+        f"{task.task}.effects asks for action.parameters['{name}'], which is there only where a scenario gives it; "
+        f"self.parameter(action, '{name}') has the default too"
+    )
+    role, roles = task.role(name), [r.name for r in task.roles]
+    assert role is not None or not name[:1].isupper(), f"{task.task}.effects asks for a role '{name}'; {nearest(name, roles)}"
+    warnings.warn(
+        f"{task.task}: effects was not checked: it asks for '{name}', which the sample action does not have", stacklevel=4
+    )
+
+
+def _check_declaration(task: TaskType) -> None:
+    assert _CURIE.fullmatch(task.task), f"'{task.task}' is no CURIE such as 'soma:Grasping'"
+    names = [task.task.split(":")[-1], *task.aliases]
+    assert len(set(names)) == len(names), f"{task.task}: names repeat: {names}"
+    assert task.summary, f"{task.task}: no summary"
+    roles = [r.name for r in task.roles]
+    wrong = [n for n in roles if not re.fullmatch(r"[A-Z]\w*", n)]
+    assert not wrong, f"{task.task}: a role is also a variable of rules, so '{wrong[0]}' must be one capitalised word"
+    assert task.rule_file is None or task.rule_file.is_file(), f"{task.task}: there is no rule file '{task.rule_file}'"
+    assert len(set(roles)) == len(roles), f"{task.task}: roles repeat: {roles}"
+    for role in task.roles:
+        for attribute in ("types", "features", "affords"):
+            said = getattr(role, attribute)
+            assert not isinstance(said, str), f"{task.task}: role '{role.name}': {attribute} is a tuple of classes, not '{said}'"
+    for parameter in task.parameters:
+        assert parameter.source, f"{task.task}: parameter '{parameter.name}' does not say where its default comes from"
+
+
+def _check_classes(task: TaskType, hooks: Hooks) -> None:
+    """Every class that a role asks for is in an ontology: a shipped one, or one of a plugin."""
+    asked = [(r.name, c) for r in task.roles for c in (*r.types, *r.features, *r.affords)]
+    if not asked:
+        return
+    own = hooks["ontologies"]() if "ontologies" in hooks else ()
+    taxonomy = Knowledge(Registry(), own).taxonomy
+    for role, name in asked:
+        try:
+            taxonomy.known(name, f"{task.task}: role '{role}'")
+        except UserError as error:
+            raise AssertionError(str(error)) from error
+
+
+def _check_decomposition(task: TaskType, way: Decomposition, known: _Known) -> None:
+    assert isinstance(way, Decomposition), f"{task.task}: decompose gives Decompositions, not {type(way).__name__}"
+    assert way.reason, f"{task.task}: a way needs a reason"
+    for step in way.steps:
+        assert isinstance(step, tuple(HOOKS)), f"{task.task}: {step!r} is no designator"
+        match step:
+            case Motion():
+                _check_motion(task, step, known)
+            case Location():
+                _check_location(task, step, known)
+            case Action():
+                if step.goal is not None:
+                    _check_location(task, step.goal, known)
+    names = [s.name for s in way.steps if isinstance(s, Action | Motion | Late)]
+    assert len(set(names)) == len(names), f"{task.task}: steps share a name: {names}"
+
+
+def _check_motion(task: TaskType, motion: Motion, known: _Known) -> None:
+    said, touched = f"{task.task}: {motion.name}", motion.may_touch
+    assert not isinstance(touched, str), f"{said}: may_touch is a tuple of names, not '{touched}'"
+    assert isinstance(motion.to, Location | None), f"{said} leads to {motion.to!r}"
+    if motion.kind not in known.kinds:
+        assert _answered(motion, known.hooks), f"{said}: no plugin knows kind '{motion.kind}'; {nearest(motion.kind, known.kinds)}"
+        return
+    valid = tuple(known.kinds[motion.kind])
+    for name in motion.parameters:
+        assert name in valid, f"{said}: a motion of kind '{motion.kind}' has no parameter '{name}'; {nearest(name, valid)}"
+    if motion.to is not None:
+        _check_location(task, motion.to, known)
+
+
+def _check_location(task: TaskType, location: Location, known: _Known) -> None:
+    relation = location.relation
+    assert relation in known.relations or _answered(location, known.hooks), (
+        f"{task.task}: {location.name}: no plugin answers the relation '{relation}'; {nearest(relation, known.relations)}"
+    )
+
+
+def _answered(designator: Location | Motion, hooks: Hooks) -> bool:
+    """Whether the plugin itself or an installed one says "mine"; one that fails for want of a context meant to answer."""
+    hook, registry = HOOKS[type(designator)], Registry()
+    asked = {"designator": designator, "location": designator, "motion": designator, "belief": sample_belief(), "context": None}
+    if hook in hooks:
+        try:
+            if hooks[hook](**{n: asked[n] for n in inspect.signature(hooks[hook]).parameters}) is not None:
+                return True
+        except Exception:
+            return True
+    faults = len(registry.faults)
+    answers = registry.alternatives(hook, designator, belief=asked["belief"], context=None)
+    return next(answers, None) is not None or len(registry.faults) > faults

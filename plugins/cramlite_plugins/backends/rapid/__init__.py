@@ -1,0 +1,1 @@
+"""ABB RAPID: a typed program as a module of text."""

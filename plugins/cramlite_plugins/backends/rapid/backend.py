@@ -1,0 +1,32 @@
+"""The RAPID backends as a plugin: with and without ABB's option Force Control."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite.model import Program, Robot, Value
+from cramlite.plugin import Backend, Code, hookimpl
+
+
+class Rapid(Value):
+    """RAPID modules for ABB arms. No controller runs them here: every text and every result says so."""
+
+    name: str
+    forces: bool
+    executable: bool = False
+    typed_stands_in: bool = True
+    remark: str = (
+        "RAPID cannot be run here: instructions are unverified; targets are compared with the typed program by tests, "
+        "syntax by rapidchecker"
+    )
+
+    def emit(self, program: Program, robot: Robot) -> Code:
+        from ...robots import irb1200
+        from .emit import emit
+
+        return emit(program, robot, forces=self.forces, zero={irb1200.IRB1200.type: irb1200.ZERO})
+
+
+@hookimpl
+def backends() -> Iterable[Backend]:
+    return [Rapid("rapid", forces=False), Rapid("rapid_fc", forces=True)]

@@ -1,0 +1,66 @@
+"""How values are written in RAPID: mm, degrees, quaternions, zones and names; fixed digits, so that a program is one text."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+
+from cramlite.model import Pose
+
+ZONES = {0.3: "z0", 1: "z1", 5: "z5", 10: "z10", 15: "z15", 20: "z20", 30: "z30", 40: "z40", 50: "z50", 60: "z60", 80: "z80",
+         100: "z100", 150: "z150", 200: "z200"}  # fmt: skip
+"""Predefined zones by the distance of the TCP from the target at which the corner begins [mm]: ABB, zonedata."""
+NONE = "[9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
+
+
+def zone(radius: float) -> str:
+    """The largest predefined zone within a radius that was checked [m]; ``fine`` where none fits."""
+    fitting = [name for size, name in ZONES.items() if size <= 1000 * radius]
+    return fitting[-1] if fitting else "fine"
+
+
+def jointtarget(q: Iterable[float], zero: tuple[float, ...]) -> str:
+    return f"[[{', '.join(number(math.degrees(a - z)) for a, z in zip(q, zero, strict=True))}], {NONE}]"
+
+
+def robtarget(pose: Pose, joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
+    return f"[{mm(pose.position)}, {quat(pose)}, {configuration(joints, zero)}, {NONE}]"
+
+
+def configuration(joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
+    """Quadrants of axes 1, 4 and 6; cfx is left at 0, since ``ConfL \\Off`` lets linear motions keep the nearest."""
+    if not joints:
+        return "[0, 0, 0, 0]"
+    quadrants = [math.floor(math.degrees(joints[i] - zero[i]) / 90 + 1e-9) for i in (0, 3, 5)]
+    return f"[{', '.join(map(str, quadrants))}, 0]"
+
+
+def way_of(frame: Pose, distance: float) -> str:
+    return mm(tuple(distance * float(v) for v in frame.turn((0.0, 0.0, 1.0))))
+
+
+def mm(values: tuple[float, ...]) -> str:
+    return "[" + ", ".join(number(1000 * v) for v in values) + "]"
+
+
+def quat(pose: Pose) -> str:
+    return "[" + ", ".join(f"{v + 0.0:.6f}" if abs(v) > 5e-7 else "0" for v in pose.quaternion) + "]"
+
+
+def number(value: float) -> str:
+    """A number with at most four digits after the point, never "-0"."""
+    text = f"{value:.4f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def plain(text: str) -> str:
+    """Text for comments and strings: one line of plain letters."""
+    return " ".join(text.split()).replace('"', "'").replace("\\", "/").encode("ascii", "replace").decode()
+
+
+def identifier(text: str) -> str:
+    """A RAPID name: letters, digits and underscores, with a task's number behind it."""
+    moved = re.sub(r"^(\d+)\.([^/]*)", r"\2_\1", text or "pose")
+    name = re.sub(r"[^A-Za-z0-9]+", "_", moved).strip("_")
+    return name if name[:1].isalpha() else f"t_{name}"

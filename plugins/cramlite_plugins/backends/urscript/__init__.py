@@ -1,0 +1,1 @@
+"""Universal Robots URScript: a typed program as a script."""

@@ -1,0 +1,103 @@
+"""What each controller of Universal Robots can do, from which PolyScope version on: data that the URScript backend obeys.
+
+Sources: [script] the version marks of ur_rtde 1.6.5's control script inside its wheel ("$5.10|3.15 ..." keeps a line for these
+versions and later); [client] UniversalRobots' ur_client_library, "Script Command Interface" and "Force Mode example" (no gain
+scaling on CB3); [external] the same library's external_control.urscript (commit 0046867), which runs on PolyScope X from 10.7.0 on
+and calls these functions there, direct_torque from 10.11.0 on: what it calls without a condition is there by 10.7, perhaps before;
+[facts] the project's own notes (reference/robot_code.md). Nothing here has run on PolyScope X; "?" is what no source that was read says.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from cramlite.model import Robot, Value
+
+CB3, E_SERIES, X = "CB3", "e-Series", "PolyScope X"
+
+
+class Capability(Value):
+    """A function, and the first PolyScope version that has it on each controller: "" none that is known of, "?" unknown."""
+
+    function: str
+    cb3: str
+    e_series: str
+    polyscope_x: str
+    source: str
+
+    def since(self, controller: str) -> str:
+        return {CB3: self.cb3, E_SERIES: self.e_series, X: self.polyscope_x}[controller]
+
+
+CAPABILITIES = (
+    Capability("force_mode", "3.5", "5.0", "10.7", "[script] unmarked; damping from 3.5; [external]"),
+    Capability("force_mode_set_damping", "3.5", "5.0", "10.7", "[script]; [external]"),
+    Capability("force_mode_set_gain_scaling", "", "5.0", "10.7", "[script] [client]; [external]"),
+    Capability("zero_ftsensor", "", "5.0", "10.7", "[facts]; [script] has it unmarked; [external]"),
+    Capability("set_target_payload", "", "5.10", "?", "[script]"),
+    Capability("get_inverse_kin_has_solution", "3.15", "5.10", "?", "[script]"),
+    Capability("tool_contact", "", "5.4", "10.7", "[script]; [external]"),
+    Capability("get_actual_joint_positions_history", "", "5.4", "10.7", "[script]; [external]"),
+    Capability("get_target_waypoint", "", "5.3", "?", "[script]"),
+    Capability("get_tcp_offset", "3.6", "5.0", "?", "[script]"),
+    Capability("protective_stop", "3.8", "5.0", "?", "[script]"),
+    Capability("ft_rtde_input_enable", "3.14", "5.9", "10.7", "[script]; [external], CB3 too"),
+    Capability("freedrive_mode", "3.15", "5.10", "10.7", "[script] with free axes from 5.10; [external]"),
+    Capability("direct_torque", "", "5.26", "10.11", "[script]; [external], which says 5.23"),
+)
+NEEDED = {CB3: "3.15", E_SERIES: "5.11"}
+"""The PolyScope version that programs ask for in their header."""
+
+
+def controller_of(robot: Robot) -> tuple[str, str]:
+    """The controller of an arm and the PolyScope version that its programs need: a sensor in the flange is an e-Series."""
+    controller = E_SERIES if robot.sensor == "flange" else CB3
+    return controller, NEEDED[controller]
+
+
+def lacking(text: str, controller: str, version: str) -> Iterator[str]:
+    """Functions that a program calls and a controller of this version does not have, as clauses."""
+    code = "\n".join(line.split("#")[0] for line in text.split("\n"))
+    for c in CAPABILITIES:
+        if re.search(rf"\b{c.function}\(", code):
+            since = c.since(controller)
+            if since in ("", "?"):
+                known = "is not known to have" if since == "?" else "does not have"
+                yield f"{controller} {known} {c.function} ({c.source})"
+            elif _number(version) < _number(since):
+                yield f"{c.function} needs PolyScope {since} on {controller}, not {version} ({c.source})"
+
+
+def _number(version: str) -> tuple[int, ...]:
+    return tuple(int(v) for v in version.split("."))
+
+
+PRELUDE = """
+# ---- CB3 ----
+# There is no zero_ftsensor here: the tare is kept by the program (base frame).
+global tare = [0.0, 0.0, 0.0]
+def net_force():
+  local measured = get_tcp_force()
+  return [measured[0] - tare[0], measured[1] - tare[1], measured[2] - tare[2]]
+end
+def zero_sensor():
+  local measured = get_tcp_force()
+  tare = [measured[0], measured[1], measured[2]]
+end
+"""
+
+
+CALLS = {
+    r"\bzero_ftsensor\(": "zero_sensor(",
+    r"\bget_tcp_force\(\)": "net_force()",
+    r"\bforce\(\)": "norm(net_force())",
+    r"\bset_target_payload\(": "set_payload(",
+}
+
+
+def adapted(lines: list[str]) -> list[str]:
+    """The lines of an e-Series program with CB3's calls, one for one, so that line numbers stay."""
+    for old, new in CALLS.items():
+        lines = [re.sub(old, new, line) for line in lines]
+    return lines

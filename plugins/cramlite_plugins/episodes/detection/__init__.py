@@ -1,0 +1,1 @@
+"""Detection of force-dynamic events in poses and contacts."""

@@ -1,0 +1,87 @@
+"""The semantic map of a world: its things, their parts and features, and the effector, as entities."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from cramlite.model import Entity, Feature, Pose, Rollout, Thing
+
+from ...shapes.bounds import extents
+
+#: Degrees of freedom that a feature takes from what it carries: a peg, or its tip, in a hole leaves sliding
+#: along it and turning about it; a surface stops motion in one direction (the rule of PickingUp).
+CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:SurfaceFeature": 1.0}
+
+
+def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
+    """A thing, its features, and the parts that its shape names although no feature describes them."""
+    properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
+    if thing.joint is not None:
+        properties |= {"joint_lower": thing.joint.lower, "joint_upper": thing.joint.upper}
+    if not any(CONSTRAINED_DOF.get(f.type, 0.0) > 1.0 for f in thing.features):
+        properties["constrained_dof"] = 1.0
+    whole = Entity(
+        thing.name, (thing.type,), None, _initial(thing, rollout), extents(thing.geoms), thing.geoms, properties
+    )
+    features = tuple(_feature(thing, f) for f in thing.features)
+    parts = sorted({g.part for g in thing.geoms if g.part} - {f.name for f in thing.features})
+    return (whole, *features, *(_feature(thing, Feature(p, "soma:Feature")) for p in parts))
+
+
+def effectors(rollout: Rollout) -> tuple[str, ...]:
+    """The hand or gripper that acts, and what else has finger tips: a person's other hand."""
+    tipped = {n.removesuffix("/left") for n in rollout.poses if n.endswith("/left")}
+    return (rollout.effector, *sorted(tipped - {"effector", rollout.effector}))
+
+
+def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """The hand or gripper that acts, a person's other hand, and their finger tips."""
+    hand = rollout.joints.ndim < 2 or rollout.joints.shape[1] == 0
+    types = ("soma:Hand", "soma:PrehensileEffector") if hand else ("soma:Gripper", "soma:PrehensileEffector")
+    found = []
+    for name in effectors(rollout):
+        frame = "effector" if name == rollout.effector else name
+        tips = [f for f in ("left", "right") if f"{frame}/{f}" in rollout.poses]
+        found += [Entity(name, types), *(Entity(f"{name}/{tip}", ("soma:Finger",), part_of=name) for tip in tips)]
+    return tuple(found)
+
+
+def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """The cameras that were recorded; one on a flange is a part of the effector."""
+    known = [c for c in rollout.world.cameras if c.name in rollout.poses]
+    return tuple(Entity(c.name, ("cram:Camera",), c.mount, c.pose if c.mount is None else None) for c in known)
+
+
+def contents_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """What is loose in things, each filling as one entity."""
+    return tuple(Entity(contents_of(thing), ("dul:Substance",)) for thing in rollout.grains)
+
+
+def contents_of(thing: str) -> str:
+    """What episodes call the contents that a thing had at the start."""
+    return f"contents_of_{thing}"
+
+
+def platform_entities(rollout: Rollout) -> tuple[Entity, ...]:
+    """What the robot drives on, if it does."""
+    name = f"{rollout.effector}/base"
+    known = name in rollout.poses
+    return (Entity(name, ("cram:MobileBase",), rollout.effector, None, rollout.sizes.get(name)),) if known else ()
+
+
+def _initial(thing: Thing, rollout: Rollout) -> Pose | None:
+    if thing.name in rollout.seen:
+        return None  # nobody knew; its track begins when a camera sees it
+    row = rollout.poses[thing.name][0] if thing.name in rollout.poses else None
+    return thing.pose if row is None else Pose(tuple(row[:3]), tuple(row[3:]))
+
+
+def _feature(thing: Thing, feature: Feature) -> Entity:
+    inverse = feature.pose.inverse()
+    geoms = tuple(replace(g, pose=inverse * g.pose) for g in thing.geoms if g.part == feature.name)
+    properties = dict(feature.size)
+    if feature.type in CONSTRAINED_DOF:
+        properties["constrained_dof"] = CONSTRAINED_DOF[feature.type]
+    return Entity(
+        f"{thing.name}/{feature.name}", (feature.type,), thing.name, feature.pose, extents(geoms), geoms, properties
+    )

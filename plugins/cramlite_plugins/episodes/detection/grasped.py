@@ -1,0 +1,96 @@
+"""What is grasped in a rollout: both pads press it, it stays where it is in the hand, and friction holds it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.model import Event, Floats, Rollout
+
+from .entities import effectors
+from .signals import (
+    GAP,
+    SHORT,
+    Flags,
+    closed,
+    hold,
+    intervals,
+    lasting,
+    rotate_back,
+    smooth,
+    span_of,
+    spans,
+    speed,
+    step,
+)
+from .touches import GRAVITY, Pair, state, whole
+
+#: Each pad's normal force to start and to keep a grip [N]; below 0.3 N friction 0.9 holds no 50 g.
+GRIP = (0.6, 0.2)
+#: What is between pads keeps them apart by more than this [m]; closed fingers that push a thing touch it with both pads.
+THIN = 0.001
+#: The object slips when it moves faster than this in the hand [m/s], plus this share of the hand's speed.
+SLIP = (0.03, 0.3)
+#: Friction was seen to hold: pads carry this share of the weight for GAP, or the hand drags the object this far [m].
+CARRY, DRAG = 0.5, 0.02
+#: Friction at both pads would carry so many times the weight: a grip that holds in any attitude (measured: grips by
+#: person and robot press 4 to 30 times as hard).
+FIRM = 2.0
+
+
+def grasps(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> list[Event]:
+    return [e for hand in effectors(rollout) for e in _grasps_of(hand, rollout, pairs)]
+
+
+def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> list[Event]:
+    found = []
+    frame = "effector" if hand == rollout.effector else hand
+    for thing in rollout.world.things:
+        pads = [_pressing(pairs, f"{hand}/{side}", thing.name) for side in ("left", "right")]
+        if thing.mass is None or any(p is None for p in pads):
+            continue
+        lift = pads[0].lift + pads[1].lift  # type: ignore[union-attr]
+        pressed = np.logical_and(*(hold(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
+        held = closed(pressed & (rollout.opening > THIN), rollout.times)
+        for start, end in intervals(
+            held & ~lasting(held & _slipping(rollout, thing.name, frame), rollout.times), rollout.times
+        ):
+            weight, within = GRAVITY * thing.mass, slice(start, end)
+            grip = rollout.world.physics.pad_friction * (pads[0].force + pads[1].force)  # type: ignore[union-attr]
+            slipped = end < len(held) and bool(held[end])  # the pads still press, and hold it no longer
+            firm = not slipped and _lasts(grip[within] / weight > FIRM, rollout.times[within])
+            if firm or _friction_seen(rollout, thing.name, frame, within, lift / weight):
+                roles = {"gripper": hand, "object": thing.name}
+                found.append(state("cram:GraspState", span_of(start, end, rollout.times), roles))
+    return found
+
+
+def _pressing(pairs: dict[tuple[str, str], Pair], pad: str, thing: str) -> Pair | None:
+    """What a pad exerts on a thing and all its parts."""
+    mine = [p for (a, b), p in pairs.items() if a == pad and whole(b) == thing]
+    return Pair(sum(p.force for p in mine), sum(p.lift for p in mine)) if mine else None  # type: ignore[arg-type]
+
+
+def _slipping(rollout: Rollout, thing: str, frame: str) -> Flags:
+    """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
+    hand, body = rollout.poses[frame], rollout.poses[thing]
+    inside = rotate_back(hand[:, 3:], body[:, :3] - hand[:, :3])
+    limit = SLIP[0] + SLIP[1] * speed(hand[:, :3], rollout.times)
+    return np.asarray(speed(inside, rollout.times) > limit)
+
+
+def _friction_seen(rollout: Rollout, thing: str, frame: str, span: slice, carried: Floats) -> bool:
+    """Did friction transmit a force: weight carried by the pads, or a drag across the closing axis?"""
+    dt = step(rollout.times)
+    steady = smooth(carried[span], rollout.times[span], GAP)
+    if len(steady) * dt >= SHORT and float(np.max(steady)) > CARRY:
+        return True
+    closing = rollout.poses[f"{frame}/left"][span, :3] - rollout.poses[f"{frame}/right"][span, :3]
+    closing = closing.mean(axis=0) / max(float(np.linalg.norm(closing.mean(axis=0))), 1e-9)
+    travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]
+    across = travel - np.outer(travel @ closing, closing)
+    return bool(np.max(np.linalg.norm(across, axis=1)) > DRAG)
+
+
+def _lasts(flags: Flags, times: Floats) -> bool:
+    """Whether flags hold for SHORT at a stretch."""
+    return any(end - start >= SHORT for start, end in spans(flags, times))

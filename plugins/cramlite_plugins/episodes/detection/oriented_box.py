@@ -1,0 +1,104 @@
+"""Boxes that are turned as the things in them are: how far apart, one over another, one in another.
+
+Separating axes (Gottschalk, Lin, Manocha: OBBTree, SIGGRAPH 1996): two boxes are apart if their projections onto one of
+15 directions are, six face normals and nine cross products of edges.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+
+import numpy as np
+
+from cramlite.model import Entity, Episode, Floats, Value
+
+from ...shapes.bounds import bounds
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class OrientedBox(Value):
+    """A box anywhere in the world.
+
+    Args:
+        corners: (8, 3) [m].
+        axes: (3, 3), the directions of its edges as columns.
+    """
+
+    corners: Floats
+    axes: Floats
+
+    @property
+    def low(self) -> float:
+        """Height of its lowest corner [m]."""
+        return float(self.corners[:, 2].min())
+
+    @property
+    def high(self) -> float:
+        """Height of its highest corner [m]."""
+        return float(self.corners[:, 2].max())
+
+    @property
+    def centre(self) -> Floats:
+        """Its middle [m]."""
+        middle: Floats = self.corners.mean(axis=0)
+        return middle
+
+    def sides(self) -> list[Floats]:
+        """Level directions across its outline seen from above."""
+        return _directions(np.cross(_UP, axis) for axis in self.axes.T)
+
+
+def box_of(episode: Episode, entity: Entity, time: float) -> OrientedBox | None:
+    """The box around an entity's primitives, along its own axes; where only its size is known, that is taken as
+    centred on its frame. None if its pose or extents are unknown."""
+    pose = episode.pose_at(entity.name, time)
+    if pose is None or (entity.size is None and not entity.geoms):
+        return None
+    if entity.geoms:
+        low, high = (np.array(c) for c in zip(*(bounds(g) for g in entity.geoms), strict=True))
+        low, high = low.min(axis=0), high.max(axis=0)
+    else:
+        high = np.array(entity.size) / 2
+        low = -high
+    corners = np.array(list(itertools.product(*zip(low, high, strict=True))))
+    return OrientedBox(pose.apply(corners), pose.rotation)
+
+
+def gap(a: OrientedBox, b: OrientedBox) -> float:
+    """How far two boxes are apart along the direction that separates them most [m]; 0 where they overlap. It is never
+    more than their distance, and equals it where a face looks at a corner, or corner at corner."""
+    offsets = b.corners[None] - a.corners[:, None]
+    nearest = offsets.reshape(-1, 3)[np.argmin(np.sum(offsets**2, axis=2))]
+    crossed = (np.cross(p, q) for p, q in itertools.product(a.axes.T, b.axes.T))
+    return max(0.0, _separation(a, b, [*a.axes.T, *b.axes.T, *_directions([*crossed, nearest])]))
+
+
+def over(a: OrientedBox, b: OrientedBox) -> bool:
+    """Whether two boxes overlap, seen from above."""
+    return _separation(a, b, [*a.sides(), *b.sides()]) < 0
+
+
+def within(inner: OrientedBox, outer: OrientedBox, slack: float) -> bool:
+    """Whether one box is inside the outline of another, seen from above; it may stand out by the slack [m]."""
+    return all(
+        float((outer.corners @ n).min()) - slack <= float((inner.corners @ n).min())
+        and float((inner.corners @ n).max()) <= float((outer.corners @ n).max()) + slack
+        for n in outer.sides()
+    )
+
+
+def _separation(a: OrientedBox, b: OrientedBox, directions: Iterable[Floats]) -> float:
+    """The widest space between their projections [m]; negative if they overlap in all directions."""
+    found = []
+    for n in directions:
+        p, q = a.corners @ n, b.corners @ n
+        found.append(max(float(p.min() - q.max()), float(q.min() - p.max())))
+    return max(found)
+
+
+def _directions(vectors: Iterable[Floats]) -> list[Floats]:
+    """Unit vectors; those that are nearly nothing (edges in parallel) are left out."""
+    lengths = [(v, float(np.linalg.norm(v))) for v in vectors]
+    return [v / length for v, length in lengths if length > 1e-9]

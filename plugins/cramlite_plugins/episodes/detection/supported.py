@@ -1,0 +1,61 @@
+"""What carries what in a rollout: from the force with which one thing pushes the other up."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+import numpy as np
+
+from cramlite.model import Event, Floats, Rollout
+
+from .entities import effectors
+from .signals import GAP, Flags, closed, hold, runs, smooth, spans
+from .touches import CONTACT, GRAVITY, Pair, state, whole
+
+#: Share of the supportee's weight that the supporter must carry to start and to keep a support.
+SUPPORT = (0.3, 0.1)
+#: What has moved by less than this stands where it stood [m]: trackers see no less, and pads that close lift by 0.1 mm
+#: (measured on blocks of 0.2 kg).
+STILL = 0.0005
+#: What was carried for this long stood there [s]; a held product that bumps on a peg leans on it for 0.1 s.
+STOOD = 0.5
+
+
+def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[str, str], Flags]:
+    """When which thing carries which: supporters at the finest entity, supportees as wholes.
+
+    A support begins and ends with a share of the weight, while they touch; and it goes on for as long as the thing stays
+    where it stood, within ``STILL``: closing fingers that take the weight off a table have not lifted anything.
+    """
+    wholes: dict[tuple[str, str], list[Pair]] = defaultdict(list)
+    for (a, b), pair in pairs.items():
+        if not {whole(a), whole(b)} & {*effectors(rollout)}:
+            wholes[a, whole(b)].append(pair)
+    found = {}
+    for (a, b), parts in wholes.items():
+        weight = GRAVITY * (rollout.world.thing(b).mass or 0.0)
+        if weight > 0:
+            lift = smooth(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
+            touching = closed(hold(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
+            on = touching & hold(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
+            found[a, b] = _until_moved(on, rollout.poses[b][:, :3] - rollout.poses[whole(a)][:, :3], rollout.times)
+    return found
+
+
+def _until_moved(on: Flags, offset: Floats, times: Floats) -> Flags:
+    """Flags that, after STOOD, last until the offset (N, 3) has changed by STILL since they ended."""
+    kept = on.copy()
+    for start, end in runs(on):
+        if times[end - 1] - times[start] < STOOD:
+            continue
+        away = np.linalg.norm(offset[end:] - offset[end - 1], axis=1) > STILL
+        kept[end : end + (int(np.argmax(away)) if away.any() else len(away))] = True
+    return kept
+
+
+def supports(rollout: Rollout, carries: dict[tuple[str, str], Flags]) -> list[Event]:
+    return [
+        state("soma:SupportState", span, {"supporter": a, "supportee": b})
+        for (a, b), flags in carries.items()
+        for span in spans(flags, rollout.times)
+    ]

@@ -1,0 +1,61 @@
+"""When a peg passes through a hole: what is threaded rattles, and losing touch for a moment takes nothing off."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cramlite.model import Feature, Floats, Pose, Rollout, Thing
+
+Flags = NDArray[np.bool_]
+
+
+def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
+    """("thing/hole", "hanger/peg", whether the peg passes through the hole at each sample) of every such pair."""
+    things = rollout.world.things
+    for owner in things:
+        for other in things:
+            for hole in (f for f in owner.features if f.type == "vrps:Hole"):
+                for peg in (f for f in other.features if f.type == "vrps:Peg" and other is not owner):
+                    if "diameter" not in hole.size or "length" not in peg.size:
+                        continue  # of unknown size: contacts alone tell
+                    flags = _passes(rollout, owner, hole, _polyline(other, peg))
+                    yield f"{owner.name}/{hole.name}", f"{other.name}/{peg.name}", flags
+
+
+def _polyline(hanger: Thing, peg: Feature) -> Floats:
+    """The peg's axis in the world, (M, 3): from its root over its end to the end of its tip."""
+    axis = hanger.pose * peg.pose
+    points = [axis.position, tuple(axis.apply((0, 0, peg.size["length"])))]
+    tip = hanger.feature("vrps:Tip")
+    return np.array([*points, (hanger.pose * tip.pose).position] if tip else points)
+
+
+def _passes(rollout: Rollout, owner: Thing, hole: Feature, line: Floats) -> Flags:
+    """Whether a segment of the line meets the disc of the hole: by the side of its plane that each end is on."""
+    poses = [Pose(tuple(row[:3]), tuple(row[3:])) * hole.pose for row in rollout.poses[owner.name]]
+    radius = hole.size["diameter"] / 2
+    return np.array([_meets(pose, radius, line) for pose in poses], dtype=bool)
+
+
+def _meets(hole: Pose, radius: float, line: Floats) -> bool:
+    local = hole.inverse().apply(line)
+    for a, b in pairwise(local):
+        if (a[2] > 0) != (b[2] > 0):
+            x, y, _ = a + (b - a) * (a[2] / (a[2] - b[2]))
+            if np.hypot(x, y) <= radius:
+                return True
+    return False
+
+
+def held_on(touching: Flags, through: Flags) -> Flags:
+    """Touch goes on as long as the peg stays in the hole: from the first touch of each stretch in which it does."""
+    result = touching.copy()
+    on = False
+    for k in range(len(result)):
+        on = bool(through[k] and (on or touching[k]))
+        result[k] |= on
+    return result

@@ -1,0 +1,1 @@
+"""Episode formats: NEEM, mongodump, RobCoG, SOMA, XML graphs, JSON frames."""

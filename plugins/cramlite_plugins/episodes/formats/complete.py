@@ -1,0 +1,89 @@
+"""What the files of an episode held, put together: impossible events dropped, unknown entities added, all reported."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Entity, Episode, Event, Repair, Track
+
+from ..detection.from_motion import infer
+from ..tracks import world_tracks
+from .parts import Parts
+
+#: How hands and grippers are called in recordings that do not say which frame acts.
+_EFFECTOR = re.compile(r"hand|gripper|ee_link|tool0|effector", re.IGNORECASE)
+
+
+def episode_of(parts: Parts) -> Episode:
+    """Everything together: impossible events dropped, unknown entities added, each with its repair."""
+    tracks, repairs = world_tracks(parts.rows)
+    parts.repairs += repairs
+    events = _sound(parts)
+    entities = _complete(parts, events, tracks)
+    effector = parts.effector or _guess_effector(events, tracks)
+    episode = Episode(parts.name, entities, events, tracks, effector, tuple(parts.repairs), parts.extras)
+    return infer(episode) if parts.foreign and not events else episode
+
+
+def _sound(parts: Parts) -> tuple[Event, ...]:
+    kept: list[Event] = []
+    ids: set[str] = set()
+    for event in parts.events:
+        if not event.start <= event.end:
+            why = f"it ends at {event.end:g} s, before it starts at {event.start:g} s"
+            parts.repairs.append(Repair(f"left out event '{event.id}'", (event.end, event.start), why, (event,)))
+            continue
+        if event.id in ids:
+            renamed = replace(event, id=f"{event.id}_{len(ids)}")
+            why = "another event has this id"
+            parts.repairs.append(
+                Repair(f"renamed event '{event.id}'", (event.start, event.end), why, (event,), (renamed,))
+            )
+            event = renamed
+        ids.add(event.id)
+        kept.append(event)
+    return tuple(sorted(kept, key=lambda e: e.start))
+
+
+def _complete(parts: Parts, events: tuple[Event, ...], tracks: dict[str, Track]) -> tuple[Entity, ...]:
+    """Frames and fillers that no map describes become entities of unknown class."""
+    entities = dict(parts.entities)
+    for name in tracks:
+        entities.setdefault(name, Entity(name, (), pose=tracks[name].at(-np.inf)))
+    dangling = {f: e for e in reversed(events) for f in e.roles.values() if f not in entities}
+    for name, event in sorted(dangling.items()):
+        entities[name] = Entity(name, ())
+        why = f"event '{event.id}' refers to it, and no map describes it"
+        parts.repairs.append(Repair(f"added entity '{name}'", (event.start, event.end), why))
+    for name, entity in entities.items():
+        if entity.part_of is not None and entity.part_of not in entities:
+            parts.repairs.append(
+                Repair(f"'{name}' taken as free", (0.0, 0.0), f"its whole '{entity.part_of}' is not described")
+            )
+            entities[name] = replace(entity, part_of=None)
+    return _acyclic(entities, parts)
+
+
+def _acyclic(entities: dict[str, Entity], parts: Parts) -> tuple[Entity, ...]:
+    """Parts that contain themselves are taken as free."""
+    for name in list(entities):
+        seen, at = {name}, entities[name].part_of
+        while at is not None and at not in seen:
+            seen.add(at)
+            at = entities[at].part_of
+        if at == name:
+            parts.repairs.append(Repair(f"'{name}' taken as free", (0.0, 0.0), "it is described as a part of itself"))
+            entities[name] = replace(entities[name], part_of=None)
+    return tuple(entities.values())
+
+
+def _guess_effector(events: tuple[Event, ...], tracks: dict[str, Track]) -> str | None:
+    """Who grasps or performs; else the frame named like a hand that was recorded most often."""
+    acting = [r for e in events for k, r in e.roles.items() if k in ("gripper", "performer")]
+    if acting:
+        return max(sorted(set(acting)), key=acting.count)
+    hands = [n for n in tracks if _EFFECTOR.search(n) and "/" not in n]
+    return max(hands, key=lambda n: len(tracks[n].times), default=None)

@@ -1,0 +1,145 @@
+"""The parts of an episode as its files hold them, one reader for each kind of file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from msgspec import Struct, field
+
+from cramlite.model import Entity, Event, Floats, Repair
+from cramlite.plugin import UserError
+
+from ..tracks import Rows
+from . import mongodump, robcog, soma
+from .fields import compact, local_name, repairs_from
+
+if TYPE_CHECKING:
+    from .xmlgraph import Individuals
+
+RDF = (".owl", ".rdf", ".ttl", ".nt", ".n3", ".jsonld")
+#: Arrays of an episode beside its poses: an hour of joints, wrench and opening at 500 Hz is 0.2 GB.
+MAX_EXTRAS = 2**29
+
+
+class Parts(Struct):
+    """What the files of one episode held."""
+
+    name: str
+    entities: dict[str, Entity] = field(default_factory=dict)
+    events: tuple[Event, ...] = ()
+    rows: dict[str, Rows] = field(default_factory=dict)
+    effector: str | None = None
+    repairs: list[Repair] = field(default_factory=list)
+    extras: dict[str, Floats] = field(default_factory=dict)
+    triples: list[mongodump.Triple] = field(default_factory=list)
+    found: bool = False
+    mapped: bool = False
+    foreign: bool = False
+
+
+def read_file(file: Path, parts: Parts) -> None:
+    suffix = file.suffix.lower()
+    if suffix in RDF:
+        _read_rdf(file, parts)
+    elif suffix == ".bson":
+        _read_dump(file, parts)
+    elif suffix in (".json", ".jsonl"):
+        _add_world_state(file, parts)
+    elif suffix == ".npz":
+        _read_extras(file, parts)
+
+
+def _read_rdf(file: Path, parts: Parts) -> None:
+    from .xmlgraph import individuals, parse
+
+    graph = parse(file)
+    found = individuals(graph)
+    if robcog.is_semantic_map(found):
+        entities, repairs = robcog.read_map(found, file)
+        parts.entities |= {e.name: e for e in entities}
+        parts.repairs += repairs
+        parts.found = parts.mapped = True
+    if robcog.is_event_data(found):
+        _add_events(found, parts)
+    elif not parts.found:
+        parts.triples += (mongodump.Triple(str(s), str(p), _value(o)) for s, p, o in graph)
+
+
+def _value(node: object) -> str | float:
+    """A number for a numeric literal, else the text."""
+    value = getattr(node, "value", None)
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(node)
+
+
+def _add_events(found: Individuals, parts: Parts) -> None:
+    parts.events, repairs = robcog.read_events(found)
+    about = robcog.experiment(found)
+    parts.name = about.get("name", [parts.name])[0]
+    parts.effector = about.get("effector", [parts.effector])[0]
+    parts.repairs = [*(repairs_from(about["repairs"][0]) if "repairs" in about else ()), *parts.repairs, *repairs]
+    for name, properties in found.items():
+        types = [t for t in properties.get("type", ()) if local_name(t) != "NamedIndividual"]
+        if types and name in {f for e in parts.events for f in e.roles.values()}:
+            parts.entities.setdefault(name, Entity(name, tuple(compact(t) for t in types)))
+    parts.found = True
+
+
+def _read_dump(file: Path, parts: Parts) -> None:
+    kind = file.stem
+    if kind in ("triples", "annotations", "inferred"):
+        parts.triples += mongodump.read_triples(file)
+    elif kind == "wrench":
+        times, wrench = mongodump.read_wrench(file)
+        parts.extras |= {"times": times, "wrench": wrench}
+    elif kind == "world_state" or "individuals" in next(iter(mongodump.documents(file)), {}):
+        _add_world_state(file, parts)
+    else:
+        rows = mongodump.read_tf(file)
+        parts.rows |= rows
+        parts.foreign = not all(r.trusted for r in rows.values())
+    parts.found = True
+
+
+def add_triples(parts: Parts) -> None:
+    """What statements say, where RobCoG's own files do not: once all files are read, because statements about one
+    event may stand in several collections."""
+    if parts.events or not parts.triples:
+        return
+    other = soma.episode_of(parts.triples, parts.name)
+    if other is None:
+        if parts.found:
+            n, why = len(parts.triples), "they describe no event and no object: labels, comments, or axioms"
+            parts.repairs.append(Repair(f"left out {n} statements", (0.0, 0.0), why))
+        return
+    parts.found = True
+    parts.name, parts.events, parts.effector = other.name, other.events, other.effector
+    if not parts.mapped:
+        parts.entities = {e.name: e for e in other.entities} | parts.entities
+    parts.repairs += other.repairs
+
+
+def _add_world_state(file: Path, parts: Parts) -> None:
+    rows, hands = robcog.read_world_state(file)
+    parts.rows |= rows
+    parts.found = parts.foreign = True
+    for hand in hands:
+        parts.entities.setdefault(hand, Entity(hand, ("soma:Hand",)))
+        tips = (n for n in rows if n.startswith(f"{hand}/"))
+        parts.entities |= {n: Entity(n, ("soma:Finger",), part_of=hand) for n in tips if n not in parts.entities}
+
+
+def _read_extras(file: Path, parts: Parts) -> None:
+    from zipfile import ZipFile
+
+    try:
+        with ZipFile(file) as archive:
+            size = sum(i.file_size for i in archive.infolist())
+        if size > MAX_EXTRAS:
+            raise ValueError(f"it would take {size / 1e9:.1f} GB, and {MAX_EXTRAS / 1e9:.1f} GB are allowed")
+        with np.load(file, allow_pickle=False) as arrays:
+            parts.extras |= {k: np.asarray(arrays[k], dtype=float) for k in arrays.files}
+    except Exception as error:  # zipfile and NumPy raise a dozen kinds for damaged archives
+        why = " ".join(str(error).split())[:200]
+        raise UserError(f"{file}: no NumPy archive: {why}. Remove it to read the episode without joints.") from None

@@ -1,0 +1,1 @@
+"""Repair of recorded episodes: flicker, dropouts, two hands."""

@@ -1,0 +1,186 @@
+"""Demonstrations with two hands, read as those of one: the hand that acts.
+
+A robot with one arm has nobody to hand over to. What a person passes from hand to hand is held all along, so both are one
+effector for it: first the hand that gives, and from when it lets go the one that took. What either does beside that
+remains what another hand does, and so does everything a person's other hand does on its own.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Episode, Event, Floats, Repair, Track, Value
+
+from .dropouts import signature
+
+
+class Handover(Value):
+    """A thing that two hands hold for a while.
+
+    Args:
+        thing: that is handed over.
+        given, taken: the grasps of the hand that gives and of the one that takes.
+    """
+
+    thing: str
+    given: Event
+    taken: Event
+
+    @property
+    def time(self) -> float:
+        """When the hand that gives lets go [s]."""
+        return self.given.end
+
+
+def one_handed(episode: Episode) -> Episode:
+    """The episode with hands that pass something on as its one effector.
+
+    Returns:
+        The very episode, if nothing is handed over; else a new one. The repair that it lists holds the states as they
+        were recorded; tracks of hands are exchanged, and arrays that were recorded of one hand are left out.
+    """
+    chain = _chain(list(handovers(episode)))
+    if not chain or episode.effector is None:
+        return episode
+    acting = _Acting(episode.effector, chain)
+    states = [e for e in episode.events if e.kind == "state"]
+    changed = {id(e): list(acting.pieces(e)) for e in states}
+    joined = _joined([p for e in states for p in changed[id(e)] if not acting.is_passing(p)])
+    others = [e for e in episode.events if e.kind != "state"]
+    removed, added = (tuple(e for e in a if e not in b) for a, b in ((states, joined), (joined, states)))
+    names = " and ".join(f"'{h}'" for h in sorted(acting.hands))
+    why = ", ".join(f"'{h.thing}' at {h.time:.2f} s" for h in chain) + " passes from one to the other"
+    repair = Repair(f"read {names} as one hand", (chain[0].taken.start, chain[-1].time), why, removed, added)
+    tracks = episode.tracks | dict(_tracks(episode, acting))
+    return replace(
+        episode, events=tuple(sorted((*others, *joined), key=lambda e: (e.start, e.end, e.id))), tracks=tracks,
+        repairs=(*episode.repairs, repair), extras=_extras(episode, tracks, acting),
+    )  # fmt: skip
+
+
+def handovers(episode: Episode) -> Iterator[Handover]:
+    """Every thing that one hand grasps before another, which then holds it alone."""
+    grasps = [e for e in episode.of("state", ["cram:GraspState"]) if {"gripper", "object"} <= e.roles.keys()]
+    for given in grasps:
+        for taken in grasps:
+            same = given.roles["object"] == taken.roles["object"] and given.roles["gripper"] != taken.roles["gripper"]
+            if same and given.start < taken.start < given.end < taken.end:
+                yield Handover(given.roles["object"], given, taken)
+
+
+def _chain(found: Sequence[Handover]) -> list[Handover]:
+    """Those that follow one thing from hand to hand, in order: whoever took last is the one who gives."""
+    chain: list[Handover] = []
+    for one in sorted(found, key=lambda h: h.time):
+        if not chain or one.given.roles["gripper"] == chain[-1].taken.roles["gripper"]:
+            chain.append(one)
+    return chain
+
+
+class _Acting:
+    """Which hand acts when.
+
+    Args:
+        name: of the effector of the episode.
+        chain: of what is handed over.
+    """
+
+    def __init__(self, name: str, chain: Sequence[Handover]) -> None:
+        self.name, self.chain = name, chain
+        self.times = [h.time for h in chain]
+        self.order = [chain[0].given.roles["gripper"], *(h.taken.roles["gripper"] for h in chain)]
+        self.hands = {name, *self.order}
+
+    def at(self, time: float) -> str:
+        return self.order[bisect_right(self.times, time)]
+
+    def called(self, entity: str, time: float) -> str:
+        """What a hand, or a part of one, is called at a time: the one that acts has the effector's name, and the
+        effector, where it does not act, the name of the one that does."""
+        hand, slash, part = entity.partition("/")
+        mine = self.at(time)
+        return {mine: self.name, self.name: mine}.get(hand, hand) + slash + part
+
+    def pieces(self, event: Event) -> Iterator[Event]:
+        """A state, cut where another hand begins to act, with the names of then."""
+        cuts = [event.start, *(t for t in self.times if event.start < t < event.end), event.end]
+        for start, end in pairwise(cuts):
+            roles = {r: self.called(filler, start) for r, filler in event.roles.items()}
+            yield replace(event, start=start, end=end, roles=roles)
+
+    def is_passing(self, event: Event) -> bool:
+        """Whether a state is what the hand that does not act does to the thing while it is passed on."""
+        who = {f.partition("/")[0] for f in event.roles.values()}
+        hands = who & self.hands
+        return bool(hands) and self.name not in hands and any(
+            h.thing in who and h.given.start < event.end and event.start < h.taken.end for h in self.chain
+        )  # fmt: skip
+
+
+def _joined(events: Sequence[Event]) -> list[Event]:
+    """Equal states that touch or overlap are one."""
+    found: list[Event] = []
+    for event in sorted(events, key=lambda e: (e.start, e.end, e.id)):
+        at = next((k for k, e in enumerate(found) if signature(e) == signature(event) and event.start <= e.end), None)
+        if at is None:
+            found.append(event)
+        else:
+            found[at] = replace(found[at], end=max(found[at].end, event.end))
+    return _renamed(found)
+
+
+def _renamed(events: Sequence[Event]) -> list[Event]:
+    """Pieces of one state have ids of their own."""
+    ids: set[str] = set()
+    found = []
+    for event in events:
+        name, k = event.id, 2
+        while name in ids:
+            name, k = f"{event.id}_{k}", k + 1
+        ids.add(name)
+        found.append(replace(event, id=name))
+    return found
+
+
+def _tracks(episode: Episode, acting: _Acting) -> Iterator[tuple[str, Track]]:
+    """The tracks of hands and finger tips by the names of then."""
+    frames = [n for n in episode.tracks if n.partition("/")[0] in acting.hands]
+    begin, end = episode.span
+    bounds = [begin, *acting.times, float(np.nextafter(end, np.inf))]
+    for name in frames:
+        pieces = []
+        for start, until in pairwise(bounds):
+            source = episode.tracks.get(acting.called(name, start))
+            if source is not None and len(source.times):
+                pieces.append(_cut(source, start, until))
+        if pieces:
+            yield name, Track(np.concatenate([p.times for p in pieces]), np.concatenate([p.poses for p in pieces]))
+
+
+def _cut(track: Track, start: float, until: float) -> Track:
+    """A track from a time, where its last pose goes on, to another one, exclusive."""
+    within = (track.times > start) & (track.times < until)
+    here = track.at(start)
+    first = np.array([*here.position, *here.quaternion])
+    return Track(np.concatenate([[start], track.times[within]]), np.vstack([first, track.poses[within]]))
+
+
+def _extras(episode: Episode, tracks: dict[str, Track], acting: _Acting) -> dict[str, Floats]:
+    """Without what was recorded of one hand; the opening from the finger tips, and, while what was handed over is still
+    held, as wide as it was: fingers that take over do not open or close."""
+    extras = {k: v for k, v in episode.extras.items() if k not in ("opening", "wrench")}
+    times = extras.get("times")
+    tips = [tracks[n] for n in tracks if n.startswith(f"{acting.name}/")][:2]
+    if times is None or len(tips) < 2:
+        return extras
+    left, right = (t.poses[np.maximum(np.searchsorted(t.times, times, side="right") - 1, 0), :3] for t in tips)
+    opening: Floats = np.linalg.norm(left - right, axis=1)
+    for one in acting.chain:
+        held = (times >= one.time) & (times < one.taken.end)
+        opening[held] = opening[max(int(np.searchsorted(times, one.time)) - 1, 0)]
+    return extras | {"opening": opening}

@@ -1,0 +1,1 @@
+"""Kinematics and timing of arms: forward and inverse kinematics, blends, velocity profiles."""

@@ -1,0 +1,227 @@
+"""Kinematics of arms: forward, Jacobian, and the inverse: all branches with six joints, many solutions with more.
+
+Frames: poses are of the tool centre point (tcp, the pinch point of the gripper) in the
+robot's base frame. Joint positions are tuples in the order of ``robot.joints`` [rad].
+
+The model is the standard Denavit-Hartenberg table of the robot plugin (Denavit and
+Hartenberg 1955; Siciliano et al., Robotics, 2009, section 2.8.2):
+T_i = Rz(q_i) Tz(d_i) Tx(a_i) Rx(alpha_i).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Robot
+
+from . import numeric_inverse
+
+Joints = tuple[float, ...]
+Table = tuple[tuple[float, float, float], ...]
+
+TURN = 2 * math.pi
+POLISH_M = 1e-9  # the Newton step stops below this position and rotation error [m, rad]
+EXACT = 1e-6  # a branch whose error stays above this is no solution [m, rad]
+SAME = 1e-5  # two branches nearer than this are one [rad]
+
+
+def table(robot: Robot) -> Table:
+    """The robot's Denavit-Hartenberg rows.
+
+    Raises:
+        ValueError: the robot has none: its inverse has to be found numerically.
+    """
+    if robot.dh is None:
+        raise ValueError(f"robot '{robot.type}' has no Denavit-Hartenberg table, so it has no analytic kinematics")
+    return robot.dh
+
+
+def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
+    """The (4, 4) frames 0 (base) to n (flange) in the base frame."""
+    result = [np.eye(4)]
+    for (a, d, alpha), angle in zip(table(robot), q, strict=True):
+        ct, st, ca, sa = math.cos(angle), math.sin(angle), math.cos(alpha), math.sin(alpha)
+        link = np.array([
+            [ct, -st * ca, st * sa, a * ct],
+            [st, ct * ca, -ct * sa, a * st],
+            [0.0, sa, ca, d],
+            [0.0, 0.0, 0.0, 1.0],
+        ])
+        result.append(result[-1] @ link)
+    return result
+
+
+def flange(robot: Robot, q: Sequence[float]) -> Pose:
+    """The flange in the base frame."""
+    return Pose.from_matrix(frames(robot, q)[-1])
+
+
+def forward(robot: Robot, q: Sequence[float]) -> Pose:
+    """The tcp in the base frame."""
+    return Pose.from_matrix(frames(robot, q)[-1] @ robot.gripper.tcp.matrix)
+
+
+def jacobian(robot: Robot, q: Sequence[float]) -> Floats:
+    """The geometric Jacobian (6, n) at the tcp in the base frame: rows linear [m/rad], then angular [rad/rad].
+
+    Column i is (z_i x (p - p_i), z_i) (Siciliano et al., 2009, equation 3.30).
+    """
+    chain = np.array(frames(robot, q))
+    return _jacobian(chain, chain[-1] @ robot.gripper.tcp.matrix)
+
+
+def _jacobian(chain: Floats, end: Floats) -> Floats:
+    axes = chain[:-1, :3, 2]
+    return np.vstack([np.cross(axes, end[:3, 3] - chain[:-1, :3, 3]).T, axes.T])
+
+
+def twist(from_: Floats, to: Floats) -> Floats:
+    """What moves one (4, 4) frame onto another: translation [m] and rotation vector [rad], both in the parent frame."""
+    turn = Pose.from_matrix(to[:3, :3] @ from_[:3, :3].T).rotvec
+    return np.concatenate([to[:3, 3] - from_[:3, 3], turn])
+
+
+def condition(robot: Robot, q: Sequence[float]) -> float:
+    """The smallest singular value of the Jacobian with lengths in units of the robot's reach: 0 at a singularity."""
+    scaled = jacobian(robot, q) / np.array([robot.reach] * 3 + [1.0] * 3)[:, None]
+    return float(np.linalg.svd(scaled, compute_uv=False)[-1])
+
+
+def polish(
+    robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None
+) -> Joints | None:
+    """Newton's method from a near solution: q += J^+ twist, the shortest step where there are several.
+
+    Args:
+        held: a joint that stays where it is.
+
+    Returns:
+        Joint positions with an error below 1e-6 m and 1e-6 rad; None where they do not converge.
+    """
+    goal, tool, joints = target.matrix, robot.gripper.tcp.matrix, np.array(q, dtype=float)
+    for step in range(steps + 1):
+        chain = np.array(frames(robot, joints))
+        end = chain[-1] @ tool
+        error = twist(end, goal)
+        if (size := float(np.abs(error).max())) < POLISH_M or step == steps:
+            return tuple(map(float, joints)) if size < EXACT else None
+        columns = _jacobian(chain, end)
+        if held is not None:
+            columns[:, held] = 0.0
+        joints = joints + np.linalg.lstsq(columns, error, rcond=1e-6)[0]
+    return None
+
+
+@lru_cache(maxsize=16)
+def _solver(rows: Table) -> Any:
+    """The analytic solver of one DH table (EAIK: Ostermeier et al., IEEE RA-L 2024)."""
+    from eaik.IK_DH import DhRobot
+
+    a, d, alpha = np.array(rows, dtype=float).T
+    return DhRobot(alpha, a, d)
+
+
+def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
+    """Joint positions that bring the tcp to a pose: all of them with six joints, many with more.
+
+    Every branch of the analytic solution (``numeric_inverse`` for other arms, where the position nearest to the seed is
+    looked for as well) is polished below 1e-6 m, and every whole turn that stays inside the joint limits is a solution
+    of its own.
+
+    Args:
+        target: of the tcp in the base frame.
+        seed: joint positions; the solutions come sorted by their distance to it (largest joint
+            difference first). None sorts by the distance to the robot's home.
+
+    Returns:
+        Solutions, nearest first; empty when the pose is out of reach (see ``reach_shortfall``).
+
+    Raises:
+        ValueError: the robot has no DH table.
+    """
+    near = robot.home if seed is None else tuple(seed)
+    if len(table(robot)) == 6:
+        branches = _analytic(robot, target)
+    else:
+        own = polish(robot, target, near, steps=12)
+        branches = [*_numeric(robot, target), *([own] if own and numeric_inverse.inside(robot, own) else [])]
+    turned = [w for branch in branches for w in _turns(robot, branch)]
+    far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
+    return tuple(turned[k] for k in np.argsort(far, kind="stable"))
+
+
+def _analytic(robot: Robot, target: Pose) -> list[Joints]:
+    wrist = (target * robot.gripper.tcp.inverse()).matrix
+    branches: list[Joints] = []
+    for raw in np.atleast_2d(_solver(table(robot)).IK(wrist).Q):
+        found = polish(robot, target, raw) if raw.size else None
+        if found is not None and not any(_same(found, b) for b in branches):
+            branches.append(found)
+    return branches
+
+
+@lru_cache(maxsize=1024)
+def _numeric(robot: Robot, target: Pose) -> tuple[Joints, ...]:
+    """Remembered: a search asks for the same few poses again and again, from different seeds."""
+
+    def exact(q: Sequence[float], held: int | None) -> Joints | None:
+        return polish(robot, target, q, steps=8, held=held)
+
+    return tuple(numeric_inverse.solutions(robot, target * robot.gripper.tcp.inverse(), exact))
+
+
+def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
+    """The one solution on the branch of ``seed``, by Newton's method from it; limits are not looked at."""
+    return polish(robot, target, seed, steps=12)
+
+
+def _same(a: Joints, b: Joints) -> bool:
+    return all(abs(math.remainder(x - y, TURN)) < SAME for x, y in zip(a, b, strict=True))
+
+
+def _turns(robot: Robot, q: Joints) -> list[Joints]:
+    """The same position with whole turns added, wherever the limits allow it."""
+    choices = []
+    for value, (low, high) in zip(q, robot.limits, strict=True):
+        first, last = math.ceil((low - value) / TURN - 1e-12), math.floor((high - value) / TURN + 1e-12)
+        choices.append([min(max(value + TURN * k, low), high) for k in range(first, last + 1)])  # rounding
+    return list(itertools.product(*choices))
+
+
+def reach_shortfall(robot: Robot, target: Pose) -> str:
+    """Why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach.
+
+    For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
+    the axis of joint 6 behind the flange) lies within the annulus that both links and the
+    offset along joint 4 span around the shoulder (Hawkins, Analytic Inverse Kinematics for the
+    Universal Robots UR-5/UR-10 Arms, 2013). For other arms the root of the last axis lies within what the joints
+    before it span around joint 2 (``numeric_inverse.span``).
+    """
+    rows = table(robot)
+    wrist = target * robot.gripper.tcp.inverse() * Pose((0.0, 0.0, -rows[-1][1]))
+    x, y, z = wrist.position
+    if len(rows) != 6:
+        out, most = math.hypot(x, y, z - rows[0][1]), numeric_inverse.span(robot)
+        return f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'" if out > most else ""
+    around, side = math.hypot(x, y), abs(rows[1][1] + rows[2][1] + rows[3][1])
+    if around < side:
+        return f"wrist centre {around:.3f} m < {side:.3f} m from the base axis of '{robot.type}'"
+    out = math.hypot(math.sqrt(around**2 - side**2), z - rows[0][1])
+    links, elbow = abs(rows[1][0]) + abs(rows[2][0]), abs(rows[4][1])
+    if out > links + elbow:
+        return f"wrist centre at {out:.3f} m > {links + elbow:.3f} m of arm '{robot.type}'"
+    return ""
+
+
+def out_of_limits(robot: Robot, q: Sequence[float]) -> str:
+    """The first joint outside its limits, as a clause; empty when all are inside."""
+    for name, value, (low, high) in zip(robot.joints, q, robot.limits, strict=True):
+        if not low <= value <= high:
+            return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
+    return ""

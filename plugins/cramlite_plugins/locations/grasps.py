@@ -1,0 +1,257 @@
+"""Where to grasp a thing: contact pairs on its primitives that fit between the fingers, ranked and explained.
+
+Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the convex parts of
+meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Floats, Geom, Gripper, Location, Place, Pose, Thing, Value
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+from ..shapes import ray_casting as rays
+from ..shapes.hull import hull_planes, hull_volume
+from . import antipodal
+from . import pinch_lines as surfaces
+
+HANDLE = "cram:Handle"
+NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
+STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
+SLACK = 0.010  # wider than the object when approaching, both sides together [m]
+LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
+MARGIN = 0.004  # pads end this far inside a face's edge [m]
+AGAIN = 0.008  # [m]
+SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
+
+
+class Grip(Value):
+    """A candidate in the thing's frame.
+
+    Args:
+        pose: of the TCP.
+        width: between the faces [m].
+        lever: from the centre of mass to the plane of approach and closing, and what sticks out sideways [m].
+        name: for people.
+        slant: angle of the contact normals to the closing direction [rad].
+        coverage: share of the pad that the shape fills.
+        ahead: how far before the TCP the contact pair is [m].
+    """
+
+    pose: Pose
+    width: float
+    lever: float
+    name: str
+    slant: float = 0.0
+    coverage: float = 1.0
+    ahead: float = 0.0
+
+    @property
+    def cost(self) -> float:
+        """Lever [m]; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
+        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant
+
+    @property
+    def likeness(self) -> tuple[float, ...]:
+        """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
+        down = float(self.pose.turn((0.0, 0.0, 1.0))[2])
+        return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    if location.relation != "grasp":
+        return None
+    return _places(location, belief, context)
+
+
+def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    from ..motion_planning.reach import bound, make_scene, stance, whereabouts
+
+    entity = bound(context, location.of)
+    thing = belief.thing(entity)
+    grips = ranked(thing, context.robot.gripper, belief.world.physics.pad_friction)
+    if not grips:
+        raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
+    pose = whereabouts(belief, location, context)
+    scenes: dict[float, tuple[object, object]] = {}
+    for grip in grips:
+        opening = min(grip.width + SLACK, context.robot.gripper.opening[1])
+        if opening not in scenes:
+            scenes[opening] = (
+                make_scene(belief, context, [thing.name], opening),
+                make_scene(belief, context, (), opening),
+            )
+        at = pose * grip.pose
+        before = at * Pose((0, 0, -STANDOFF))
+        near, free = scenes[opening]
+        there = stance(near, context, at, belief.joints)  # type: ignore[arg-type]
+        if isinstance(there, str):
+            yield Refused(grip.name, f"at the grasp: {there}")
+            continue
+        off = stance(free, context, before, there)  # type: ignore[arg-type]
+        if isinstance(off, str):
+            yield Refused(grip.name, f"at the pre-grasp: {off}")
+            continue
+        place = Place(at, before, opening, tuple(at.turn((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
+        yield Grounding(
+            place,
+            f"{grip.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre,"
+            f" normals {math.degrees(grip.slant):.0f} deg off, {100 * grip.coverage:.0f} % of the pad",
+            grip.cost,
+            key=grip.name,
+        )
+
+
+def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
+    """Grasps that the whole shape allows, best first.
+
+    Args:
+        friction: of the pads; contacts must lie within its cone.
+    """
+    handles = tuple(f.pose for f in thing.features if f.type == HANDLE)
+    return list(_ranked(thing.geoms, tuple(_centre(thing)), handles, gripper, friction))
+
+
+@lru_cache(maxsize=64)
+def _ranked(
+    geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
+) -> tuple[Grip, ...]:
+    shape, middle, cone = rays.body(geoms), np.asarray(centre), math.atan(friction)
+    proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper, cone))
+    found = (_checked(shape, middle, grip, gripper, cone) for grip in proposed)
+    best = sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
+    return tuple(_varied(best))
+
+
+def _varied(grips: Sequence[Grip]) -> Iterator[Grip]:
+    """Best first, but each further grasp of one likeness as if its lever were ``AGAIN`` longer."""
+    seen: dict[tuple[float, ...], int] = {}
+    keyed = []
+    for k, grip in enumerate(grips):
+        before = seen.get(grip.likeness, 0)
+        seen[grip.likeness] = before + 1
+        keyed.append((round(grip.cost + AGAIN * before, 4), k, grip))
+    return (grip for *_, grip in sorted(keyed, key=lambda x: x[:2]))
+
+
+def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
+    """Grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
+    body = [g for g in geoms if not g.part]
+    for i, geom in enumerate(body):
+        for grip in _of_geom(geom, gripper):
+            name = grip.name + (f" of geom {i}" if len(body) > 1 else "")
+            yield replace(grip, name=name)
+            drawn = antipodal.shallow(geom, grip.pose, gripper)
+            if drawn is not None:
+                yield replace(grip, pose=drawn, name=f"{name}, shallow")
+            tips = antipodal.by_tips(geom, grip.pose, gripper)
+            if tips is not None:
+                yield replace(grip, pose=tips[0], name=f"{name}, by the tips", ahead=tips[1])
+
+
+def _across_parts(
+    shape: rays.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper, cone: float
+) -> Iterator[Grip]:
+    """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
+    parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
+    for line in surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK, cone) if parts else ():
+        at = "handle " if any(math.dist(line.middle, h.position) < NEAR_HANDLE for h in handles) else ""
+        for frame, name in surfaces.frames(line):
+            where = " ".join(f"{1000 * v:+.0f}" for v in line.middle)
+            for pose, ahead, how in antipodal.depths(shape, frame, gripper):
+                yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}", ahead=ahead)
+
+
+def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
+    if geom.shape == "box":
+        yield from _of_box(geom, gripper)
+    elif geom.shape != "convex" and 2 * geom.size[0] + LEAST_SLACK <= gripper.opening[1]:
+        for pose, name in antipodal.round_frames(geom, gripper.depth - MARGIN):
+            yield Grip(pose, 2 * geom.size[0], 0.0, name)
+
+
+def why_none(thing: Thing, gripper: Gripper) -> str:
+    """Why nothing can be grasped, with the nearest miss."""
+    limit = gripper.opening[1] - LEAST_SLACK
+    thin = sorted({round(_thinnest(g), 4) for g in thing.geoms if not g.part})
+    widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin[:4])
+    if not thin or thin[0] > limit:
+        return f"no face pair of '{thing.name}' ({widths}) fits the gripper's {1000 * limit:.0f} mm"
+    return (
+        f"parts of '{thing.name}' ({widths}) would fit the gripper's {1000 * limit:.0f} mm, but the rest of its shape"
+        " is in the way of the fingers, makes it too wide, or leaves slanted contacts"
+    )
+
+
+def _thinnest(geom: Geom) -> float:
+    if geom.shape == "convex":
+        planes, corners = hull_planes(geom.corners), np.asarray(geom.corners)
+        return float(np.ptp(corners @ planes[:, :3].T, axis=0).min())
+    return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
+
+
+def _checked(shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
+    """The candidate on the whole shape; None where it does not fit, slips or is obstructed."""
+    found = antipodal.pinch(shape, grip.pose * Pose((0.0, 0.0, grip.ahead)))
+    if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:
+        return None
+    pose = found.pose * Pose((0.0, 0.0, -grip.ahead))
+    if not antipodal.clear(shape, pose, min(found.width + SLACK, gripper.opening[1]), gripper):
+        return None
+    off = pose.inverse().apply(centre)
+    lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
+    covered = antipodal.coverage(shape, pose, found.width, gripper)
+    return Grip(pose, found.width, lever, grip.name, found.slant, covered, grip.ahead)
+
+
+def _centre(thing: Thing) -> Floats:
+    """The centre of mass in the thing's frame: the stated one, else of the body's geoms with an even density."""
+    if thing.inertia is not None:
+        return np.asarray(thing.inertia.centre)
+    body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
+    volume = np.array([_volume(g) for g in body])
+    centre: Floats = volume @ np.array([g.pose.position for g in body]) / volume.sum()
+    return centre
+
+
+def _volume(geom: Geom) -> float:
+    if geom.shape == "convex":
+        return hull_volume(geom.corners)
+    r = geom.size[0]
+    ball = 4 / 3 * math.pi * r**3
+    if geom.shape == "box":
+        return 8 * math.prod(geom.size)
+    return ball if geom.shape == "sphere" else 2 * math.pi * r * r * geom.size[1] + ball * (geom.shape == "capsule")
+
+
+def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
+    for closing, approach in itertools.permutations(range(3), 2):
+        width = 2 * geom.size[closing]
+        if width + LEAST_SLACK > gripper.opening[1]:
+            continue
+        along = 3 - closing - approach
+        room = max(geom.size[along] - gripper.pad[0] / 2 - MARGIN, 0.0)
+        for sign, shift in itertools.product((1.0, -1.0), SHIFTS if room > 0.002 else (0.0,)):
+            yield _grip(geom, closing, approach, sign, along, shift * room, width, gripper.depth)
+
+
+def _grip(
+    geom: Geom, closing: int, approach: int, sign: float, along: int, offset: float, width: float, depth: float
+) -> Grip:
+    """TCP z into the box, TCP y across it; as deep as the hand is, at most to the middle."""
+    axes = np.eye(3)
+    z, y = sign * axes[approach], axes[closing]
+    depth_in = min(geom.size[approach], depth - MARGIN)
+    centre = -z * (geom.size[approach] - depth_in) + axes[along] * offset
+    pose = geom.pose * Pose.from_axes(tuple(centre), z, np.cross(y, z))
+    side = "+-"[sign > 0] + "xyz"[approach]
+    name = f"from {side} across {'xyz'[closing]} at {1000 * offset:+.0f} mm along {'xyz'[along]}"
+    return Grip(pose, width, abs(offset), name)

@@ -1,0 +1,70 @@
+"""Where to bring the hand, or what it holds, so that it is near a thing: above it, before it, beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.model import Belief, Floats, Location, Place, Pose
+from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
+
+from ..predicates.places import NEAR
+
+GAPS = (0.03, 0.06)
+"""Between the two bodies [m]: more than paths keep, and with half of most things that fit a hand less than ``NEAR``."""
+TURNS = (0.0, 45.0, -45.0, 90.0, -90.0)  # of the hand about the vertical, from facing it [deg]
+PER_TURN = 0.1  # cost of a radian of turn, as of putting down
+PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near enough
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    return _places(location, belief, context) if location.relation == "near" else None
+
+
+def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
+    and distances of a side alike, and each would be searched below."""
+    from ..motion_planning.reach import bound, make_scene, shift, stance, tcp, whereabouts
+
+    there, entity, hand = whereabouts(belief, location, context), bound(context, location.of), tcp(belief, context)
+    scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
+    options = []
+    for side, name, point, gap in _around(entity, there, hand * to_body, belief):
+        if gap >= NEAR:
+            yield Refused(name, f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm")
+            continue
+        facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])
+        for yaw in TURNS:
+            turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
+            body = turn * Pose((0, 0, 0), (hand * to_body).quaternion)
+            pose = shift(body, point) * to_body.inverse()
+            cost = PER_METRE * math.dist(pose.position, hand.position) + PER_TURN * abs(math.radians(yaw))
+            options.append((cost, f"{name} '{entity}', turned {yaw:+.0f} deg", side, pose))
+    done: set[str] = set()
+    for cost, name, side, pose in sorted(options, key=lambda option: option[:2]):
+        if side in done:
+            continue
+        found = stance(scene, context, pose, belief.joints)
+        if isinstance(found, str):
+            yield Refused(name, found)
+        else:
+            done.add(side)
+            yield Grounding(Place(pose, pose), name, cost, key=name)
+
+
+def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
+    """The side and its name; where the origin of the hand, or of what it holds, would be, in the base frame; how far away [m]."""
+    from .push import support
+
+    thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
+    out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)
+    side, up = np.array([-out[1], out[0], 0.0]), np.array([0.0, 0.0, 1.0])
+    middle = np.array([support(thing, there, w) - support(thing, there, -w) for w in np.eye(3)]) / 2
+    for name, way in (("above", up), ("before", -out), ("left of", side), ("right of", -side), ("below", -up)):
+        own = support(held, Pose((0, 0, 0), body.quaternion), -way) if held else 0.0
+        reach = support(thing, there, way) - float(middle @ way)
+        for gap in GAPS:
+            yield name, f"{1000 * gap:.0f} mm {name}", middle + way * (reach + gap + own), gap + own

@@ -1,0 +1,91 @@
+"""Which thing of the world plays a role: by class, else by the features and affordances that the tasks need."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from cramlite.model import Belief, Late, Object, Thing
+from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
+
+SUBSTITUTE = 10.0  # cost of a thing of another class: after every thing of the class itself
+
+
+@hookimpl
+def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
+    """Snapshot mode: what is late is bound now, to what is believed now."""
+    return _candidates(designator.query if isinstance(designator, Late) else designator, belief, context)
+
+
+def _candidates(wanted: Object, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    answers = [_judge(entity, wanted, belief, context) for entity in _entities(wanted, belief, context)]
+    yield from (a for a in answers if isinstance(a, Refused))
+    yield from sorted((a for a in answers if isinstance(a, Grounding)), key=lambda a: (a.cost, str(a.value)))
+
+
+def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
+    """What could be meant: the named entity, the parts of the whole, or all things."""
+    if wanted.entity:
+        return [wanted.entity]
+    if wanted.part_of:
+        whole = str(context.bindings[wanted.part_of])
+        return [f"{whole}/{f.name}" for f in belief.thing(whole).features]
+    return [t.name for t in belief.world.things]
+
+
+def _judge(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
+    """Checks in order; the further a candidate comes, the nearer it was."""
+    fit = _fit(entity, wanted, belief, context)
+    if isinstance(fit, Refused):
+        return fit
+    if reason := _too_far(belief.thing(entity), belief, context):
+        return Refused(entity, reason, 4)
+    return fit
+
+
+def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Grounding | Refused:
+    """Whether an entity has the class, or else the features and affordances, that are wanted."""
+    classes, feature, thing = context.taxonomy, belief.feature(entity), belief.thing(entity)
+    own = feature.type if feature else thing.type
+    taken = next((k for k, v in context.bindings.items() if k != wanted.name and v == entity), None)
+    if taken is not None:
+        return Refused(entity, f"already plays another role: it is {taken}", because=(taken,))
+    has = [own] if feature else [f.type for f in thing.features]
+    for need in wanted.features:
+        if not any(classes.is_a(f, need) for f in has):
+            return Refused(
+                entity, f"{own} without the {need} that the tasks need; it has {', '.join(has) or 'no features'}", 1
+            )
+    for need in wanted.affords:
+        if not classes.affords(own, need):
+            return Refused(entity, f"{own} does not afford {need}", 2)
+    return _classed(entity, own, wanted, context, part=feature is not None)
+
+
+def _classed(entity: str, own: str, wanted: Object, context: Context, *, part: bool) -> Grounding | Refused:
+    """By class, or as a substitute that has all that is needed."""
+    if wanted.entity:
+        return Grounding(entity, f"'{entity}' is asked for by name")
+    fitting = next((t for t in wanted.types if context.taxonomy.is_a(own, t)), None)
+    if fitting or not wanted.types:
+        reason = f"{own} is a {fitting}" if fitting else f"'{entity}' has what is needed"
+        return Grounding(entity, reason, cost=float(wanted.types.index(fitting)) if fitting else 0.0)
+    if not (wanted.features or wanted.affords) or part:
+        return Refused(entity, f"{own} is no {' or '.join(wanted.types)}", 3)
+    needs = ", ".join((*wanted.features, *wanted.affords))
+    return Grounding(
+        entity, f"substitute: {own} is no {wanted.types[0]}, but has the {needs} that the tasks need", SUBSTITUTE
+    )
+
+
+def _too_far(thing: Thing, belief: Belief, context: Context) -> str:
+    """Whether even the nearest point of the thing is out of reach of the gripper; a robot that drives gets near it."""
+    if belief.at is not None or (belief.held and belief.held.thing == thing.name):
+        return ""
+    centre = belief.pose(thing.name).position
+    radius = max((math.dist((0, 0, 0), g.pose.position) + math.hypot(*g.size) for g in thing.geoms), default=0.0)
+    reach = context.robot.reach + context.robot.gripper.tcp.position[2]
+    gap = math.hypot(*centre) - radius
+    if gap > reach:
+        return f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
+    return ""

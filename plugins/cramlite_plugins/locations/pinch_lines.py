@@ -1,0 +1,154 @@
+"""Lines across a shape between which two pads may close, found on the faces of its convex parts.
+
+Each face gives points; the line through a point along the face's normal, where it leaves the whole shape on the other side,
+is a contact pair. Lines near the centre of mass come first, and one of many alike is enough.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.model import Floats, Geom, Gripper, Pose, Value
+
+from ..shapes import ray_casting as rays
+from ..shapes.hull import hull_planes
+from . import antipodal
+
+LINES = 48  # contact pairs that are looked at from all sides
+ALIKE, TURN = 0.010, math.cos(math.radians(15))  # lines nearer than this [m] and less turned are alike
+CELL = 0.006  # of points on faces, one is enough in a cube of this size [m]
+SIDES = 8  # directions of approach about a line
+LEVEL = math.radians(5)  # faces that lean more than this are also gripped level
+WIDE = 0.022  # faces wider than this are sampled off their middle too [m]
+
+
+class Line(Value):
+    """A contact pair: the middle, the unit closing direction, the distance of the faces [m], and a cost [m]."""
+
+    middle: Floats
+    way: Floats
+    width: float
+    cost: float
+
+
+def lines(
+    shape: rays.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float, cone: float
+) -> list[Line]:
+    """Contact pairs between the pads, the nearest to the centre of mass first, no two alike.
+
+    Args:
+        slack: that must be left between the pads [m].
+        cone: largest angle of a contact normal to the closing direction [rad].
+    """
+    pairs = {_cell(p, w): (p, w) for p, n in _points(parts) for w in _ways(n, cone)}
+    found = [
+        line for p, w in pairs.values() if (line := _line(shape, p, w, centre, gripper, slack, cone)) is not None
+    ]
+    found.sort(key=lambda x: (round(x.cost, 5), *np.round(x.middle, 5), *np.round(x.way, 5)))
+    chosen: list[Line] = []
+    for line in found:
+        if not chosen or not _alike(line, chosen):
+            chosen.append(line)
+    return _spread(chosen)
+
+
+def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
+    """Equal for points in the same cube of ``CELL`` whose lines are turned alike, either way round."""
+    sign = -1.0 if tuple(np.round(way, 1)) < (0.0, 0.0, 0.0) else 1.0
+    return (*np.round(point / CELL).tolist(), *(sign * np.round(5 * way)).tolist())
+
+
+def _spread(found: list[Line]) -> list[Line]:
+    """The best half of ``LINES``, then those farthest from all before: what is near the centre may be out of the way."""
+    chosen, rest = found[: LINES // 2], found[LINES // 2 :]
+    if not rest:
+        return chosen
+    middles = np.array([line.middle for line in rest])
+    away = np.min([np.linalg.norm(middles - c.middle, axis=1) for c in chosen], axis=0)
+    while len(chosen) < LINES and away.max() > 0:
+        k = int(np.argmax(away))
+        chosen.append(rest[k])
+        away = np.minimum(away, np.linalg.norm(middles - rest[k].middle, axis=1))
+    return chosen
+
+
+def frames(line: Line) -> Iterator[tuple[Pose, str]]:
+    """TCP frames on a line, one for each direction of approach, downwards first."""
+    up = np.array([0.0, 0.0, 1.0]) if abs(line.way[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    first = up - (up @ line.way) * line.way
+    first /= np.linalg.norm(first)
+    second = np.cross(line.way, first)
+    for k in sorted(range(SIDES), key=lambda k: min(k, SIDES - k)):
+        angle = math.tau * k / SIDES
+        z = -(math.cos(angle) * first + math.sin(angle) * second)
+        yield Pose.from_axes(tuple(line.middle), z, np.cross(line.way, z)), f"{_says(-z)}, closing {_axis(line.way)}"
+
+
+def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
+    """The face's normal, and level where that is inside the friction cone: slanted walls are gripped from above."""
+    yield normal
+    tilt = math.asin(min(1.0, abs(float(normal[2]))))
+    if LEVEL < tilt < 0.9 * cone:
+        level = normal * (1.0, 1.0, 0.0)
+        yield level / np.linalg.norm(level)
+
+
+def _line(
+    shape: rays.Body, point: Floats, normal: Floats, centre: Floats, gripper: Gripper, slack: float, cone: float
+) -> Line | None:
+    side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    pose = Pose.from_axes(tuple(point - 0.0005 * normal), side, np.cross(normal, side))
+    found = antipodal.pinch(shape, pose)
+    if found is None or found.width + slack > gripper.opening[1] or found.slant > cone:
+        return None
+    middle = np.asarray(found.pose.position)
+    off = middle - centre
+    across = off - (off @ normal) * normal
+    cost = float(np.linalg.norm(across)) + 0.3 * max(0.0, abs(float(off @ normal)) - found.width / 2)
+    return Line(middle, normal, found.width, cost + 0.02 * found.slant)
+
+
+def _points(parts: list[Geom]) -> Iterator[tuple[Floats, Floats]]:
+    """Points on the faces of convex parts with the outward normals, in the thing's frame."""
+    for geom in parts:
+        corners = np.asarray(geom.corners)
+        for plane in hull_planes(geom.corners):
+            face = corners[np.abs(corners @ plane[:3] + plane[3]) < 1e-6]
+            normal = geom.pose.turn(plane[:3])
+            for point in _on(face, plane[:3]):
+                yield geom.pose.apply(point), normal
+
+
+def _on(face: Floats, normal: Floats) -> Iterator[Floats]:
+    """The middle of a face, and points half way to its ends where it is wide."""
+    if len(face) < 3:
+        return
+    middle = face.mean(axis=0)
+    yield middle
+    side = np.linalg.svd(face - middle)[2][0]
+    for way in (side, np.cross(normal, side)):
+        reach = (face - middle) @ way
+        if np.ptp(reach) > WIDE:
+            yield from (middle + 0.6 * end * way for end in (reach.min(), reach.max()))
+
+
+def _alike(line: Line, others: list[Line]) -> bool:
+    turned = np.abs(np.array([o.way for o in others]) @ line.way)
+    apart = np.array([o.middle for o in others]) - line.middle
+    return bool(((turned > TURN) & (np.einsum("ij,ij->i", apart, apart) < ALIKE**2)).any())
+
+
+def _says(way: Floats) -> str:
+    """A direction in words: "from above", "from -x and above"."""
+    names = ("+x", "-x", "+y", "-y", "above", "below")
+    signs = list(itertools.chain.from_iterable((v, -v) for v in way))
+    strong = [n for n, v in zip(names, signs, strict=True) if v > 0.35]
+    return "from " + " and ".join(strong)
+
+
+def _axis(way: Floats) -> str:
+    return f"({way[0]:+.2f} {way[1]:+.2f} {way[2]:+.2f})"

@@ -1,0 +1,211 @@
+"""What a place for a held thing must satisfy: pure functions, each a reason with numbers, or nothing.
+
+The cheap ones, which only compare shapes, are asked before the arm is; all work in the robot's base frame.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Belief, Feature, Floats, Pose, Thing, Value
+from cramlite.plugin import Context
+
+from ..shapes import ray_casting as rays
+
+EDGE = 0.005  # a centre of mass stands this far inside a surface's edge [m]
+ASIDE = 0.02  # what is left of a thing is so by at least this [m]
+SEEN = 0.5  # share of a thing that others may not hide
+
+
+class Spot(Value):
+    """A candidate: where the thing would be, and the TCP poses that bring it there.
+
+    Args:
+        height: of its lowest point above the target [m].
+    """
+
+    name: str
+    thing: Pose
+    pose: Pose
+    before: Pose
+    height: float
+
+
+class Wanted(Value):
+    """What is asked for.
+
+    Args:
+        entity, feature, target: what it is put on or in, and the pose of that feature.
+        scene: the planning scene.
+        where: further constraints, by name (``cramlite.scenario.task_specs.WhereSpec``).
+    """
+
+    thing: Thing
+    entity: str
+    feature: Feature
+    target: Pose
+    belief: Belief
+    context: Context
+    scene: Any
+    where: Mapping[str, Any]
+
+
+Filter = Callable[[Spot, Wanted], str]
+
+
+def supported(spot: Spot, wanted: Wanted) -> str:
+    """Its centre of mass is above the surface."""
+    from .grasps import _centre
+
+    at = wanted.target.inverse().apply(spot.thing.apply(_centre(wanted.thing)))
+    size = wanted.feature.size
+    beyond = max(abs(at[0]) - size.get("width", math.inf) / 2, abs(at[1]) - size.get("depth", math.inf) / 2)
+    if beyond <= -EDGE:
+        return ""
+    side = f"{1000 * beyond:.0f} mm beyond" if beyond > 0 else f"only {-1000 * beyond:.0f} mm from"
+    return f"its centre of mass would be {side} the edge of '{wanted.entity}'; {1000 * EDGE:.0f} mm inside is needed"
+
+
+def inside(spot: Spot, wanted: Wanted) -> str:
+    """All of it is over the container's opening."""
+    points = wanted.target.inverse().apply(spot.thing.apply(outline(wanted.thing)))
+    for axis, name in enumerate(("width", "depth")):
+        room = wanted.feature.size.get(name, math.inf)
+        out = float(np.abs(points[:, axis]).max()) - room / 2
+        if out > 0:
+            across = float(np.ptp(points[:, axis]))
+            return (
+                f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm"
+                f" {name} of '{wanted.entity}'"
+            )
+    return ""
+
+
+def near(spot: Spot, wanted: Wanted) -> str:
+    """Near another thing, from middle to middle, seen from above."""
+    other = wanted.where.get("near")
+    if not other:
+        return ""
+    gap = math.dist(spot.thing.position[:2], wanted.belief.pose(other).position[:2])
+    within = float(wanted.where.get("within", 0.2))
+    return "" if gap <= within else f"{1000 * gap:.0f} mm from '{other}', up to {1000 * within:.0f} mm are near"
+
+
+def beside(spot: Spot, wanted: Wanted) -> str:
+    """On the right side of other things, as the robot's base looks: x forwards, y to the left."""
+    sides = {"left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)}
+    for side, (axis, sign) in sides.items():
+        other = wanted.where.get(side)
+        if not other:
+            continue
+        by = sign * (spot.thing.position[axis] - wanted.belief.pose(other).position[axis])
+        if by < ASIDE:
+            said = side.replace("_", " ")
+            return f"{1000 * by:.0f} mm {said} '{other}', at least {1000 * ASIDE:.0f} mm is needed"
+    return ""
+
+
+def reachable(spot: Spot, wanted: Wanted) -> str:
+    """The arm has a joint position for the place and for the way to it, whatever is in the way."""
+    from ..kinematics.kinematics import inverse, reach_shortfall
+
+    for pose, where in ((spot.before, "above it"), (spot.pose, "at it")):
+        if not inverse(wanted.context.robot, pose, seed=wanted.belief.joints):
+            why = reach_shortfall(wanted.context.robot, pose)
+            return f"{where}: {why or 'no inverse solution: the wrist cannot be turned that way there'}"
+    return ""
+
+
+def collision_free(spot: Spot, wanted: Wanted) -> str:
+    """Arm and thing meet nothing there."""
+    from ..motion_planning.reach import stance
+
+    above = stance(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
+    if isinstance(above, str):
+        return f"above it: {above}"
+    there = stance(wanted.scene, wanted.context, spot.pose, above)
+    return f"at it: {there}" if isinstance(there, str) else ""
+
+
+def visible(spot: Spot, wanted: Wanted) -> str:
+    """Other things hide no more than half of it, and a camera looks its way."""
+    asked = wanted.where.get("visible_from")
+    if asked is None:
+        return ""
+    eye, axis, field = _eye(asked, wanted)
+    if eye is None:
+        return "it cannot be said whether a camera sees it: none is fixed in the world; give 'visible_from' a point"
+    points = spot.thing.apply(_grid(wanted.thing))
+    middle = points.mean(axis=0) - eye
+    off = math.acos(float(np.clip(middle @ axis / np.linalg.norm(middle), -1, 1))) if axis is not None else 0.0
+    if off > field:
+        return f"{math.degrees(off):.0f} deg off the camera's axis, it sees {math.degrees(field):.0f} deg to each side"
+    others = (t for t in wanted.belief.world.things if t.name != wanted.thing.name)
+    hidden, by = hidden_by(points, eye, wanted.belief, others)
+    share = 1.0 - float(hidden.mean())
+    if share >= SEEN:
+        return ""
+    return f"{100 * share:.0f} % of it is seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
+
+
+def outline(thing: Thing) -> Floats:
+    """Points (n, 3) whose hull holds the thing's geoms, in its frame: corners, or of the boxes around round ones."""
+    found = []
+    for geom in thing.geoms:
+        if geom.shape == "convex":
+            found.append(geom.pose.apply(geom.corners))
+            continue
+        end = geom.size[1] + (geom.size[0] if geom.shape == "capsule" else 0.0) if len(geom.size) == 2 else geom.size[0]
+        half = geom.size if geom.shape == "box" else (geom.size[0], geom.size[0], end)
+        found.append(geom.pose.apply(np.array(_signs()) * half))
+    return np.concatenate(found)
+
+
+def _signs() -> list[tuple[float, float, float]]:
+    return [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
+
+
+def _grid(thing: Thing) -> Floats:
+    """27 points in the box around a thing."""
+    points = outline(thing)
+    low, high = points.min(axis=0), points.max(axis=0)
+    shares = np.array([(x, y, z) for x in (0.1, 0.5, 0.9) for y in (0.1, 0.5, 0.9) for z in (0.1, 0.5, 0.9)])
+    found: Floats = low + shares * (high - low)
+    return found
+
+
+def _eye(asked: Any, wanted: Wanted) -> tuple[Floats | None, Floats | None, float]:
+    """Where the camera is and the way that it looks, if that is known, and how far to each side it sees [rad]."""
+    base = wanted.belief.base().inverse()
+    if asked != "camera":
+        return base.apply(np.asarray(asked, dtype=float)), None, math.pi
+    camera = wanted.context.camera
+    if camera is None or camera.mount is not None:
+        return None, None, 0.0
+    pose = base * camera.pose
+    return np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0)), camera.intrinsics.narrowest
+
+
+def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:
+    """1 for each point (n, 3) of the base frame that a ray from the eye does not reach, and who stops most rays."""
+    hidden, counts = np.zeros(len(points)), dict[str, int]()
+    for other in others:
+        to = belief.pose(other.name).inverse()
+        shape, start = rays.body(other.geoms), to.apply(eye)
+        stopped = [rays.crossed(shape, start[None], to.apply(p)[None]) for p in points]
+        counts[other.name] = sum(stopped)
+        hidden = np.maximum(hidden, np.array(stopped, dtype=float))
+    return hidden, max(counts, key=lambda n: counts[n], default="")
+
+
+CHEAP: Mapping[str, Mapping[str, Filter]] = {
+    "on": {"supported": supported, "near": near, "beside": beside},
+    "in": {"inside": inside, "near": near, "beside": beside},
+}
+"""Asked of the shapes alone, by relation."""
+DEAR: Mapping[str, Filter] = {"reachable": reachable, "visible": visible, "collision-free": collision_free}
+"""Asked of the arm and the camera, in this order."""

@@ -1,0 +1,75 @@
+"""Where to bring the hand: home, straight back, straight up, along a surface."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+
+import numpy as np
+
+from cramlite.model import Belief, Location, Place, Pose
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+Found = Iterator[Grounding | Refused]
+BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
+DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    finders: Mapping[str, Callable[[Location, Belief, Context], Found]] = {
+        "home": _home, "retreat": _retreat, "lift": _lift, "slide": _slide,
+    }  # fmt: skip
+    finder = finders.get(location.relation)
+    return finder(location, belief, context) if finder else None
+
+
+def _home(location: Location, belief: Belief, context: Context) -> Found:
+    from ..kinematics.kinematics import forward
+
+    pose = forward(context.robot, context.robot.home)
+    yield Grounding(Place(pose, pose), f"the home position of '{context.robot.type}'", key="home")
+
+
+def _retreat(location: Location, belief: Belief, context: Context) -> Found:
+    from ..motion_planning.reach import shift, tcp
+
+    here = tcp(belief, context)
+    ways = [("back", here.turn((0, 0, -1))), ("up", np.array([0.0, 0.0, 1.0]))]
+    yield from _reachable(
+        [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK], belief, context
+    )
+
+
+def _lift(location: Location, belief: Belief, context: Context) -> Found:
+    from ..motion_planning.reach import shift, tcp
+
+    height, here = float(location.parameters["height_m"]), tcp(belief, context)
+    heights = (height, 0.6 * height)  # a lower lift, where the full one is out of reach
+    yield from _reachable([(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights], belief, context)
+
+
+def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:
+    """Options whose end is reachable and free, in order."""
+    from ..motion_planning.reach import make_scene, stance
+
+    scene = make_scene(belief, context)
+    for k, (name, pose) in enumerate(options):
+        there = stance(scene, context, pose, belief.joints)
+        if isinstance(there, str):
+            yield Refused(name, there)
+        else:
+            yield Grounding(Place(pose, pose), name, 0.1 * k, key=name)
+
+
+def _slide(location: Location, belief: Belief, context: Context) -> Found:
+    from ..motion_planning.reach import traverse
+
+    distance = float(location.parameters["distance_m"])
+    for k, angle in enumerate(DIRECTIONS):
+        way = (distance * math.cos(math.radians(angle)), distance * math.sin(math.radians(angle)), 0.0)
+        name = f"{1000 * distance:.0f} mm at {angle:.0f} deg"
+        try:
+            yield traverse(location, belief, context, [way], name, float(k))
+        except Unresolvable as blocked:
+            yield Refused(name, blocked.reason)

@@ -1,0 +1,107 @@
+"""Where to pour from: the rim of what is held over an opening, and the poses in which it tilts about its rim.
+
+The lip, the point of the rim over which the contents leave, stays over one point of the other vessel. While the vessel
+is upright all of it is below its rim, so the lip begins higher, and comes down as the vessel tilts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from cramlite.model import Belief, Feature, Location, Place, Pose, Thing
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+TURNS = (0.0, 90.0, -90.0, 45.0, -45.0, 135.0, -135.0, 180.0)  # of lips about the vessel, of its headings [deg]
+CLEAR = 0.015  # of the vessel above the other one's rim [m]
+SHORT = 0.3  # the lip is this share of the opening's radius before its middle: what leaves it flies on (measured)
+STEP = math.radians(6)  # between two poses of a path [rad]
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    return _places(location, belief, context) if location.relation == "pour" else None
+
+
+def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    from ..motion_planning.cartesian import straight
+    from ..motion_planning.reach import bound, held_pose, make_scene, stance
+    from ..motion_planning.space import Refusal
+
+    entity = bound(context, location.of)
+    if belief.held is None:
+        raise Unresolvable("nothing is held that could be poured from")
+    source, now = belief.world.thing(belief.held.thing), held_pose(belief, context)
+    opening, target = _opening(belief, entity, location)
+    hand, scene, seed = belief.held.tcp_to_thing.inverse(), make_scene(belief, context), belief.joints
+    for k, (lip, heading) in enumerate(_ways(now, target)):
+        name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
+        path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, location.parameters))
+        there = stance(scene, context, path[0], seed)
+        if isinstance(there, str):
+            yield Refused(name, there)
+            continue
+        ways = (straight(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
+        if (blocked := next((w for w in ways if isinstance(w, Refusal)), None)) is not None:
+            yield Refused(name, blocked.reason)
+            continue
+        yield Grounding(Place(path[0], path[0], path=path, thing=source.name), name, 0.1 * k, key=name)
+
+
+def _opening(belief: Belief, entity: str, location: Location) -> tuple[Feature, Pose]:
+    """The cavity of the other vessel, and the pose of its opening in the base frame."""
+    thing = belief.thing(entity)
+    cavity = thing.feature("cram:Cavity")
+    if cavity is None:
+        raise Unresolvable(f"'{entity}' has no cram:Cavity to pour into", (location.of or "",))
+    return cavity, belief.pose(thing.name) * cavity.pose
+
+
+def _ways(now: Pose, target: Pose) -> list[tuple[float, float]]:
+    """Lips (azimuth in the vessel's frame) and headings (in the base frame) [rad]; first those that turn the vessel least
+    from how it would face the other one, as it faces the robot now."""
+    facing = math.atan2(target.position[1], target.position[0]) - math.atan2(now.position[1], now.position[0])
+    yaw = math.atan2(float(now.turn((1, 0, 0))[1]), float(now.turn((1, 0, 0))[0])) + facing
+    lips = [math.radians(a) for a in TURNS]
+    ways = [(abs(math.radians(t)), lip, yaw + lip + math.radians(t)) for lip in lips for t in TURNS]
+    ways.sort(key=lambda w: round(w[0], 6))
+    return [(lip, math.remainder(heading, math.tau)) for _, lip, heading in ways]
+
+
+def tilted(
+    source: Thing, lip: float, heading: float, target: Pose, opening: Feature, parameters: Mapping[str, float]
+) -> Iterator[Pose]:
+    """Poses of the vessel from upright to tilted, base frame.
+
+    Args:
+        lip: azimuth of the lip in the vessel's frame [rad].
+        heading: the horizontal direction in which it pours, base frame [rad].
+        target, opening: of the other vessel.
+        parameters: ``tilt_rad``, and ``height_m`` of the lip over the other vessel's rim.
+    """
+    from ..shapes.bounds import lowest
+
+    cavity = source.feature("cram:Cavity")
+    assert cavity is not None
+    rim = np.asarray(cavity.pose.apply((*(radius(cavity, lip) * v for v in (math.cos(lip), math.sin(lip))), 0.0)))
+    way = np.array([math.cos(heading), math.sin(heading), 0.0])
+    over = np.asarray(target.position) - SHORT * radius(opening, heading) * way
+    stand = Pose.from_rotvec((0, 0, 0), (0, 0, heading - lip))
+    count = max(1, math.ceil(parameters["tilt_rad"] / STEP))
+    for k in range(count + 1):
+        angle = parameters["tilt_rad"] * k / count
+        turn = Pose.from_rotvec((0, 0, 0), (-angle * float(way[1]), angle * float(way[0]), 0.0)) * stand
+        below = float(turn.turn(rim)[2]) - lowest(source, turn)
+        up = np.array([0.0, 0.0, max(parameters["height_m"], CLEAR + below)])
+        place = over + up - turn.turn(rim)
+        yield Pose((float(place[0]), float(place[1]), float(place[2])), turn.quaternion)
+
+
+def radius(cavity: Feature, azimuth: float) -> float:
+    """From the middle of an opening to its rim [m]."""
+    if "radius" in cavity.size:
+        return cavity.size["radius"]
+    half = (cavity.size["width"] / 2, cavity.size["depth"] / 2)
+    return min(h / max(abs(v), 1e-9) for h, v in zip(half, (math.cos(azimuth), math.sin(azimuth)), strict=True))

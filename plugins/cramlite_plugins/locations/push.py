@@ -1,0 +1,87 @@
+"""Where to push a thing from: closed fingers beside one of its faces, low, and then straight on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.model import Belief, Floats, Location, Place, Pose, Thing
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
+LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    finders = {"push": _beside, "pushed": _beyond}
+    finder = finders.get(location.relation)
+    return finder(location, belief, context) if finder else None
+
+
+def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """One place for each of the four upright faces, the one that is pushed straight away from the robot first."""
+    from ..motion_planning.reach import bound, make_scene, shift, stance, whereabouts
+
+    entity = bound(context, location.of)
+    thing, gripper = belief.thing(entity), context.robot.gripper
+    if not thing.movable:
+        raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
+    pose, shut = whereabouts(belief, location, context), gripper.opening[0]
+    free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
+    up = np.array([0.0, 0.0, 1.0])
+    low, top = -support(thing, pose, -up), support(thing, pose, up)
+    height = max(low + LOW + gripper.pad[1] / 2, top + UNDER_PALM - gripper.depth)
+    for k, way in enumerate(_ways(pose)):
+        face = support(thing, pose, -way)  # along -way, from the base's origin
+        centre = np.asarray(pose.position)
+        point = centre - way * (face + float(centre @ way) + gripper.pad[0] / 2 + ALMOST)
+        at = Pose.from_axes((float(point[0]), float(point[1]), height), (0, 0, -1), way)
+        before, name = shift(at, -BEHIND * way), f"towards ({way[0]:+.2f} {way[1]:+.2f})"
+        tried = (stance(free, context, before, belief.joints), stance(near, context, at, belief.joints))
+        reason = next((r for r in tried if isinstance(r, str)), "")
+        if reason:
+            yield Refused(name, reason)
+        else:
+            place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
+            yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
+
+
+def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Straight on from where the fingers are, in the direction of the place that they push from."""
+    from ..motion_planning.reach import bound, causes, make_scene, shift, stance, tcp
+
+    entity, distance = bound(context, location.of), float(location.parameters["distance_m"])
+    start: Place = context.bindings[f"push({location.of})"]
+    end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
+    there = stance(make_scene(belief, context, [entity]), context, end, belief.joints)
+    if isinstance(there, str):
+        raise Unresolvable(f"after {1000 * distance:.0f} mm: {there}", causes(location, context))
+    yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")
+
+
+def _ways(pose: Pose) -> list[Floats]:
+    """The horizontal directions of a thing's own x and y axes, outwards from the robot first."""
+    out = np.array([*pose.position[:2], 0.0])
+    x = pose.turn((1.0, 0.0, 0.0))
+    angle = math.atan2(float(x[1]), float(x[0]))
+    turns = [angle + k * math.pi / 2 for k in range(4)]
+    ways = [np.array([math.cos(a), math.sin(a), 0.0]) for a in turns]
+    return sorted(ways, key=lambda w: -round(float(w @ out), 6))
+
+
+def support(thing: Thing, pose: Pose, way: Floats) -> float:
+    """How far a thing reaches in a direction [m]: the support function of its shape, max over x of x.way, in the frame of
+    the pose; round shapes by the box around them."""
+    reach = []
+    for geom in thing.geoms:
+        there = pose * geom.pose
+        if geom.shape == "convex":
+            reach.append(float((there.apply(geom.corners) @ way).max()))
+            continue
+        size = geom.size
+        half = size if geom.shape == "box" else (size[0], size[0], sum(size))
+        reach.append(float(np.asarray(there.position) @ way + np.abs(there.rotation.T @ way) @ np.asarray(half)))
+    return max(reach)

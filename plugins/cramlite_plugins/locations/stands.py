@@ -1,0 +1,206 @@
+"""Where a robot that drives should stand: near a thing, so that the arm reaches what the next tasks are about, and sees it.
+
+Places around the target are taken in the order of their cost: the way there, and how far they are from the distance
+at which an arm works best. Each is refused, with the reason, unless the whole robot stands clear of everything
+with its arm as it is, is at the destination, reaches every target from there (a grasp of what can be taken with an empty
+hand, else a point over it), and, where it has a camera on its flange, can bring that to a view of the target that nothing
+blocks.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cramlite.model import Action, Belief, Location, Pose, Stand, Value
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+if TYPE_CHECKING:
+    from cramlite.model import Vector3
+
+    from ..motion_planning.base_planner import Ground
+
+DISTANCES = (0.45, 0.55, 0.65, 0.75)  # of the arm's axis from the target [m]
+BEST = 0.60  # two thirds of a UR5e's reach with its gripper pointing down [m]
+BEARINGS, ASIDE = 16, (0.0, 30.0, -30.0, 90.0, -90.0)  # places around, and where the target is from ahead [deg]
+PER_METRE, PER_RADIAN = 0.10, 0.05  # cost of the way there and of a target that is not ahead
+GRASPS = 12  # of one thing, that are tried at one stand
+OVER, TURNS = 0.15, 8  # of the tool over a target that is not grasped [m], and about the vertical
+EDGE = 0.10  # such a target is the nearest point of its box that is so far from the edge [m]
+DRIVES = "soma:Navigating"
+FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is reached
+
+
+class Target(Value):
+    """What must be reached: a variable, its thing, and whether it is to be grasped."""
+
+    variable: str
+    thing: str
+    grasped: bool
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    return _stands(location, belief, context) if location.relation == "stand" else None
+
+
+def _stands(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    from ..motion_planning.base_planner import CLEARANCES, at, level
+    from ..motion_planning.reach import bound
+    from ..motions.driving import floor_of
+
+    destination = bound(context, location.of).split("/")[0]
+    if belief.held is not None and belief.held.thing == destination:
+        raise Unresolvable(f"'{destination}' is in the gripper and drives along")
+    robot, floor = context.robot, floor_of(belief, context, CLEARANCES[0])
+    targets = _targets(location, belief, context)
+    here = robot.stand_of(belief.base())
+    for cost, name, arm in _around(belief.base() * _middle(belief, targets[0]), belief.base()):
+        stand = level(at(robot.stand_of(arm)))
+        there = belief.driven(robot.arm_at(stand))
+        passed, why = _judged(stand, there, destination, targets, floor, context)
+        if why:
+            yield Refused(name, why, passed)
+            continue
+        what = " and ".join(f"'{t.thing}'" for t in targets)
+        seen = ", in view of its camera" if context.camera is not None and context.camera.mount else ""
+        reason = f"{name}: {what} within reach{seen}, {math.dist(here.position, stand.position):.2f} m from here"
+        yield Grounding(Stand(stand, destination), reason, cost, key=name)
+
+
+def _targets(location: Location, belief: Belief, context: Context) -> list[Target]:
+    """What the tasks up to the next drive are about, where its place is known; else the destination."""
+    found: dict[str, Target] = {}
+    for item in itertools.takewhile(lambda i: getattr(i, "task", "") != DRIVES, context.agenda):
+        for role in item.roles.values() if isinstance(item, Action) else ():
+            thing = str(context.bindings.get(role.name, role.entity or "")).split("/")[0]
+            if thing in belief.poses and thing not in found:
+                graspable = belief.held is None and belief.world.thing(thing).movable
+                found[thing] = Target(role.name, thing, graspable and not any(t.grasped for t in found.values()))
+    destination = str(context.bindings[location.of]).split("/")[0] if location.of else ""
+    return list(found.values()) or [Target(location.of or "", destination, belief.world.thing(destination).movable)]
+
+
+def _around(target: Pose, base: Pose) -> list[tuple[float, str, Pose]]:
+    """(cost, name for people, arm's base) of places around a point, the cheapest first; the arm's base stays level."""
+    x, y, _ = target.position
+    found = []
+    for k, distance, aside in itertools.product(range(BEARINGS), DISTANCES, ASIDE):
+        bearing = math.tau * k / BEARINGS
+        place = (x + distance * math.cos(bearing), y + distance * math.sin(bearing), base.position[2])
+        turn = bearing + math.pi - math.radians(aside)
+        way = math.dist(place[:2], base.position[:2])
+        cost = PER_METRE * way + abs(distance - BEST) + PER_RADIAN * abs(math.radians(aside))
+        name = f"{distance:.2f} m away at {math.degrees(bearing):.0f} deg" + (
+            f", target {aside:+.0f} deg aside" if aside else ""
+        )
+        found.append((cost, name, Pose(place, (math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)))))
+    return sorted(found, key=lambda f: (round(f[0], 6), f[1]))
+
+
+def _judged(
+    stand: Pose, there: Belief, destination: str, targets: list[Target], floor: Ground, context: Context
+) -> tuple[int, str]:
+    """How many checks a stand passes, and why not the next one; "" for all."""
+    from ..motion_planning.base_planner import at
+    from ..predicates.places import BESIDE
+
+    if blocked := floor.hit(at(stand)):
+        return 0, blocked
+    if (gap := _gap(stand, destination, there, context)) > BESIDE:
+        return 1, f"{gap:.2f} m from '{destination}' > {BESIDE:.2f} m"
+    for target in targets:
+        if why := (_grasp(target, there, context) if target.grasped else _over(target, there, context)):
+            return 2, f"'{target.thing}' is not within reach: {why}"
+    for target in targets:
+        if why := _unseen(target, there, context):
+            return 3, f"'{target.thing}' cannot be seen: {why}"
+    return 4, ""
+
+
+def _gap(stand: Pose, thing: str, there: Belief, context: Context) -> float:
+    """From the platform's outline to a thing's [m]."""
+    from ..predicates.places import apart
+
+    assert context.robot.platform is not None
+    length, width, _ = context.robot.platform.size
+    low, high = _box(there, thing)
+    return apart(
+        stand, ((-length / 2, -width / 2, 0.0), (length / 2, width / 2, 0.0)), there.poses[thing].pose, (low, high)
+    )
+
+
+def _grasp(target: Target, there: Belief, context: Context) -> str:
+    """Why a thing cannot be grasped from a stand; "" where it can."""
+    from .grasps import resolve_location as grasps
+
+    try:
+        answers = list(itertools.islice(grasps(Location("", "grasp", target.variable), there, context) or (), GRASPS))
+    except Unresolvable as impossible:
+        return impossible.reason
+    if any(isinstance(a, Grounding) for a in answers):
+        return ""
+    return next((a.reason for a in answers if isinstance(a, Refused)), "nothing offers a grasp of it")
+
+
+def _over(target: Target, there: Belief, context: Context) -> str:
+    """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
+    from ..motion_planning.reach import make_scene, stance
+
+    scene, point = make_scene(there, context), np.asarray(_middle(there, target).position)
+    ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
+    turns = [(math.cos(a), math.sin(a), 0.0) for a in (math.tau * k / TURNS for k in range(TURNS))]
+    tries = [((0.0, 0.0, -1.0), x) for x in turns] + [
+        (tuple(ahead), (0.0, 0.0, 1.0)),
+        (tuple(ahead), (ahead[1], -ahead[0], 0.0)),
+    ]
+    first = ""
+    for approach, x in tries:
+        pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)
+        found = stance(scene, context, pose, there.joints)
+        if not isinstance(found, str):
+            return ""
+        first = first or found
+    return first
+
+
+def _middle(belief: Belief, target: Target) -> Pose:
+    """What is to be reached of a thing, in the arm's frame: itself, its peg, opening or handle, or the nearest part of its top."""
+    thing, pose = belief.thing(target.thing), belief.pose(target.thing)
+    if thing.movable:
+        return pose
+    part = next((f for kind in FEATURES if (f := thing.feature(kind))), None)
+    if part is not None:
+        return pose * part.pose
+    low, high = (np.asarray(v) for v in _box(belief, target.thing))
+    centre, inner = (low + high) / 2, np.maximum((high - low) / 2 - EDGE, 0.0)
+    own = pose.inverse().apply((0.0, 0.0, 0.0))
+    x, y, _ = np.clip(own, centre - inner, centre + inner)
+    return pose * Pose((float(x), float(y), float(high[2])))
+
+
+def _box(belief: Belief, thing: str) -> tuple[Vector3, Vector3]:
+    """Lowest and highest corner of a thing, in its frame."""
+    from ..shapes.bounds import bounds
+
+    low, high = zip(*(bounds(g) for g in belief.thing(thing).geoms), strict=True)
+    (a, b, c), (d, e, f) = np.min(low, axis=0).tolist(), np.max(high, axis=0).tolist()
+    return (a, b, c), (d, e, f)
+
+
+def _unseen(target: Target, there: Belief, context: Context) -> str:
+    """Why the camera on the flange cannot be brought to a free view of a thing; "" where it can, or there is no such camera."""
+    from .viewpoints import resolve_location as views
+
+    if context.camera is None or context.camera.mount is None:
+        return ""
+    first = ""
+    for answer in views(Location("", "view", target.variable), there, context) or ():
+        if isinstance(answer, Grounding):
+            return ""
+        first = first or answer.reason
+    return first

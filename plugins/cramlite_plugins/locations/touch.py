@@ -1,0 +1,43 @@
+"""Where an empty hand touches a surface: above its middle, pointing down, turned so that the arm can stand there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from cramlite.model import Belief, Location, Place, Pose
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+YAWS = (0.0, 90.0, -90.0, 180.0, 45.0, -45.0)  # turns about the vertical that are tried, from facing away [deg]
+ABOVE, ALMOST = 0.06, 0.005  # finger tips above the surface at the stand-off, and where feeling begins [m]
+DOWN = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))  # the tool's z axis down, its x axis ahead
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    return _places(location, belief, context) if location.relation == "touch" else None
+
+
+def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    from ..motion_planning.reach import bound, make_scene, shift, stance
+
+    entity = bound(context, location.of)
+    surface = belief.feature(entity, "vrps:SurfaceFeature")
+    if surface is None:
+        raise Unresolvable(f"'{entity}' has no vrps:SurfaceFeature to touch", (location.of or "",))
+    middle = belief.pose(entity.split("/")[0]) * surface.pose
+    free, near = make_scene(belief, context), make_scene(belief, context, [entity.split("/")[0]])
+    tips = context.robot.gripper.pad[1] / 2
+    facing = math.degrees(math.atan2(middle.position[1], middle.position[0]))
+    for k, yaw in enumerate(YAWS):
+        turn = Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(facing + yaw))) * DOWN
+        at = shift(Pose(middle.position, turn.quaternion), (0, 0, tips + ALMOST))
+        before = shift(at, (0, 0, ABOVE))
+        for where, pose, scene in (("above it", before, free), ("at it", at, near)):
+            there = stance(scene, context, pose, belief.joints)
+            if isinstance(there, str):
+                yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there}")
+                break
+        else:
+            place = Place(at, before, approach=(0.0, 0.0, -1.0), thing=entity.split("/")[0])
+            yield Grounding(place, f"finger tips over the middle of '{entity}'", 0.1 * k, key=f"turned {yaw:+.0f}")

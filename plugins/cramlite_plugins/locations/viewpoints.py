@@ -1,0 +1,124 @@
+"""Where to bring a camera that is on the flange, so that something is in its view."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from cramlite.model import Belief, Floats, Intrinsics, Location, Place, Pose, Thing
+from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+
+def looking_at(eye: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
+    """The optical frame of a camera at ``eye`` [m] that looks at ``target``, its image upright."""
+    forward = np.subtract(target, eye)
+    right = np.cross(forward, (0.0, 0.0, 1.0))
+    return Pose.from_axes(eye, forward, right if np.linalg.norm(right) > 1e-9 else (1.0, 0.0, 0.0))
+
+
+DISTANCES = (0.55, 0.65, 0.75)  # from the middle [m]: depth noise grows with the square, 1.4 mm at 0.55 m
+SIDES = (-35.0, 35.0, -20.0, 20.0, -50.0, 50.0, 0.0)  # of the robot's own direction, about the vertical [deg]
+HEIGHTS = (25.0, 40.0, 10.0)  # above the horizontal [deg]: from aside and above, two or three faces are seen
+BORDER = 1 / 16  # share of the image's width that stays free around what is looked at
+SEEN = 0.5  # share of each thing that others may not hide, as of a place that a camera should see
+BELOW = 0.08  # what hangs from a peg is about that far below it [m]
+
+
+@hookimpl
+def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    return _views(location, belief, context) if location.relation == "view" else None
+
+
+def _views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    from ..motion_planning.reach import bound, make_scene, stance
+
+    if context.camera is None or context.camera.mount is None:
+        raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
+    around = list(location.parameters.get("around", ())) or [bound(context, location.of)]
+    points = np.array([p for name in around for p in _points(belief, name)])
+    to_flange = context.camera.pose.inverse()
+    scene = make_scene(belief, context)
+    for k, (name, eye) in enumerate(_eyes(points.mean(axis=0))):
+        optical = _optical(eye, points.mean(axis=0))
+        if not _in_view(context.camera.intrinsics, optical, points):
+            yield Refused(name, "not all of it would be in view", 1)
+            continue
+        if reason := _hidden(eye, around, belief):
+            yield Refused(name, reason, 2)
+            continue
+        tool = optical * to_flange * context.robot.gripper.tcp
+        there = stance(scene, context, tool, belief.joints)
+        if isinstance(there, str):
+            yield Refused(name, there, 3)
+            continue
+        yield Grounding(Place(tool, tool), f"{', '.join(around)} in view from {name}", 0.05 * k, key=name)
+
+
+def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
+    """What should be in view of a thing, base frame: along its peg and below, or where it is."""
+    thing, pose = belief.thing(entity), belief.pose(entity.split("/")[0])
+    peg = thing.feature("vrps:Peg")
+    if peg is None:
+        return [tuple(pose.position)]
+    ends = (pose * peg.pose).apply([(0, 0, 0), (0, 0, peg.size["length"])])
+    return [*ends.tolist(), *(ends - (0, 0, 2 * BELOW)).tolist()]
+
+
+def _eyes(target: Floats) -> Iterator[tuple[str, Floats]]:
+    """Points around the target, on the robot's side, with a name for people."""
+    towards = math.atan2(-target[1], -target[0])
+    for distance, height, side in itertools.product(DISTANCES, HEIGHTS, SIDES):
+        a, h = towards + math.radians(side), math.radians(height)
+        way = np.array([math.cos(a) * math.cos(h), math.sin(a) * math.cos(h), math.sin(h)])
+        yield f"{distance:.2f} m, {side:+.0f} deg aside, {height:.0f} deg above", target + distance * way
+
+
+def _optical(eye: Floats, target: Floats) -> Pose:
+    pass  # moved here
+
+    return looking_at(
+        (float(eye[0]), float(eye[1]), float(eye[2])), (float(target[0]), float(target[1]), float(target[2]))
+    )
+
+
+def _in_view(camera: Intrinsics, optical: Pose, points: Floats) -> bool:
+    pixels = camera.project(optical.inverse().apply(points))
+    low, high = BORDER * camera.width, np.array([camera.width, camera.height]) - BORDER * camera.width
+    return bool(((pixels > low) & (pixels < high)).all())
+
+
+def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
+    """Which of the things others hide from there, as far as they are known; "" if all are seen."""
+    from .place_filters import hidden_by
+
+    for name in around:
+        points = _seen_of(belief, name)
+        others = [t for t in belief.world.things if t.name in belief.poses and not _belongs(t, name, belief)]
+        hidden, by = hidden_by(points, eye, belief, others)
+        if (share := 1.0 - float(hidden.mean())) < SEEN:
+            return f"{100 * share:.0f} % of '{name}' would be seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
+    return ""
+
+
+def _seen_of(belief: Belief, entity: str) -> Floats:
+    """What should be seen of a thing, base frame: as of what is in view of a peg; else the middle of the box around it
+    and its corners, drawn in by a tenth."""
+    from .place_filters import outline
+
+    thing = belief.thing(entity)
+    if thing.feature("vrps:Peg") is not None:
+        return np.array(_points(belief, entity))
+    corners = outline(thing)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    signs = np.array([(0, 0, 0), *itertools.product((-0.9, 0.9), repeat=3)])
+    found: Floats = belief.pose(thing.name).apply((low + high) / 2 + signs * (high - low) / 2)
+    return found
+
+
+def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
+    """The place itself, and what is known to hang on it or to lie on or in it: that is what is looked at."""
+    whole = place.split("/")[0]
+    return thing.name == whole or any(s == thing.name and o == whole for _, s, o in belief.relations)

@@ -1,0 +1,1 @@
+"""Collision-free motion planning: joint-space paths, straight lines, base motions."""

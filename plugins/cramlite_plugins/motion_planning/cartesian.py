@@ -1,0 +1,196 @@
+"""Straight motions of the tcp: inverse kinematics followed along the line, on one branch.
+
+The controller drives a straight line of the tcp with an even rotation about one axis (movel), so
+the line is sampled in the same way (Shoemake, Animating rotation with quaternion curves, 1985)
+and each sample is solved by Newton's method from the one before: the branch cannot change
+without a jump, and a jump is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+from cramlite.model import Belief, Motion, Place, Pose, Robot, Value
+from cramlite.plugin import Context, Unresolvable
+
+from ..kinematics.kinematics import Joints, condition, forward, nearest_branch, out_of_limits, reach_shortfall
+from ..kinematics.timing import leading, linear_excess
+from .planning_scene import Scene
+from .space import Refusal
+
+SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
+COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
+
+
+def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
+    """Why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
+
+    An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
+    on its way is up to the motion that follows.
+    """
+    pass  # moved here
+    from .space import Refusal
+
+    if near(place.before, place.pose):
+        return ""
+    line = straight(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
+    return line.reason if isinstance(line, Refusal) else ""
+
+
+def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
+    """Checked joint positions along straight lines from here through the targets.
+
+    Raises:
+        Unresolvable: out of reach, singular, or something is in the way.
+    """
+    from .reach import make_scene, touched
+
+    pass  # moved here
+    from .space import Refusal
+
+    scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
+    found = straight(scene, context.robot, belief.joints, targets)
+    if isinstance(found, Refusal):
+        raise Unresolvable(f"no straight line to {motion.to}: {found.reason}")
+    return found.points
+
+
+def near(a: Pose, b: Pose) -> bool:
+    """Whether two poses are the same for a motion."""
+    metres, radians = a.distance(b)
+    return metres < SAME[0] and radians < SAME[1]
+
+
+JUMP = 0.25  # a joint that turns further between two samples passes a singularity [rad]
+LEAST = 0.03
+"""Smallest singular value that a straight motion keeps: below it the controller, which starts a little off the plan and gives
+way to forces, finds no inverse solution some millimetres aside. Of ten programs that thread a product onto a hanger those
+with 0.017 and less needed up to four attempts, those with 0.08 and more none (tests/benchmarks/hang_onto_hanger.py)."""
+
+
+class JointPath(Value):
+    """A straight motion, sampled.
+
+    Args:
+        points: joint positions, start included [rad].
+        ways: how far the tcp has come at each of them [m].
+    """
+
+    points: tuple[Joints, ...]
+    ways: tuple[float, ...]
+
+    @property
+    def length(self) -> float:
+        """The whole way [m]."""
+        return self.ways[-1]
+
+
+def interpolate(a: Pose, b: Pose, part: float) -> Pose:
+    """The pose at a fraction of the way: straight line and even rotation the short way round."""
+    position = tuple(x + part * (y - x) for x, y in zip(a.position, b.position, strict=True))
+    turn = (Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)).rotvec
+    local = Pose.from_rotvec((0.0, 0.0, 0.0), [part * v for v in turn])
+    rotated = Pose((0, 0, 0), a.quaternion) * local
+    return Pose((position[0], position[1], position[2]), rotated.quaternion)
+
+
+def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float) -> list[Pose]:
+    """Poses along the line through the targets, no further apart than the steps; the start is left out."""
+    result: list[Pose] = []
+    for a, b in pairwise((start, *targets)):
+        metres, radians = a.distance(b)
+        count = max(1, math.ceil(metres / step_m - 1e-9), math.ceil(radians / step_rad - 1e-9))
+        result.extend(b if k == count else interpolate(a, b, k / count) for k in range(1, count + 1))
+    return result
+
+
+def straight(
+    scene: Scene | None,
+    robot: Robot,
+    start: Sequence[float],
+    targets: Pose | Sequence[Pose],
+    *,
+    speed: float | None = None,
+    step_m: float = 0.005,
+    step_rad: float = 0.02,
+) -> JointPath | Refusal:
+    """A straight motion of the tcp from a joint position through one pose or several.
+
+    Args:
+        scene: checks every step for collisions, near start and end with the clearance that these have;
+            None leaves that out.
+        start: joint position [rad].
+        targets: of the tcp in the base frame.
+        speed: of the tcp [m/s]: no joint may have to exceed its limit for it; None is not checked.
+        step_m, step_rad: of the samples [m, rad].
+
+    Returns:
+        The path, or a refusal with the fraction of the way that was reached and the reason there: reach,
+        singularity, joint limit, joint speed or collision.
+    """
+    origin = tuple(float(v) for v in start)
+    begin = forward(robot, origin)
+    goals = sampled(begin, [targets] if isinstance(targets, Pose) else targets, step_m, step_rad)
+    points, reason = _follow(robot, origin, goals)
+    if not reason and speed is not None:
+        reason = linear_excess(robot, points, _ways(begin, goals), speed)
+        if reason:
+            reason = f"straight motion at {speed:.3f} m/s needs {reason}"
+    ways = _ways(begin, goals)
+    if scene is not None:
+        clear, why = _clear(scene, points)
+        if why:
+            points, reason = points[:clear], why
+    if reason:
+        return _refusal(reason, len(points), len(goals), ways)
+    return JointPath(tuple(points), tuple(ways))
+
+
+def _ways(begin: Pose, goals: Sequence[Pose]) -> list[float]:
+    ways = [0.0]
+    for a, b in pairwise((begin, *goals)):
+        ways.append(ways[-1] + math.dist(a.position, b.position))
+    return ways
+
+
+def _refusal(reason: str, reached: int, total: int, ways: Sequence[float]) -> Refusal:
+    done = max(0, reached - 1)
+    where = f"straight motion stops after {ways[done] * 1e3:.0f} of {ways[-1] * 1e3:.0f} mm"
+    return Refusal(f"{where}: {reason}", fraction=done / total)
+
+
+def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[Joints], str]:
+    """The joint positions up to the first pose that cannot be had, and why it cannot."""
+    points = [origin]
+    if reason := out_of_limits(robot, origin):
+        return points, reason
+    for pose in goals:
+        found = nearest_branch(robot, pose, points[-1])
+        if found is None:
+            return points, reach_shortfall(robot, pose) or _singular(robot, points[-1])
+        if (turn := leading(points[-1], found)) > JUMP:
+            return points, f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
+        if reason := out_of_limits(robot, found):
+            return points, reason
+        if condition(robot, found) < LEAST:
+            return points, _singular(robot, found)
+        points.append(found)
+    return points, ""
+
+
+def _singular(robot: Robot, q: Joints) -> str:
+    return f"near a singularity (smallest singular value {condition(robot, q):.4f}, {LEAST} is kept)"
+
+
+def _clear(scene: Scene, points: Sequence[Joints]) -> tuple[int, str]:
+    """How many points are reached without a collision, and what stops it."""
+    eased = scene.relaxed([points[0], points[-1]])
+    for k, (a, b) in enumerate(pairwise(points)):
+        part = eased.blocked(a, b)
+        if part is not None:
+            at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]
+            return k + 1, eased.why(at)
+    return len(points), ""

@@ -1,0 +1,70 @@
+"""A planning model with bigger shapes: one MuJoCo collision check then finds every pair that is near.
+
+A contact margin would do the same in theory. In MuJoCo 4.0.0 it does not: of 15,000 random pairs of boxes nearer than
+the margin 1,078 gave no contact, the nearest at 1.0 mm, and the distances of cylinders come out up to 0.6 mm too large.
+Overlaps are always found, so each shape grows by half of the distance, and ``mj_geomDistance``, which agrees with Coal
+to 1e-6 m, measures the few pairs that then overlap.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Floats, Value
+
+CORNER = 3**0.5  # a corner of a grown box moves further out than its faces
+MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
+# A convex hull does not grow with its size; for it a margin is right: with half of the distance none of 153 pairs that
+# were missed without it was missed (300 arm positions, two hulls), and this is a little more.
+MESH_MARGIN = 0.6
+GROWS = np.zeros((int(mujoco.mjtGeom.mjGEOM_MESH) + 1, 3))  # which of its sizes are lengths, by type
+GROWS[int(mujoco.mjtGeom.mjGEOM_SPHERE), :1] = GROWS[int(mujoco.mjtGeom.mjGEOM_CYLINDER), :2] = 1.0
+GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_BOX), :3] = 1.0
+
+
+class Inflated(Value):
+    """A model whose shapes are bigger.
+
+    Args:
+        distance: pairs nearer than this overlap, and some that are up to sqrt(3) times as far [m].
+        model: of the same sizes as the planning model, so that it shares its data.
+    """
+
+    distance: float
+    model: Any
+
+    def near(self, data: Any) -> set[tuple[int, int]]:
+        """The pairs of geoms, needs kinematics."""
+        mujoco.mj_collision(self.model, data)
+        return {(g, h) for g, h in data.contact.geom.tolist()} if data.ncon else set()
+
+
+def inflated(model: Any, moved: Floats, distance: float) -> Inflated:
+    """A model in which only geoms collide that some joint of the arm moves apart.
+
+    Args:
+        model: the planning model; it is not changed.
+        moved: (geoms, joints) 1 where the joint moves the geom, else 0.
+        distance: see ``Inflated`` [m].
+    """
+    grown, by = copy.copy(model), distance / 2
+    grown.geom_size[:] = model.geom_size + by * GROWS[model.geom_type]
+    grown.geom_margin[model.geom_type == MESH] = MESH_MARGIN * distance
+    grown.geom_rbound[:] = model.geom_rbound + by * CORNER
+    grown.geom_aabb[:, 3:] = model.geom_aabb[:, 3:] + by
+    grown.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_MIDPHASE)  # its boxes are those of the model as it was
+    _mask(grown, moved)
+    return Inflated(distance, grown)
+
+
+def _mask(model: Any, moved: Floats) -> None:
+    """Geoms that the same joints move never meet; a bit for each such group, at most 31."""
+    _, group = np.unique(moved, axis=0, return_inverse=True)
+    collides = (model.geom_contype | model.geom_conaffinity) > 0
+    bit = np.left_shift(1, group.reshape(-1))
+    model.geom_contype[:] = np.where(collides, bit, 0)
+    model.geom_conaffinity[:] = np.where(collides, (1 << 31) - 1 - bit, 0)

@@ -1,0 +1,289 @@
+"""What an arm may bump into: collision and clearance of joint positions and of the lines between them.
+
+A planning model (``simulation.compile``) has no capsule that MuJoCo would miss across a plate, and
+only what moves with the arm can touch anything. ``inflated`` copies of it, in which every shape is bigger,
+say in one collision check which pairs are near; only for those the exact distance is asked for. (A contact
+margin in place of the bigger shapes misses boxes and overestimates the distances of cylinders.)
+
+A line between two joint positions is not sampled on a grid: coarse intervals are looked at first, at their
+middle. Joint i turning by dq_i moves no point of a geom by more than r_i |dq_i|, where r_i is the largest
+distance of that geom from the joint's axis, so an interval is free when every pair at distance d has
+sum_i r_i |dq_i| < d up to its ends, i over the joints between the two geoms; otherwise it is halved
+(adaptive bisection: Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005). A share of the clearance is left
+everywhere in between.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import mujoco
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Pose, Robot, Value, World
+
+from ..simulation.model.build import Carried
+from ..simulation.model.compile import Compiled, compile_world
+from ..simulation.model.index import RobotIndex
+from .inflated import Inflated, inflated
+from .line_parts import Line, Part, Rates
+from .pairs import Pairs, movers, needed
+
+Joints = tuple[float, ...]
+Position = Sequence[float] | Floats
+Near = list[tuple[int, int, float]]
+
+HORIZON = 0.05  # distances above this are not told apart [m]
+CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
+KEPT = 0.3  # share of the needed distance that is kept between two checks, too
+LEVELS = (0.012, 0.025, HORIZON)  # further distances that one check can rule out at once [m]
+TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may have [m]
+NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
+FAR = 0.1  # up to where distances of near pairs are measured [m]
+SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
+
+
+class Scene(Value):
+    """A robot among things; make one with ``scene``.
+
+    Args:
+        compiled: the planning model.
+        index: the robot that moves.
+        data: scratch state; every query overwrites the joints of the robot.
+        need: distance (geoms, geoms) that each pair must keep; -inf where contact is allowed [m].
+        moved: (geoms, joints) 1 where the joint moves the geom, else 0.
+        still: 1 - moved.
+        first: id of the robot's first joint; its joints follow one another.
+        levels: what finds near pairs, from the clearance up.
+        kept: distance that is left between two checks [m].
+        anchors: joint positions with the pairs that are closer there than needed, and how close.
+        checks: counts state checks; a list of one, shared by all scenes made from this one.
+    """
+
+    compiled: Compiled
+    index: RobotIndex
+    data: Any
+    need: Floats
+    moved: Floats
+    still: Floats
+    first: int
+    levels: tuple[Inflated, ...]
+    kept: float
+    checks: list[int]
+    anchors: tuple[tuple[Joints, Mapping[tuple[int, int], float]], ...] = ()
+
+    @property
+    def robot(self) -> Robot:
+        return self.index.robot
+
+    @property
+    def limits(self) -> tuple[tuple[float, float], ...]:
+        """(lower, upper) of each joint [rad]."""
+        return self.robot.limits
+
+    def free(self, q: Position) -> bool:
+        """Whether the joints are inside their limits and every pair keeps the distance that it needs."""
+        return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
+
+    def line_free(self, a: Position, b: Position) -> bool:
+        """Whether the straight joint-space line from a free position is free; its end and the longest intervals first."""
+        if not self.free(b):
+            return False
+        line = Line(a, b)
+        rest = deque(line.parts())
+        while rest:
+            halves = self._judge(line, rest.popleft())
+            if halves is None:
+                return False
+            rest.extend(halves)
+        return True
+
+    def blocked(self, a: Position, b: Position) -> float | None:
+        """The fraction of the straight joint-space line where it is first blocked; None when it is free."""
+        if not self.free(a):
+            return 0.0
+        line = Line(a, b)
+        found = next((at for part in line.parts() if (at := self._first(line, part)) is not None), None)
+        return found if found is not None or self.free(b) else 1.0
+
+    def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
+        """What is closer than it needs to be: (one, other, depth), deepest first.
+
+        Depth is positive inside each other and negative for a distance that is too small [m]. Names are those of
+        ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
+        """
+        found: dict[tuple[str, str], float] = {}
+        for g, h, d in self._look(q, self.levels[0]):
+            if d < self._needed(q, g, h):
+                names = self.compiled.owners[g].touch, self.compiled.owners[h].touch
+                found[names] = max(found.get(names, -np.inf), -d)
+        return tuple(sorted(((a, b, depth) for (a, b), depth in found.items()), key=lambda c: (-c[2], c)))
+
+    def clearance(self, q: Position) -> float:
+        """The smallest distance of any pair that may not touch [m]; at most ``HORIZON``, negative inside each other."""
+        return min((d for _, _, d in self._look(q, self.levels[-1])), default=HORIZON)
+
+    def why(self, q: Position) -> str:
+        """What is in the way, as a clause with numbers; empty when free."""
+        for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
+            if not low <= value <= high:
+                return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
+        clauses = [
+            f"'{a}' is {depth * 1e3:.1f} mm inside '{b}'"
+            if depth > 0
+            else f"'{a}' is only {-depth * 1e3:.1f} mm from '{b}'"
+            for a, b, depth in self.collisions(q)[:2]
+        ]
+        return ", ".join(clauses)
+
+    def relaxed(self, anchors: Sequence[Position]) -> Scene:
+        """The same scene, asking near each of these positions for no more clearance than there is at it."""
+        found = [self._anchor(q) for q in anchors]
+        return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
+
+    def at(self, poses: Mapping[str, Pose]) -> Scene:
+        """The same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
+        data = mujoco.MjData(self.compiled.model)
+        data.qpos[:] = self.data.qpos
+        for name, pose in poses.items():
+            self.compiled.place(data, name, pose)
+        return replace(self, data=data, anchors=())
+
+    def tcp(self, q: Position) -> Pose:
+        """The tcp in the world frame."""
+        self.data.qpos[list(self.index.joints)] = q
+        mujoco.mj_kinematics(self.compiled.model, self.data)
+        return self.index.pose(self.data)
+
+    def tip(self, q: Position) -> Floats:
+        """The position of the tcp in the world (3,) [m]."""
+        address = self.index.joints[0]
+        self.data.qpos[address : address + len(self.index.joints)] = q
+        mujoco.mj_kinematics(self.compiled.model, self.data)
+        return np.array(self.data.site_xpos[self.index.tcp])
+
+    def _inside(self, q: Position) -> bool:
+        return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
+
+    def _look(self, q: Position, level: Inflated) -> Near:
+        """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it."""
+        model, data, address = self.compiled.model, self.data, self.index.joints[0]
+        data.qpos[address : address + len(self.index.joints)] = q
+        mujoco.mj_kinematics(model, data)
+        self.checks[0] += 1
+        measure, need = mujoco.mj_geomDistance, self.need
+        return [(g, h, measure(model, data, g, h, FAR, None)) for g, h in level.near(data) if need[g, h] > -np.inf]
+
+    def _needed(self, q: Position, g: int, h: int) -> float:
+        need: float = self.need.item(g, h)
+        for position, closer in self.anchors:
+            if (g, h) in closer and max(abs(x - y) for x, y in zip(q, position, strict=True)) < NEAR:
+                need = min(need, closer[g, h])
+        return need
+
+    def _anchor(self, q: Position) -> tuple[Joints, Mapping[tuple[int, int], float]]:
+        near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -TOUCH <= d < self.need[g, h]}
+        return tuple(float(v) for v in q), near
+
+    def _judge(self, line: Line, part: Part) -> list[Part] | None:
+        """Look at the middle of a part of a line: None where it is blocked, else the halves that are not known to be
+        free by that."""
+        low, high, rates = part
+        middle, half = (low + high) / 2, (high - low) / 2
+        q = line.at(middle)
+        far = np.inf if rates is None else self.kept + half * rates.most
+        level = next((v for v in self.levels if v.distance >= far), self.levels[0])
+        open_ = level.distance < far
+        for g, h, d in self._look(q, level):
+            need = self._needed(q, g, h)
+            if d < need:
+                return None
+            if not open_ and rates is not None:
+                open_ = d - half * rates.between[g, h] < min(need, KEPT * need)
+        if not open_ or (high - low) * line.size < SMALLEST:
+            return []
+        if rates is None:
+            rates = self._rates(line, half)
+        return [(low, middle, rates), (middle, high, rates)]
+
+    def _first(self, line: Line, part: Part) -> float | None:
+        """The first blocked fraction within a part of a line."""
+        halves = self._judge(line, part)
+        low, high, rates = part
+        if halves is None:
+            middle = (low + high) / 2
+            if (high - low) * line.size < SMALLEST:
+                return middle
+            before = self._first(line, (low, middle, rates))
+            return middle if before is None else before
+        return next((at for p in halves if (at := self._first(line, p)) is not None), None)
+
+    def _rates(self, line: Line, half: float) -> Rates:
+        """How far each joint may move any point of each geom over the whole line, within ``half`` of where it is now.
+
+        The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
+        a root, and its bounding radius. It grows by no more than the way G that the geom itself moves:
+        G = sum_j (lever_j + G) w_j for joints that turn by w_j.
+        """
+        data, first, way = self.data, self.first, np.abs(line.way)
+        u, a = data.xaxis[first : first + len(way)], data.xanchor[first : first + len(way)]
+        p = data.geom_xpos
+        along = p @ u.T - np.einsum("jk,jk->j", a, u)
+        square = np.einsum("gk,gk->g", p, p)[:, None] - 2.0 * (p @ a.T) + np.einsum("jk,jk->j", a, a) - along * along
+        lever = (np.sqrt(np.maximum(square, 0.0)) + self.compiled.model.geom_rbound[:, None]) * self.moved
+        grown = (lever @ (half * way)) / (1.0 - half * float(way.sum()))
+        rates: Floats = (lever + grown[:, None] * self.moved) * way
+        alone = rates @ self.still.T  # joints that move both do not count
+        return Rates(alone + alone.T, float(rates.sum(axis=1).max()))
+
+
+def scene(
+    world: World,
+    robots: Mapping[str, Robot],
+    mount: str,
+    *,
+    poses: Mapping[str, Pose] | None = None,
+    held: tuple[str, Pose] | None = None,
+    opening: float | None = None,
+    allowed: Pairs = frozenset(),
+    clearance: float = CLEARANCE,
+    wider: Mapping[str, float] = MappingProxyType({}),
+) -> Scene:
+    """A scene for planning.
+
+    Args:
+        robots: descriptions by type name.
+        mount: the name of the robot that moves; others stay at home.
+        poses: where things are now, in the world frame; those not named are where the world has them.
+        held: (thing, its pose in the tcp frame): moves with the tool and may touch the gripper.
+        opening: distance between the pads [m]; None is fully open.
+        allowed: unordered pairs of names that may touch: "thing", "thing/part", "effector", "effector/left", "arm" or
+            "mount/link". A pair allows every part of what it names.
+        clearance: distance that every other pair must keep [m], up to ``HORIZON``.
+        wider: thing -> what is kept from it beyond the clearance [m]; both together up to ``HORIZON``.
+
+    Raises:
+        UserError: the world does not compile.
+        ValueError: the clearance is negative or above the horizon.
+        KeyError: there is no such robot or thing.
+    """
+    if not 0 <= clearance <= clearance + max(wider.values(), default=0.0) <= HORIZON:
+        raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")
+    for name in [*(poses or {}), *([held[0]] if held else [])]:
+        world.thing(name)
+    placed = world.moved(dict(poses or {}))
+    carried = {held[0]: Carried(mount, held[1])} if held else None
+    compiled = compile_world(placed, robots, planning=True, carried=carried)
+    index, data = compiled.robots[mount], compiled.data()
+    index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
+    moved = movers(compiled, index)
+    first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
+    need = needed(compiled, moved, allowed, clearance, wider)
+    most = clearance + max(wider.values(), default=0.0)
+    distances = (most, *(v for v in LEVELS if v > most))
+    levels = tuple(inflated(compiled.model, moved, v) for v in distances)
+    return Scene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0])

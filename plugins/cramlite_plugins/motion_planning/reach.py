@@ -1,0 +1,167 @@
+"""Where the arm can stand: joint positions for TCP poses, or the reason why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import ArrayLike
+
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Belief, Location, Place, Pose, World
+from cramlite.plugin import Context, Grounding, Unresolvable
+
+from ..kinematics.kinematics import forward, inverse, reach_shortfall
+from .planning_scene import Scene, scene
+
+Joints = tuple[float, ...]
+SIGMAS = 2.0
+"""Standard deviations of a thing's position that paths keep from it beyond their clearance: 98 % of normal errors along the
+line between two bodies are smaller."""
+WIDEST = 0.01
+"""What is kept so at most [m]: what is less sure, such as what fell into a basket, is kept in its place by something else."""
+TRIED = 24  # nearest inverse solutions that are looked at: eight branches with their nearest turns
+
+
+def tcp(belief: Belief, context: Context) -> Pose:
+    """The TCP in the base frame, now."""
+    return forward(context.robot, belief.joints)
+
+
+def held_pose(belief: Belief, context: Context) -> Pose:
+    """Pose of the held thing in the base frame.
+
+    Raises:
+        Unresolvable: nothing is held.
+    """
+    if belief.held is None:
+        raise Unresolvable("nothing is held that could be brought there")
+    return tcp(belief, context) * belief.held.tcp_to_thing
+
+
+def inside_held(belief: Belief, context: Context) -> tuple[Pose, tuple[str, ...]]:
+    """Where in the world what is held was when it was taken, and the things that were in it: they go along with it."""
+    if belief.held is None or belief.thing(belief.held.thing).feature("cram:Cavity") is None or not belief.held.joints:
+        return Pose(), ()
+    from ..shapes.contents import things_in
+
+    pose = belief.base() * forward(context.robot, belief.held.joints) * belief.held.tcp_to_thing
+    return pose, things_in(belief, belief.held.thing, pose)
+
+
+def make_scene(
+    belief: Belief,
+    context: Context,
+    touch: Iterable[str] = (),
+    opening: float | None = None,
+    clearance: float | None = None,
+) -> Scene:
+    """The planning scene of a belief.
+
+    Args:
+        touch: entities that gripper and held thing may touch.
+        opening: of the fingers [m]; the believed one by default.
+        clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
+    """
+    poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
+    held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
+    movers = ("effector", *((belief.held.thing,) if belief.held else ()))
+    joints = [t for t in belief.world.things if t.joint is not None and t.joint.parent]
+    pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
+    pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
+    if belief.held:
+        pairs |= {frozenset((belief.held.thing, name)) for name in inside_held(belief, context)[1]}
+    extra: dict[str, Any] = {"wider": wider(belief)} if clearance is None else {"clearance": clearance}
+    width = belief.opening if opening is None else opening
+    robots = {context.robot.type: context.robot}
+    return scene(
+        standing(belief, context), robots, belief.robot, poses=poses, held=held, opening=width, allowed=pairs, **extra
+    )  # fmt: skip
+
+
+def wider(belief: Belief) -> dict[str, float]:
+    """What is kept from each thing beyond the clearance, for the uncertainty of its pose [m]."""
+    spread = {name: e.sigma for name, e in belief.poses.items()}
+    if belief.held:
+        spread[belief.held.thing] = belief.held.sigma
+    return {name: min(SIGMAS * sigma, WIDEST) for name, sigma in spread.items() if sigma > 0}
+
+
+def standing(belief: Belief, context: Context) -> World:
+    """The world with the acting robot where it stands now."""
+    if belief.at is None:
+        return belief.world
+    stand = context.robot.stand_of(belief.at)
+    mounts = (replace(m, base=stand) if m.name == belief.robot else m for m in belief.world.robots)
+    return replace(belief.world, robots=tuple(mounts))
+
+
+def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
+    """A thing as a whole; of a feature, all named parts of its thing but not the rest of its body."""
+    thing, _, part = entity.partition("/")
+    return tuple(f"{thing}/{f.name}" for f in belief.world.thing(thing).features) if part else (thing,)
+
+
+def touched(names: Iterable[str], context: Context) -> list[str]:
+    """Entities behind variables."""
+    return [str(context.bindings[n]) for n in names if n in context.bindings]
+
+
+def stance(place: Scene, context: Context, pose: Pose, seed: Joints) -> Joints | str:
+    """A free joint position for a TCP pose, the nearest to ``seed``; or why there is none."""
+    solutions = inverse(context.robot, pose, seed=seed)
+    if not solutions:
+        return reach_shortfall(context.robot, pose) or "no inverse solution: the wrist cannot be turned that way there"
+    free = next((q for q in solutions[:TRIED] if place.free(q)), None)
+    return free or place.why(solutions[0])
+
+
+def bound(context: Context, name: str | None) -> str:
+    """The entity that a variable was bound to; "" for no variable."""
+    return str(context.bindings[name]) if name else ""
+
+
+def whereabouts(belief: Belief, location: Location, context: Context) -> Pose:
+    """Pose in the base frame of the thing that a location refers to.
+
+    Raises:
+        Unresolvable: it is in the hand, or was let go of where nobody can say how it fell.
+    """
+    thing = bound(context, location.of).split("/")[0]
+    if thing in belief.poses:
+        return belief.pose(thing)
+    held = belief.held is not None and belief.held.thing == thing
+    reason = f"'{thing}' is in the hand" if held else f"where '{thing}' came to lie is not known"
+    raise Unresolvable(reason, because=(EARLIER_TASKS, *causes(location, context)))
+
+
+def shift(pose: Pose, by: ArrayLike) -> Pose:
+    """The pose moved by a vector [m] of its parent frame."""
+    return Pose(tuple(np.asarray(pose.position) + np.asarray(by, dtype=float)), pose.quaternion)
+
+
+def traverse(
+    location: Location, belief: Belief, context: Context, shifts: Iterable[ArrayLike], name: str, cost: float = 0.0
+) -> Grounding:
+    """A path of translations of the TCP from where it is; every corner must be reachable.
+
+    Raises:
+        Unresolvable: a corner is not; the path depends on the grasp and on what it leads along.
+    """
+    place = make_scene(belief, context, [bound(context, location.of)])
+    here, seed = tcp(belief, context), belief.joints
+    path = tuple(shift(here, s) for s in shifts)
+    for k, pose in enumerate(path, 1):
+        there = stance(place, context, pose, seed)
+        if isinstance(there, str):
+            raise Unresolvable(f"corner {k} of {len(path)} of '{name}': {there}", causes(location, context))
+        seed = there
+    return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
+
+
+def causes(location: Location, context: Context) -> tuple[str, ...]:
+    """What a path from where the hand is depends on: every place it was led to, the grasp among them, and the
+    reference object."""
+    return (*(name for name, value in context.bindings.items() if isinstance(value, Place)), location.of or "")

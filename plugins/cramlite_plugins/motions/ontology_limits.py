@@ -1,0 +1,122 @@
+"""What is known of things parameterises how they are moved: ontologies say it of classes, with the source of each value.
+
+Fragile things lower forces, heavy ones speed and acceleration, holes say how they are searched for (ontologies/motions.ttl;
+properties ``cram:maximumForce`` and so on). Nothing that is said there can be exceeded by a task's parameters; who needs
+more says so of a class of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Motion, Thing, Value
+from cramlite.plugin import Context, Unresolvable
+
+from .motion_kinds import KINDS, value
+
+LIMITS = {
+    "force_n": "cram:maximumForce", "press_n": "cram:maximumForce", "force_limit_n": "cram:maximumForce",
+    "speed_m_s": "cram:speedShare", "speed_rad_s": "cram:speedShare",
+    "acceleration_m_s2": "cram:accelerationShare", "acceleration_rad_s2": "cram:accelerationShare",
+}  # fmt: skip
+"""Parameter -> the property that lowers it: forces to a highest value, rates to a share."""
+MASS = "cram:minimumMass"
+
+
+class Known(Value):
+    """A value that an ontology says of a class.
+
+    Args:
+        of: what it was asked for, e.g. "vase (soma:Glass)".
+        said_of: the class that says it: the thing's own or one above it.
+        source: why, in the ontology's words; and the file.
+    """
+
+    value: float
+    of: str
+    said_of: str
+    source: str
+
+    def __str__(self) -> str:
+        return f"{self.of} is a {self.said_of}: {self.source}"
+
+
+def known(class_: str, property_: str, context: Context, of: str = "") -> Known | None:
+    """What the nearest class says of a property; None if nothing is said."""
+    for said_of, said in context.taxonomy.said(class_, property_):
+        if isinstance(said.filler, float):
+            source = f"{said.source} [{said.file}]" if said.source else f"[{said.file}]"
+            return Known(said.filler, of or class_, said_of, source)
+    return None
+
+
+def classes(thing: Thing, context: Context) -> Iterator[str]:
+    """The class of a thing, and those that it belongs to by its mass."""
+    yield thing.type
+    for name in sorted(context.taxonomy.restrictions):
+        heavy = known(name, MASS, context) if any(r.property == MASS for r in context.taxonomy.restrictions[name]) else None
+        if heavy is not None and (thing.mass or 0.0) >= heavy.value:
+            yield name
+
+
+def lowest(things: Iterable[Thing], property_: str, context: Context) -> Known | None:
+    """The smallest value that is said of one of the things."""
+    found = [
+        k for t in things for c in classes(t, context)
+        if (k := known(c, property_, context, f"{t.name} ({t.type})")) is not None
+    ]  # fmt: skip
+    return min(found, key=lambda k: k.value, default=None)
+
+
+def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
+    """The motion with parameters that suit what it holds and touches; its reason says which, and why.
+
+    Gripping is no force on a thing in this sense: ``grip`` has its own property.
+    """
+    if motion.kind == "gripper":
+        return motion
+    changed: dict[str, float] = {}
+    reasons: list[str] = []
+    for parameter in KINDS[motion.kind].parameters:
+        limit = lowest(_things(motion, parameter.name, belief, context), LIMITS.get(parameter.name, ""), context)
+        asked = value(motion, parameter.name)
+        now = asked if limit is None else min(asked, limit.value) if parameter.name.endswith("_n") else asked * limit.value
+        if limit is not None and now < asked:
+            changed[parameter.name] = now
+            reasons.append(f"{parameter.name} {now:g} instead of {asked:g}, {limit}")
+    if not changed:
+        return motion
+    why = "; ".join((motion.reason, *reasons) if motion.reason else reasons)
+    return replace(motion, parameters={**motion.parameters, **changed}, reason=why)
+
+
+def noted(motion: Motion) -> str:
+    """What ``adapted`` added to the reason, for a clause of the trace."""
+    note = motion.reason.partition("; ")[2]
+    return f"; {note}" if note else ""
+
+
+def _things(motion: Motion, parameter: str, belief: Belief, context: Context) -> list[Thing]:
+    """Forces: what is held and what may be touched. Rates: what is held."""
+    names = [belief.held.thing] if belief.held else []
+    if parameter.endswith("_n"):
+        names += [str(context.bindings[n]).split("/")[0] for n in motion.may_touch if n in context.bindings]
+    return [belief.world.thing(n) for n in dict.fromkeys(names)]
+
+
+def grip(thing: Thing, wanted: float, context: Context) -> tuple[float, str]:
+    """The grip force for a thing [N], and why it is not the wanted one.
+
+    Raises:
+        Unresolvable: the thing bears less than the gripper's least.
+    """
+    low, high = context.robot.gripper.force
+    limit = lowest([thing], "cram:maximumGripForce", context)
+    if limit is not None and limit.value < low:
+        raise Unresolvable(f"the gripper presses with {low:.0f} N at least, more than {limit.value:g} N: {limit}")
+    force = min(max(wanted, low), high)
+    if limit is None or force <= limit.value:
+        return force, ""
+    return limit.value, f"grip {limit.value:g} N instead of {force:g} N, {limit}"

@@ -1,0 +1,261 @@
+"""What a thing looks like to a depth camera: surface points, symmetries, and a grid that knows the nearest point.
+
+Derived from the object models that scenarios use, so that a product needs one description only.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.spatial import cKDTree
+
+from cramlite.model import Feature, Floats, Pose, Thing, Value
+from cramlite.plugin import UserError
+
+from ...shapes.files import closed
+from ...shapes.solid import geom_mesh, mesh_of
+
+Floats32 = NDArray[np.floating[Any]]  # float32 wherever speed counts
+Indices = NDArray[np.int32]
+SPACING = 0.0018
+"""Mean distance of surface points [m]: a pixel at 0.7 m. Twice as dense changes no figure (tests/benchmarks)."""
+FEWEST, MOST = 1500, 9000
+MARGIN = 0.025
+"""How far around a model its nearest points are known [m]: what coarse registration starts from."""
+CELLS = 100
+"""Grid cells along the longest side, at most; a cell has at least 2 mm."""
+EXACT = 2.5
+"""Cells from the surface within which the nearest point is searched for exactly; farther away the one in the nearest
+cell that has any will do, at a third of the time."""
+SAME = 0.0012
+"""Two surfaces nearer than this everywhere are one to the camera [m]: half its noise at 0.6 m."""
+
+
+class NearestGrid(Value, eq=False):
+    """Which surface point is nearest, precomputed for the cells of a box.
+
+    Args:
+        low: corner of the box; step: of a cell [m].
+        index: (nx, ny, nz) of the nearest point to each cell's centre.
+    """
+
+    low: Floats32
+    step: float
+    index: Indices
+
+    def look_up(self, points: Floats32) -> Indices:
+        """Indices (...) of the points nearest to (..., 3); outside the box those of its nearest cell."""
+        x, y, z = (self._cell(points[..., k], k) for k in range(3))
+        _, sy, sz = self.index.shape
+        return np.asarray(np.take(self.index.reshape(-1), (x * sy + y) * sz + z))
+
+    def _cell(self, coordinates: Floats32, axis: int) -> Indices:
+        """The grid's cells along one axis."""
+        cell = ((coordinates - self.low[axis]) * np.float32(1.0 / self.step)).astype(np.int32)
+        return np.asarray(np.minimum(np.maximum(cell, 0), self.index.shape[axis] - 1))
+
+
+class PoseModel(Value, eq=False, dict=True):
+    """A thing's surface for pose estimation, in the thing's frame.
+
+    Args:
+        name, type: of the product.
+        points, normals: (N, 3) of the outer surface, normals outwards [m].
+        symmetries: transforms that leave the surface as it is, the identity first; a round thing has one a 5 degrees.
+        axis: of a continuous symmetry, None if there is none.
+        features: the thing's: holes, pegs, faces.
+    """
+
+    name: str
+    type: str
+    points: Floats32
+    normals: Floats32
+    symmetries: tuple[Pose, ...] = (Pose(),)
+    axis: tuple[float, float, float] | None = None
+    features: tuple[Feature, ...] = ()
+
+    @cached_property
+    def surface(self) -> Floats32:
+        """(N, 6): points and normals side by side, so that both are looked up at once."""
+        return np.concatenate([self.points, self.normals], axis=1)
+
+    @cached_property
+    def centre(self) -> Floats:
+        """The middle of the box around it."""
+        return np.asarray((self.points.min(0) + self.points.max(0)) / 2, dtype=float)
+
+    @cached_property
+    def extents(self) -> Floats:
+        """Side lengths of the box around it [m]."""
+        return np.asarray(np.ptp(self.points, axis=0), dtype=float)
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal of the box around it [m]."""
+        return float(np.linalg.norm(self.extents))
+
+    @cached_property
+    def tree(self) -> Any:
+        """A k-d tree (scipy's cKDTree) of the points."""
+        return cKDTree(self.points)
+
+    @cached_property
+    def grid(self) -> NearestGrid:
+        """The nearest surface points around it; made once, in some 0.1 s."""
+        low, size = self.points.min(0) - MARGIN, np.ptp(self.points, axis=0) + 2 * MARGIN
+        step = max(0.002, float(size.max()) / CELLS)
+        shape = np.ceil(size / step).astype(int)
+        cell_of = np.minimum(((self.points - low) / step).astype(int), shape - 1)
+        index = np.full(shape, -1, np.int32)
+        index[tuple(cell_of.T)] = np.arange(len(self.points))
+        away, nearest = ndimage.distance_transform_edt(index < 0, return_indices=True)
+        index = index[tuple(nearest)]
+        close = np.argwhere(away <= EXACT)
+        index[tuple(close.T)] = self.tree.query(low + step * (close + 0.5))[1]
+        return NearestGrid(low.astype(np.float32), step, index)
+
+    @cached_property
+    def twins(self) -> Indices:
+        """Of each point, the nearest one that faces the other way, through a plate of at most 6 mm; itself if none."""
+        near, which = self.tree.query(self.points, k=48, distance_upper_bound=0.006)
+        which = np.where(np.isfinite(near), which, np.arange(len(self.points))[:, None])
+        away = np.einsum("ij,ikj->ik", self.normals, self.normals[which]) < -0.7
+        first = np.argmax(away, axis=1)
+        rows = np.arange(len(self.points))
+        return np.asarray(np.where(away.any(1), which[rows, first], rows), dtype=np.int32)
+
+    def difference(self, pose: Pose, truth: Pose) -> tuple[float, float]:
+        """How far two poses are apart (m, rad), of the symmetric ones the nearest; metres at the model's centre."""
+        return min((self._apart(pose * s, truth) for s in self.symmetries), key=lambda d: d[1] + d[0])
+
+    def _apart(self, pose: Pose, truth: Pose) -> tuple[float, float]:
+        metres = float(np.linalg.norm(pose.apply(self.centre) - truth.apply(self.centre)))
+        if self.axis is not None:
+            cosine = float(pose.turn(self.axis) @ truth.turn(self.axis))
+            return metres, float(np.arccos(np.clip(cosine, -1, 1)))
+        return metres, pose.distance(truth)[1]
+
+
+def pose_model(thing: Thing, seed: int = 0) -> PoseModel:
+    """The surface of a thing: of its mesh file where it was made from one, else of its geoms.
+
+    Raises:
+        UserError: it has no shape, or one without a surface.
+    """
+    if not thing.geoms:
+        raise UserError(f"'{thing.name}' has no shape, so its pose cannot be found; give its model geoms or a mesh.")
+    if thing.mesh is not None and Path(thing.mesh.path).is_file():
+        return mesh_model(mesh_of(thing), thing.name, thing.type, thing.features, seed)
+    solids = [geom_mesh(g) for g in thing.geoms]
+    area = sum(float(s.area) for s in solids)
+    if not np.isfinite(area) or area <= 0:
+        raise UserError(f"'{thing.name}' has a surface of {area} m2, so its pose cannot be found; check its shape.")
+    points, normals = _surface(solids, _count(area), seed)
+    model = PoseModel(thing.name, thing.type, points, normals, features=thing.features)
+    return with_symmetries(model)
+
+
+def mesh_model(mesh: Any, name: str, type_: str, features: Sequence[Feature] = (), seed: int = 0) -> PoseModel:
+    """The surface of a triangle mesh (trimesh) [m]. One that is not closed is closed first, as for collision: which side
+    of a triangle is outside, only a closed mesh says.
+
+    Raises:
+        UserError: it has no triangles, no area, or cannot be closed.
+    """
+    if len(getattr(mesh, "faces", ())) == 0 or not np.isfinite(mesh.area) or mesh.area <= 0:
+        raise UserError(f"'{name}' is a mesh without triangles or without area, so its pose cannot be found.")
+    if float(np.min(mesh.extents)) < 1e-5:
+        raise UserError(f"'{name}' is a flat mesh, {mesh.extents} m, and encloses no volume; give it a thickness.")
+    whole = mesh if mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0 else closed(mesh, name).mesh
+    points, normals = _sample(whole, _count(float(whole.area)), seed)
+    return with_symmetries(PoseModel(name, type_, points, normals, features=tuple(features)))
+
+
+def with_symmetries(model: PoseModel) -> PoseModel:
+    """The same model with the rotations that a camera cannot tell from none: of a cube's 24, and about each axis."""
+    turns = cube_rotations()
+    found = [Pose()] + [p for p in (_about(model, q) for q in turns[1:]) if _invariant(model, p)]
+    for k in range(3):
+        axis = tuple(float(i == k) for i in range(3))
+        odd = [_about(model, Pose.from_rotvec((0, 0, 0), [v * a for v in axis])) for a in (0.3, 1.1, 2.0)]
+        if all(_invariant(model, p) for p in odd):
+            turned = [Pose.from_rotvec((0, 0, 0), [v * math.radians(a) for v in axis]) for a in range(5, 360, 5)]
+            around = [_about(model, p) for p in turned]
+            flips = [p for p in found[1:] if abs(p.turn(axis)[k] + 1) < 1e-6][:1]
+            return replace(model, symmetries=(Pose(), *flips, *around), axis=axis)
+    return replace(model, symmetries=tuple(found))
+
+
+@lru_cache(maxsize=1)
+def cube_rotations() -> tuple[Pose, ...]:
+    """The 24 proper rotations that map the axes onto the axes, the identity first."""
+    found = []
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1, -1), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[range(3), order] = signs
+            if np.linalg.det(matrix) > 0:
+                found.append(Pose.from_matrix(matrix))
+    return tuple(sorted(found, key=lambda p: -abs(p.quaternion[0])))
+
+
+def _about(model: PoseModel, turn: Pose) -> Pose:
+    """A rotation about the model's centre."""
+    centre = model.centre
+    return Pose(tuple(centre - turn.turn(centre)), turn.quaternion)
+
+
+def _invariant(model: PoseModel, pose: Pose) -> bool:
+    """Whether the surface covers itself after the transform, but for 2 points of 1000 and what sampling leaves."""
+    some = model.points[:: max(1, len(model.points) // 800)]
+    gap = np.quantile(model.tree.query(some, k=2)[0][:, 1], 0.99)
+    away = model.tree.query(pose.apply(some))[0]
+    return bool(np.quantile(away, 0.998) < SAME + gap)
+
+
+def _count(area: float) -> int:
+    return int(np.clip(area / SPACING**2, FEWEST, MOST))
+
+
+def _surface(solids: Sequence[Any], count: int, seed: int) -> tuple[Floats32, Floats32]:
+    """Points on the outside of a union of convex solids."""
+    area = sum(float(s.area) for s in solids)
+    points, normals = [], []
+    for i, solid in enumerate(solids):
+        p, n = _sample(solid, max(12, round(1.2 * count * float(solid.area) / area)), seed + i)
+        hidden = np.zeros(len(p), bool)
+        for other in solids[:i] + solids[i + 1 :]:  # type: ignore[operator]
+            hidden |= _inside(other, p)
+        points.append(p[~hidden])
+        normals.append(n[~hidden])
+    return np.concatenate(points), np.concatenate(normals)
+
+
+def _sample(mesh: Any, count: int, seed: int) -> tuple[Floats32, Floats32]:
+    """About ``count`` points, evenly: of thrice as many at random those that keep their distance."""
+    import trimesh
+
+    points, faces = trimesh.sample.sample_surface(mesh, 3 * count, seed=seed)
+    points, kept = trimesh.points.remove_close(points, float(np.sqrt(mesh.area / (3 * count))))
+    faces = faces[kept]
+    return points.astype(np.float32), mesh.face_normals[faces].astype(np.float32)
+
+
+def _inside(solid: Any, points: Floats32) -> NDArray[np.bool_]:
+    """Which points are inside a convex solid by more than 10 um."""
+    normals = solid.face_normals
+    offsets = np.einsum("ij,ij->i", normals, solid.triangles[:, 0])
+    low, high = solid.bounds
+    near = ((points > low) & (points < high)).all(1)
+    inside = np.zeros(len(points), bool)
+    inside[near] = (points[near] @ normals.T - offsets).max(1, initial=-np.inf) < -1e-5
+    return inside

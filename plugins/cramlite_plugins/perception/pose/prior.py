@@ -1,0 +1,41 @@
+"""Prior knowledge of a pose: how it may be turned, and how far an alignment is off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Value, Vector3
+
+from .model import Floats32
+
+
+class Alignment(Value):
+    """One of some axes of the object is near one of some directions of the world.
+
+    Args:
+        axes: unit vectors of the model's frame; directions: of the world's.
+        before, after: how far off [rad] a start and a result may be.
+    """
+
+    axes: tuple[Vector3, ...]
+    directions: tuple[Vector3, ...]
+    before: float = float(np.radians(60))
+    after: float = float(np.radians(40))
+
+
+class Prior(Value):
+    """What is known of an orientation before looking: all of the alignments hold. None: anything goes."""
+
+    alignments: tuple[Alignment, ...] = ()
+
+
+UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
+"""What hangs or stands: the model's z axis points up, within 60 degrees before and 40 after (docs/explanation)."""
+
+
+def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Floats:
+    """(H,): angle [rad] between the nearest of the axes and the directions."""
+    axes, directions = np.array(alignment.axes), np.array(alignment.directions)
+    in_model = np.einsum("hij,dj->hdi", turn, camera.inverse().turn(directions))
+    cosine = np.einsum("hdi,ai->hda", in_model, axes).max(axis=(1, 2), initial=-1.0)
+    return np.asarray(np.arccos(np.clip(cosine, -1, 1)))

@@ -1,0 +1,87 @@
+"""How well a pose explains an image: what of the mask it explains, what it claims that the camera saw through."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.model import Mask, Value
+
+from .icp import Starts, dot, match, spread
+from .model import Floats32, PoseModel
+from .outline import Outline, tolerance
+
+SCENE, SURFACE = 400, 700
+"""Points of the scene and of the model that are compared."""
+ENOUGH = 0.45
+"""Share of the visible side that must be seen for full confidence."""
+
+
+class Scores(Value):
+    """Of each hypothesis, all (H,).
+
+    Args:
+        score: 0 to 1, the product of the three below and of ``closeness``.
+        explained: share of the mask's points on the model's surface.
+        free: of the model's visible points that nothing hides, the share that the mask shows.
+        seen: share of the model's visible points that the mask shows.
+        distance: mean distance of scene and model, cut off at the tolerance, as a share of it.
+    """
+
+    score: Floats32
+    explained: Floats32
+    free: Floats32
+    seen: Floats32
+    distance: Floats32
+
+
+def judge(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, surface: int = SURFACE) -> Scores:
+    """Compare hypotheses with what was measured.
+
+    Args:
+        scene: (N, 3) all points of the mask, the optical frame [m].
+    """
+    if len(starts) == 0:
+        return Scores(*np.zeros((5, 0), np.float32))
+    explained, distance = _explained(model, spread(scene, SCENE), starts)
+    agree, wrong, visible = _shown(model, scene.mean(0), outline, starts, surface)
+    free = agree / np.maximum(agree + wrong, 1)
+    seen = agree / np.maximum(visible, 1)
+    score = explained * free**2 * np.minimum(1, seen / ENOUGH) * (1 - 0.3 * distance)
+    return Scores(score, explained, free, seen, distance)
+
+
+def _explained(model: PoseModel, points: Floats32, starts: Starts) -> tuple[Floats32, Floats32]:
+    """Share of the scene's points that lie on the side of the model that faces the camera, and their mean distance."""
+    moved = starts.turn @ points.T + starts.shift[:, :, None]
+    ray = points.mean(0) / np.linalg.norm(points.mean(0))
+    nearest, normals, facing = match(model, moved, np.asarray(starts.turn @ ray))
+    gap = moved - nearest
+    plane = np.abs(dot(gap, normals))
+    beside = np.sqrt(np.maximum(dot(gap, gap) - plane * plane, 0))
+    near = tolerance(points[:, 2])
+    away = np.maximum(plane, np.maximum(0, beside - 0.001)) / near
+    away = np.where(facing, away, 1.0)
+    return (away < 1).mean(1).astype(np.float32), np.minimum(away, 1).mean(1).astype(np.float32)
+
+
+def _shown(
+    model: PoseModel, middle: Floats32, outline: Outline, starts: Starts, surface: int
+) -> tuple[Floats32, Floats32, Floats32]:
+    """How many of the model's visible points the mask shows, how many the image denies, and how many there are."""
+    which = np.linspace(0, len(model.points) - 1, surface).astype(np.int64)
+    points, normals = model.points[which], model.normals[which]
+    facing = (starts.turn @ (middle / np.linalg.norm(middle))) @ normals.T < -0.1
+    seen = starts.turn.transpose(0, 2, 1) @ (points.T - starts.shift[:, :, None])
+    _, _, flat, inside = outline.pixels(seen.transpose(0, 2, 1))
+    z = seen[:, 2]
+    on = outline.mask.reshape(-1)[flat] & inside
+    measured = outline.depth.reshape(-1)[flat]
+    behind = z - measured > 2 * tolerance(z)  # of the object's own surface: the model hides it itself, or it is wrong
+    ahead = measured - z > 2 * tolerance(z)
+    denied = facing & ((on & ahead) | (~on & ~outline.hidden(flat, z)))
+    agree, visible = facing & on & ~behind & ~ahead, facing & ~(on & behind)
+    return _count(agree), _count(denied), _count(visible)
+
+
+def _count(mask: Mask) -> Floats32:
+    return np.asarray(np.count_nonzero(mask, axis=1), dtype=np.float32)

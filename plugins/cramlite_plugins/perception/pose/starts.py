@@ -1,0 +1,122 @@
+"""Where registration starts from: the parts of a mask, orientations that the prior allows, and slides in the image."""
+
+from __future__ import annotations
+
+import itertools
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import ndimage
+
+from cramlite.model import Floats, Mask, Pose, Value, View
+
+from .icp import Starts
+from .model import Floats32, PoseModel, cube_rotations
+from .outline import Outline
+
+if TYPE_CHECKING:
+    from .prior import Alignment, Prior
+
+VOXEL = 0.008
+"""Edge of the voxels whose neighbourhood makes one cluster [m]: five pixels at 0.6 m."""
+SMALL = 0.03
+"""Share of a mask's points below which a cluster is noise."""
+DEEP = 0.6
+"""Points farther than this from the middle of a mask along the ray are not the object's [m]: what is that large is no
+product, and the grid of voxels stays small."""
+STARTS = 24
+
+
+class Scene(Value, eq=False):
+    """Points taken for the object's: (N, 3), the optical frame [m]; and the mask without what is not."""
+
+    points: Floats32
+    mask: Mask
+
+
+def scenes(view: View, mask: Mask) -> list[Scene]:
+    """The largest connected part of a mask's points, and then all of its parts together, if an occluder splits it.
+
+    Parts are what single linkage on voxels makes. Pixels without depth stay in the mask: an
+    occluder's stereo shadow falls on the object.
+    """
+    measured = view.valid & mask
+    if not measured.any():
+        return []
+    near = measured & (np.abs(view.depth - np.median(view.depth[measured])) < DEEP)
+    points = view.points(near).astype(np.float32)
+    cells = ((points - points.min(0)) / VOXEL).astype(np.int64)
+    filled = np.zeros(cells.max(0) + 1, bool)
+    filled[tuple(cells.T)] = True
+    labels, _ = ndimage.label(filled, np.ones((3, 3, 3)))
+    label = labels[tuple(cells.T)]
+    counts = np.bincount(label)
+    large = counts >= max(8, SMALL * len(points))
+    chosen = [label == int(np.argmax(counts)), large[label]]
+    found = []
+    for keep in chosen[: 1 if large.sum() < 2 else 2]:
+        cleaned = mask & ~measured
+        cleaned[near] = keep
+        found.append(Scene(points[keep], cleaned))
+    return found
+
+
+def starts_for(camera: Pose, model: PoseModel, prior: Prior, scene: Floats32) -> Starts:
+    """24 or so orientations that the prior allows, the middle of each one's visible side on that of the scene."""
+    from .prior import alignment_error
+
+    if prior.alignments:
+        turn = _about_alignment(camera, prior.alignments[0])
+        for a in prior.alignments[1:]:
+            turn = turn[alignment_error(camera, turn, a) <= a.before]
+    else:
+        base = _principal(scene)
+        turn = np.array([p.rotation @ base.T for p in cube_rotations()], np.float32)
+    middle = scene.mean(0)
+    rays = turn @ (middle / np.linalg.norm(middle))
+    which = np.linspace(0, len(model.points) - 1, 800).astype(np.int64)
+    facing = np.maximum(0, -(rays @ model.normals[which].T))
+    visible = (facing @ model.points[which]) / np.maximum(facing.sum(1), 1e-6)[:, None]
+    return Starts(turn, np.asarray(visible - turn @ middle, dtype=np.float32))
+
+
+def _about_alignment(camera: Pose, alignment: Alignment) -> Floats32:
+    """Turns about each pair of axis and direction, all with the axis exactly on it."""
+    pairs = list(itertools.product(alignment.axes, alignment.directions))
+    steps = max(6, STARTS // len(pairs))
+    found = []
+    about = np.array([Pose.from_rotvec((0, 0, 0), (0, 0, 2 * np.pi * k / steps)).rotation for k in range(steps)])
+    for axis, direction in pairs:
+        object_in_world = _frame(np.asarray(direction)) @ about @ _frame(np.asarray(axis)).T
+        found.append(object_in_world.transpose(0, 2, 1) @ camera.rotation)
+    return np.concatenate(found).astype(np.float32)
+
+
+def _frame(z: Floats) -> Floats:
+    """A rotation whose third column is ``z``."""
+    return Pose.from_axes((0, 0, 0), z, np.eye(3)[int(np.argmin(np.abs(z)))]).rotation
+
+
+def _principal(scene: Floats32) -> Floats:
+    """Principal axes of a cloud as the columns of a rotation."""
+    _, axes = np.linalg.eigh(np.cov((scene - scene.mean(0)).T))
+    if np.linalg.det(axes) < 0:
+        axes = -axes
+    return np.asarray(axes)
+
+
+def slid(model: PoseModel, outline: Outline, starts: Starts) -> Starts:
+    """The starts, and each moved sideways so that its outline's edges meet the mask's: an occluder that hides one end of
+    an object leaves open where along it the rest belongs, and only the image around the mask tells."""
+    rows, columns = np.flatnonzero(outline.mask.any(1)), np.flatnonzero(outline.mask.any(0))
+    which = np.linspace(0, len(model.points) - 1, 300).astype(np.int64)
+    seen = starts.turn.transpose(0, 2, 1) @ (model.points[which].T - starts.shift[:, :, None])
+    u, v, _, _ = outline.pixels(seen.transpose(0, 2, 1))
+    z = seen[:, 2].mean(1)
+    shifts_u = [np.zeros(len(starts)), columns[0] - u.min(1), columns[-1] - u.max(1)]
+    shifts_v = [np.zeros(len(starts)), rows[0] - v.min(1), rows[-1] - v.max(1)]
+    shift = []
+    for du, dv in itertools.product(shifts_u, shifts_v):
+        move = np.stack([du * z / outline.intrinsics.fx, dv * z / outline.intrinsics.fy, np.zeros(len(z))], axis=1)
+        shift.append(starts.shift - np.einsum("hij,hj->hi", starts.turn, move.astype(np.float32)))
+    return Starts(np.tile(starts.turn, (len(shift), 1, 1)), np.concatenate(shift))

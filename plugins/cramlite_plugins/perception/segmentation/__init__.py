@@ -1,0 +1,1 @@
+"""Segmentation of depth images: planes, segments, obstacles."""

@@ -1,0 +1,82 @@
+"""Experts: which part of the space a query is about, and the cloud that is cut out of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from cramlite.model import Thing
+from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
+
+from ...shapes.bounds import corners_of
+
+
+def region(inputs: Inputs) -> Mapping[str, Any]:
+    """A box around the fixtures that the query names as a place, wide enough for what is there."""
+    import numpy as np
+
+    from cramlite.plugin import RELATIONS
+
+    from ..values import Box
+
+    places = [str(c.value) for c in inputs["query"].conditions if c.key in RELATIONS]
+    taxonomy = inputs["taxonomy"]
+    named = [t for t in inputs["fixtures"] if any(_is(t, p, taxonomy) for p in places)]
+    if not named:
+        raise Unresolvable("the query names no place whose pose is known")
+    corners = np.concatenate([corners_of(t) for t in named])
+    beside, over = inputs.parameters["beside_m"], inputs.parameters["over_m"]
+    margin = np.array([beside, beside, over])
+    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+    return {"region": Box(tuple(low.tolist()), tuple(high.tolist()))}
+
+
+def _is(thing: Thing, place: str, taxonomy: Any) -> bool:
+    known = taxonomy.resolve(place)
+    return thing.name == place or (known is not None and taxonomy.is_a(thing.type, known))
+
+
+def cloud(inputs: Inputs) -> Mapping[str, Any]:
+    """The measured points in the region, in the range where depth is good, without those of the robot itself."""
+    import numpy as np
+
+    from ..values import Cloud
+
+    view = inputs["view"]
+    points = view.world_cloud.astype(np.float32)
+    mask = view.valid & (view.depth < inputs.parameters["range_m"])
+    own = inputs.get("robot")
+    if own is not None:
+        mask &= ~_near(own, view.depth, inputs.parameters["robot_m"])
+    box = inputs.get("region")
+    if box is not None:
+        mask &= box.holds(points)
+    if not mask.any():
+        where = "in the region of the query" if box is not None and view.valid.any() else "at all"
+        raise Unresolvable(f"there is no depth {where}: {int(view.valid.sum())} of {view.depth.size} pixels measured")
+    return {"cloud": Cloud(points, mask)}
+
+
+def _near(own: Any, depth: Any, least: float) -> Any:
+    """Where the image shows the robot: at its expected depth (NaN where it is not), or two pixels beside it."""
+    import numpy as np
+    from scipy import ndimage
+
+    expected = ndimage.minimum_filter(np.where(np.isfinite(own), own, np.inf), 5)
+    return np.abs(depth - expected) < least
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    margins = (
+        Parameter("over_m", 0.30, "above and below: the tallest known product hangs 0.2 m below its peg"),
+        Parameter("beside_m", 0.06, "half the width of the widest known product, and a turn of 20 degrees"),
+    )
+    reach = Parameter("range_m", 1.6, "a D435's depth error grows with the square: 8 mm at 1.6 m")
+    robot = Parameter("robot_m", 0.05, "depth noise at a metre, links drawn simpler than they are, and their edges")
+    return [
+        Expert("region_of_place", "a box around the place that the query names", ("query", "fixtures", "taxonomy"),
+               ("region",), region, cost_ms=0.3, parameters=margins),
+        Expert("cut_out", "measured points, cut out of the region", ("view",), ("cloud",), cloud,
+               uses=("region", "robot"), cost_ms=12.0, parameters=(reach, robot)),
+    ]  # fmt: skip

@@ -1,0 +1,1 @@
+"""Predicates that rules may use: relations, motions, phases of poses."""

@@ -1,0 +1,251 @@
+"""Predicates about motion: what moved while an action lasted, and how far."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from cramlite.model import Floats
+from cramlite.plugin import Phase, PhaseName, Predicate, Row, Timeline
+
+from .samples import Motion, Range
+
+ARM_MOVED = 0.001
+"""[m] of the end effector."""
+GRIPPER_MOVED = 0.020
+"""[m] between the finger tips."""
+THING_MOVED = 0.005
+"""[m]: what counts as displaced; five times the arm's threshold, because tracked things are less exact."""
+TURNED = 0.1
+"""[rad]: what counts as turned; a box of 0.1 m then moves its corners by 5 mm."""
+TILTED = np.deg2rad(30.0)
+"""[rad] from the attitude in which it was first seen: the usual angle of repose of granular material."""
+CLOSED, OPENED = 0.25, 0.75
+"""Share of the widest opening that counts as closed, and as open."""
+JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
+"""Share of a joint's range up to which a door counts as closed, and from which as open."""
+PARKED = 0.05
+"""[rad] a joint may be off the park state."""
+
+_RUN: frozenset[PhaseName] = frozenset({"run"})
+
+
+def all_predicates() -> tuple[Predicate, ...]:
+    of_joints = partial(Predicate, possible=_has_joints)
+    return (
+        Predicate("arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm."),
+        Predicate(
+            "gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm."
+        ),
+        Predicate(
+            "moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad."
+        ),
+        Predicate(
+            "driven",
+            1,
+            driven,
+            _RUN,
+            cost=4,
+            doc="A thing ends more than 5 mm from where it began, the way the effector went.",
+        ),
+        Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg."),
+        Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest."),
+        Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest."),
+        of_joints("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
+        of_joints(
+            "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."
+        ),
+        of_joints("joint_closed", 1, joint_closed, cost=3, doc="A thing's joint is within 5 % of closed."),
+        of_joints("joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more."),
+        Predicate(
+            "parked",
+            0,
+            parked,
+            cost=3,
+            possible=lambda timeline: "park" in timeline.episode.extras,
+            doc="All arm joints are at the park state.",
+        ),
+    )
+
+
+def _has_joints(timeline: Timeline) -> bool:
+    return any(key.startswith("joint:") for key in timeline.episode.extras)
+
+
+def arm_moves(phase: Phase) -> Iterator[Row]:
+    """arm_moves(): the largest distance from where the effector began, so that there-and-back motion
+    counts; the published rule compares end points only."""
+    motion = _motion(phase, phase.episode.effector or "")
+    if motion is not None and motion.leaves(phase.start, phase.end, ARM_MOVED):
+        yield ()
+
+
+def gripper_moves(phase: Phase) -> Iterator[Row]:
+    """gripper_moves(): spread of the finger tips' distance over the action."""
+    opening = _opening(phase)
+    if opening is not None:
+        least, largest = opening.over(phase.start, phase.end)
+        if largest - least > GRIPPER_MOVED:
+            yield ()
+
+
+def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """moves(Thing): anywhere during the action."""
+    for name in _candidates(phase, thing):
+        motion = _motion(phase, name)
+        if motion is not None and (
+            motion.leaves(phase.start, phase.end, THING_MOVED) or motion.turns(phase.start, phase.end, TURNED)
+        ):
+            yield (name,)
+
+
+def driven(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """driven(Thing): displaced from start to end, within 60 deg of the effector's own displacement: what falls
+    away from an opening hand is not pushed."""
+    hand = _motion(phase, phase.episode.effector or "")
+    for name in _candidates(phase, thing) if hand is not None else []:
+        mine, its = _displacement(hand, phase), _displacement(_motion(phase, name), phase)
+        along = math.sqrt(its @ its)
+        if along > THING_MOVED and mine @ its > 0.5 * math.sqrt(mine @ mine) * along:
+            yield (name,)
+
+
+def _displacement(motion: Motion | None, phase: Phase) -> Floats:
+    assert motion is not None
+    return motion.poses[motion.row(phase.end), :3] - motion.poses[motion.row(phase.start), :3]
+
+
+def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """tilts(Thing): away from the attitude it had at the start of the recording."""
+    for name in _candidates(phase, thing):
+        track = phase.episode.tracks[name]
+        upright = track.at(float(track.times[0])).rotation[:, 2]
+        w, x, y, z = _within(track.times, track.poses[:, 3:], phase).T
+        up = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
+        if len(w) and float((upright @ up).min()) < np.cos(TILTED):
+            yield (name,)
+
+
+def gripper_closed(phase: Phase) -> Iterator[Row]:
+    """gripper_closed(): at the instant, or all through."""
+    share = _share(phase)
+    if share is not None and share[1] < CLOSED:
+        yield ()
+
+
+def gripper_open(phase: Phase) -> Iterator[Row]:
+    """gripper_open(): at the instant, or all through."""
+    share = _share(phase)
+    if share is not None and share[0] > OPENED:
+        yield ()
+
+
+def joint_rises(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_rises(Thing): the value at the end against that at the start."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values[-1] - values[0] > JOINT_CLOSED)
+
+
+def joint_falls(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_falls(Thing): the value at the end against that at the start."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values[0] - values[-1] > JOINT_CLOSED)
+
+
+def joint_closed(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_closed(Thing)."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values.max() <= JOINT_CLOSED)
+
+
+def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """joint_open(Thing)."""
+    yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= JOINT_OPEN)
+
+
+def parked(phase: Phase) -> Iterator[Row]:
+    """parked(): against the episode's extra "park", the park state's joint values [rad]."""
+    extras = phase.episode.extras
+    if {"joints", "times", "park"} <= set(extras) and extras["joints"].ndim == 2:
+        joints = _within(extras["times"], extras["joints"], phase)
+        if joints.shape[1:] == extras["park"].shape and np.all(np.abs(joints - extras["park"]) < PARKED):
+            yield ()
+
+
+def _candidates(phase: Phase, thing: str | None) -> list[str]:
+    if thing is not None:
+        tracked = phase.episode.tracks.get(thing)
+        return [thing] if tracked is not None and len(tracked.times) else []
+    return [n for n, e in phase.timeline.entities.items() if e.part_of is None and n in phase.episode.tracks]
+
+
+def _within(times: Floats, values: Floats, phase: Phase) -> Floats:
+    """The values of a signal that holds between samples, over the phase: from the last sample before it."""
+    first = max(int(times.searchsorted(phase.start, side="right")) - 1, 0)
+    return values[first : max(int(times.searchsorted(phase.end, side="left")), first + 1)]
+
+
+def _motion(phase: Phase, name: str) -> Motion | None:
+    """The tracked poses of a thing, cut at the boundaries of the timeline; None if it is not tracked."""
+    memo = phase.timeline.memo
+    if ("motion", name) not in memo:
+        track = phase.episode.tracks.get(name)
+        tracked = track is not None and len(track.times)
+        memo["motion", name] = Motion(track, phase.timeline.cuts) if track is not None and tracked else None
+    return memo["motion", name]  # type: ignore[no-any-return]
+
+
+def _opening(phase: Phase) -> Range | None:
+    """The finger tips' distance [m] over time, from the extra "opening", else from the tips' tracks; None if unknown."""
+    memo = phase.timeline.memo
+    if "opening" not in memo:
+        found = _find_opening(phase)
+        memo["opening"] = Range(*found, phase.timeline.cuts) if found is not None and len(found[0]) else None
+    return memo["opening"]  # type: ignore[no-any-return]
+
+
+def _find_opening(phase: Phase) -> tuple[Floats, Floats] | None:
+    episode = phase.episode
+    if "opening" in episode.extras and len(episode.extras["opening"]) == len(episode.extras.get("times", ())):
+        return episode.extras["times"], episode.extras["opening"]
+    tips = [
+        episode.tracks[e.name]
+        for e in episode.entities
+        if e.part_of == episode.effector and e.part_of is not None and e.name in episode.tracks
+    ]
+    if len(tips) < 2 or any(len(t.times) == 0 for t in tips):
+        return None
+    times = np.union1d(tips[0].times, tips[1].times)
+    a, b = (t.poses[np.maximum(np.searchsorted(t.times, times, side="right") - 1, 0), :3] for t in tips[:2])
+    return times, np.linalg.norm(a - b, axis=1)
+
+
+def _share(phase: Phase) -> tuple[float, float] | None:
+    """Least and largest opening in the phase as shares of the widest one known."""
+    opening = _opening(phase)
+    if opening is None:
+        return None
+    widest = phase.timeline.memo.get("widest")
+    if widest is None:
+        entity = phase.timeline.entities.get(phase.episode.effector or "")
+        said = entity.properties.get("max_opening") if entity else None
+        widest = phase.timeline.memo["widest"] = said or float(opening.values.max())
+    least, largest = opening.over(phase.start, phase.end)
+    return (least / widest, largest / widest) if widest > 0 else None
+
+
+def _joints(phase: Phase, thing: str | None) -> Iterator[tuple[str, Floats]]:
+    """Things with a joint, and its value over the phase as a share of its range.
+
+    The episode's extra "joint:<thing>" holds the values at the extra "times"; the range is the
+    entity's properties joint_lower and joint_upper.
+    """
+    extras = phase.episode.extras
+    for key, values in extras.items():
+        name = key.removeprefix("joint:")
+        if key != name and thing in (None, name) and "times" in extras and name in phase.timeline.entities:
+            limits = phase.timeline.entities[name].properties
+            lower = limits.get("joint_lower", float(values.min()))
+            upper = limits.get("joint_upper", float(values.max()))
+            if upper > lower:
+                yield name, (_within(extras["times"], values, phase) - lower) / (upper - lower)

@@ -1,0 +1,138 @@
+"""Where entities are at a time of an episode, how big they are, and how far from one another; each is computed once."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Vector3
+from cramlite.plugin import Phase, Timeline
+
+from ..shapes.bounds import bounds
+
+Box = tuple[Vector3, Vector3]
+"""The lowest and the highest corner, in an entity's frame."""
+
+
+def things(phase: Phase) -> tuple[str, ...]:
+    memo = phase.timeline.memo
+    if "things" not in memo:
+        effectors = set(phase.timeline.entities_of("soma:PhysicalEffector")) | {phase.episode.effector}
+        memo["things"] = tuple(
+            n for n, e in phase.timeline.entities.items() if e.part_of is None and n not in effectors
+        )
+    return memo["things"]  # type: ignore[no-any-return]
+
+
+def tips(timeline: Timeline) -> tuple[str, ...]:
+    """The finger tips of the effector that are tracked."""
+    episode = timeline.episode
+    if "tips" not in timeline.memo:
+        own = (e.name for e in episode.entities if e.part_of is not None and e.part_of == episode.effector)
+        timeline.memo["tips"] = tuple(
+            n for n in own if n in episode.tracks and "cram:Camera" not in timeline.entities[n].types
+        )
+    return timeline.memo["tips"]  # type: ignore[no-any-return]
+
+
+def pose_of(phase: Phase, name: str, time: float) -> Pose | None:
+    """The pose of an entity; one that is tracked nowhere is looked up once."""
+    timeline = phase.timeline
+    if name not in timeline.entities and name not in phase.episode.tracks:
+        return None
+    moving = any(w in phase.episode.tracks for w in timeline.wholes.get(name, (name,)))
+    key = ("pose", name, time if moving else None)
+    if key not in timeline.memo:
+        timeline.memo[key] = phase.episode.pose_at(name, time)
+    return timeline.memo[key]  # type: ignore[no-any-return]
+
+
+def box_of(phase: Phase, name: str) -> Box | None:
+    """Lower and upper corner of an entity's box in its frame: of its shape, else of its size about its origin."""
+    memo = phase.timeline.memo
+    if ("box", name) not in memo:
+        memo["box", name] = _find_box(phase, name)
+    return memo["box", name]  # type: ignore[no-any-return]
+
+
+def _find_box(phase: Phase, name: str) -> Box | None:
+    entity = phase.timeline.entities.get(name)
+    if entity is None:
+        return None
+    if entity.geoms:
+        corners = [bounds(g) for g in entity.geoms]
+        low = np.min([c[0] for c in corners], axis=0)
+        high = np.max([c[1] for c in corners], axis=0)
+        return _vector(low), _vector(high)
+    if entity.size is None:
+        return None
+    half = np.asarray(entity.size) / 2
+    return _vector(-half), _vector(half)
+
+
+def seen_from(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
+    """Another entity's origin in an entity's frame."""
+    pose, origin = pose_of(phase, name, time), pose_of(phase, other, time)
+    if pose is None or origin is None:
+        return None
+    offset = np.subtract(origin.position, pose.position) @ pose.rotation
+    return _vector(offset)
+
+
+def gap_to(phase: Phase, name: str, other: str, time: float) -> float | None:
+    """Distance of another entity's origin from a thing's box [m]."""
+    memo = phase.timeline.memo
+    known = memo.get(("gaps", name, other))
+    if known is None:
+        known = memo["gaps", name, other] = _gaps_at_boundaries(phase, name, other)
+    if time not in known:
+        known[time] = _distance(phase, name, other, time)
+    return known[time]
+
+
+def _gaps_at_boundaries(phase: Phase, name: str, other: str) -> dict[float, float | None]:
+    """The distances at all boundaries of the timeline at once; the same that ``_distance`` gives one by one.
+    Nothing for parts: they follow their whole."""
+    mine, its = _at_boundaries(phase, name), _at_boundaries(phase, other)
+    if mine is None or its is None:
+        return {}
+    seen = np.einsum("ni,nij->nj", its[:, :3] - mine[:, :3], rotations(mine[:, 3:]))
+    low, high = box_of(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    outside = np.maximum(np.maximum(low - seen, seen - high), 0.0)
+    return dict(zip(phase.timeline.cuts, np.linalg.norm(outside, axis=1).tolist(), strict=True))
+
+
+def _at_boundaries(phase: Phase, name: str) -> Floats | None:
+    """The poses of a thing at all boundaries of the timeline (N, 7); None if it is a part, or nobody knows where."""
+    cuts, track = phase.timeline.cuts, phase.episode.tracks.get(name)
+    if track is not None and len(track.times):
+        return track.poses[np.maximum(np.searchsorted(track.times, np.array(cuts), side="right") - 1, 0)]
+    entity = phase.timeline.entities.get(name)
+    pose = pose_of(phase, name, phase.start) if entity is not None and entity.part_of is None else None
+    return None if pose is None else np.tile((*pose.position, *pose.quaternion), (len(cuts), 1))
+
+
+def rotations(quaternions: Floats) -> Floats:
+    """Rotation matrices (N, 3, 3) of quaternions (N, 4) as (w, x, y, z), of any length but 0."""
+    w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:
+    """Distance of another entity's origin from an entity's box [m]."""
+    point = seen_from(phase, name, other, time)
+    if point is None:
+        return None
+    low, high = box_of(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    return math.hypot(*(max(a - v, v - b, 0.0) for v, a, b in zip(point, low, high, strict=True)))
+
+
+def _vector(values: Floats) -> Vector3:
+    x, y, z = values.tolist()
+    return (x, y, z)

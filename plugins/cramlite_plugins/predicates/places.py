@@ -1,0 +1,230 @@
+"""Predicates about places: near, above, in view. They read poses and sizes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Vector3
+from cramlite.plugin import Phase, Predicate, Row
+
+from ..shapes.ray_casting import body, crossed
+from .phase_poses import Box, box_of, gap_to, pose_of, seen_from, things, tips
+
+REACH = 0.15
+"""[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
+NEAR = 0.15
+"""[m] between a thing and a place it was brought to."""
+VIEW = np.deg2rad(30.0)
+"""[rad] from the camera's axis: half the 60 deg that common depth cameras see."""
+DRAWN_IN = 0.9
+"""Share of a box's corners' distances: its very edge may touch what it stands on."""
+BESIDE = 0.6
+"""[m] from the outline of what drives to that of what it stands at: an arm on it still reaches what lies at the edge."""
+APPROACHED = 0.01
+"""[m] by which a distance must shrink to count."""
+
+
+def all_predicates() -> tuple[Predicate, ...]:
+    return (
+        Predicate(
+            "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."
+        ),
+        Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing."),
+        Predicate(
+            "between_fingers",
+            1,
+            between_fingers,
+            cost=5,
+            possible=lambda timeline: len(tips(timeline)) > 1,
+            doc="The way from one finger tip to another leads through a thing.",
+        ),
+        Predicate(
+            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."
+        ),
+        Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
+        Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
+        Predicate(
+            "in_view",
+            1,
+            in_view,
+            cost=5,
+            possible=lambda timeline: bool(timeline.entities_of("cram:Camera")),
+            doc="A thing is within 30 deg of a camera's axis, and no other hides it.",
+        ),
+        Predicate(
+            "pose_known",
+            1,
+            pose_known,
+            cost=4,
+            steady=True,
+            complete=True,
+            doc="Where a thing is has been recorded by now.",
+        ),
+        Predicate(
+            "thing",
+            1,
+            thing,
+            cost=3,
+            doc="An object of the world: no part, and not the effector.",
+            timeless=True,
+            complete=True,
+        ),
+    )
+
+
+def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
+    """thing(X)."""
+    yield from ((name,) for name in things(phase))
+
+
+def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
+    """approaches(Thing): distance to its box at the end against that at the start."""
+    for other in [name] if name is not None else things(phase):
+        before, after = _from_hand(phase, other, phase.start), _from_hand(phase, other, phase.end)
+        if before is not None and after is not None and before - after > APPROACHED:
+            yield (other,)
+
+
+def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
+    """within_reach(Thing), at the end of the phase."""
+    for other in [name] if name is not None else things(phase):
+        gap = _from_hand(phase, other, phase.end)
+        if gap is not None and gap < REACH:
+            yield (other,)
+
+
+def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
+    """between_fingers(Thing), at the end of the phase: the line between two finger tips meets its shape, or its box where
+    no more is known."""
+    ends = [pose_of(phase, tip, phase.end) for tip in tips(phase.timeline)[:2]]
+    if len(ends) < 2 or any(e is None for e in ends):
+        return
+    for other in [name] if name is not None else things(phase):
+        pose, box = pose_of(phase, other, phase.end), box_of(phase, other)
+        if pose is not None and box is not None:
+            one, two = (pose.inverse().apply(e.position) for e in ends if e is not None)
+            geoms = phase.timeline.entities[other].geoms
+            if _meets(one, two, *box) and (not geoms or crossed(body(geoms), one[None], two[None])):
+                yield (other,)
+
+
+def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:
+    """Whether a segment meets a box (slabs: Kay and Kajiya, Ray tracing complex scenes, 1986)."""
+    enter, leave = 0.0, 1.0
+    for a, b, lower, upper in zip(one.tolist(), two.tolist(), low, high, strict=True):
+        if a == b:
+            if not lower <= a <= upper:
+                return False
+            continue
+        near, far = sorted(((lower - a) / (b - a), (upper - a) / (b - a)))
+        enter, leave = max(enter, near), min(leave, far)
+    return enter <= leave
+
+
+def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """in_or_above(Thing, Place): Thing's origin, in Place's frame, is within its box seen from above and over its
+    bottom. Places without a size are left out."""
+    for below in [place] if place is not None else things(phase):
+        corners = box_of(phase, below)
+        if corners is None:
+            continue
+        for above in [name] if name is not None else things(phase):
+            point = seen_from(phase, below, above, phase.end)
+            if above != below and point is not None and _over(point, *corners):
+                yield above, below
+
+
+def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """near(Thing, Place): from Thing's origin to Place's box."""
+    for other in [place] if place is not None else things(phase):
+        for one in [name] if name is not None else things(phase):
+            gap = gap_to(phase, other, one, phase.end)
+            if one != other and gap is not None and gap < NEAR:
+                yield one, other
+
+
+def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """stands_at(Base, Place): from outline to outline on the floor, at the end of the phase; without a size, an origin."""
+    for other in [place] if place is not None else things(phase):
+        for one in [name] if name is not None else things(phase):
+            here, there = pose_of(phase, one, phase.end), pose_of(phase, other, phase.end)
+            if one != other and here is not None and there is not None:
+                boxes = [box_of(phase, n) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)) for n in (one, other)]
+                if apart(here, boxes[0], there, boxes[1]) < BESIDE:
+                    yield one, other
+
+
+def apart(one: Pose, box: Box, other: Pose, its: Box) -> float:
+    """The distance of two boxes (lowest and highest corner, each in its own frame) seen from above [m].
+
+    Points of one's outline, a tenth of a side apart, are measured against the other, whose z axis is upright or level.
+    """
+    (a, b, _), (c, d, _) = box
+    shares = np.linspace(0.0, 1.0, 11)
+    sides = [(a + s * (c - a), y) for s in shares for y in (b, d)] + [(x, b + s * (d - b)) for s in shares for x in (a, c)]
+    points = one.apply(np.array([(x, y, 0.0) for x, y in sides]))
+    corners = other.apply(np.array(list(itertools.product(*zip(*its, strict=True)))))
+    low, high = _upright(corners, other)
+    flat = _flat(other)
+    seen = (points[:, :2] - np.asarray(other.position)[:2]) @ flat
+    return float(np.linalg.norm(np.maximum(np.maximum(low - seen, seen - high), 0.0), axis=1).min())
+
+
+def _flat(pose: Pose) -> Floats:
+    """(2, 2) horizontal axes of a frame: of its two flattest axes the first, and the one across it."""
+    axes = pose.rotation.T
+    x = axes[int(np.argmin(np.abs(axes[:, 2])))][:2]
+    x = x / np.linalg.norm(x)
+    return np.array([[x[0], -x[1]], [x[1], x[0]]])
+
+
+def _upright(corners: Floats, pose: Pose) -> tuple[Floats, Floats]:
+    """Lowest and highest of corners along the horizontal axes of a frame, from its origin."""
+    seen = (corners[:, :2] - np.asarray(pose.position)[:2]) @ _flat(pose)
+    return seen.min(axis=0), seen.max(axis=0)
+
+
+def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
+    """in_view(Thing): the camera looks along its z axis (the optical frame of ROS REP 103); the way to the thing's origin,
+    or to one of the corners of its box, drawn in by a tenth, is free of other things whose shapes are known."""
+    for camera in phase.timeline.entities_of("cram:Camera"):
+        eye = pose_of(phase, camera, phase.end)
+        for other in [name] if name is not None else things(phase):
+            pose = pose_of(phase, other, phase.end)
+            if eye is not None and pose is not None and other != camera:
+                x, y, z = eye.inverse().apply(pose.position)
+                if np.arctan2(np.hypot(x, y), z) < VIEW and not _hidden(phase, other, eye):
+                    yield (other,)
+
+
+def _hidden(phase: Phase, name: str, eye: Pose) -> bool:
+    """Whether another thing is before each point of a thing that is looked at, at the end of a phase."""
+    pose, box = pose_of(phase, name, phase.end), box_of(phase, name)
+    assert pose is not None
+    inside = np.array([(0.0, 0.0, 0.0), *(itertools.product(*zip(*box, strict=True)) if box else ())]) * DRAWN_IN
+    points, whole = pose.apply(inside), name.split("/")[0]
+    free = np.ones(len(points), dtype=bool)
+    for other in things(phase):
+        geoms, its = phase.timeline.entities[other].geoms, pose_of(phase, other, phase.end)
+        if other != whole and geoms and its is not None:
+            shape, back = body(geoms), its.inverse()
+            start, ends = back.apply(eye.position)[None], back.apply(points)
+            free &= [not crossed(shape, start, end[None]) for end in ends]
+    return not free.any()
+
+
+def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:
+    """pose_known(Thing): it has an initial pose, or was tracked at or before the phase's end."""
+    yield from ((other,) for other, since in phase.timeline.located.items() if since <= phase.end)
+
+
+def _from_hand(phase: Phase, name: str, time: float) -> float | None:
+    """Distance of the effector's frame from a thing's box [m]."""
+    return gap_to(phase, name, phase.episode.effector or "", time)
+
+
+def _over(point: Vector3, low: Vector3, high: Vector3) -> bool:
+    return low[0] <= point[0] <= high[0] and low[1] <= point[1] <= high[1] and point[2] >= low[2]

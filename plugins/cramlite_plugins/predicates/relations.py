@@ -1,0 +1,232 @@
+"""The predicates that the shipped rules ask for. Each is one relation over an episode's phase.
+
+Conditions of contact, support and grasp come from the states alone; they are three separate
+relations: being grasped is not being supported. Motion comes from the tracks
+(see motion_predicates.py), places from poses and shapes (see place_predicates.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from functools import partial
+from typing import TYPE_CHECKING
+
+from cramlite.plugin import Predicate, hookimpl
+
+from . import motion as motion_predicates
+from . import places as place_predicates
+
+if TYPE_CHECKING:
+    from cramlite.plugin import Phase, Row
+
+DEFAULT_DOF = 1.0
+"""What a contact constrains if nothing is said: a plane stops motion in one direction."""
+
+
+def all_predicates() -> tuple[Predicate, ...]:
+    """Every predicate of this package, for the hook ``predicates``."""
+    return (
+        *_of_states(),
+        Predicate("effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True, complete=True),
+        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True),
+        Predicate(
+            "has",
+            2,
+            has,
+            doc="Thing is of a class, has a part of it, or its own class says it has one.",
+            cost=3,
+            timeless=True,
+        ),
+        Predicate("part", 2, part, doc="Thing has part.", cost=3, timeless=True, complete=True),
+        Predicate(
+            "labelled",
+            2,
+            labelled,
+            doc="The log names a task for this action, done to a thing.",
+            phases=frozenset({"run"}),
+            complete=True,
+            possible=lambda timeline: bool(timeline.labelled),
+        ),
+        *motion_predicates.all_predicates(),
+        *place_predicates.all_predicates(),
+    )
+
+
+def _of_states() -> tuple[Predicate, ...]:
+    """Relations that change only where a state begins or ends."""
+    known = partial(Predicate, steady=True, complete=True)
+    return (
+        known("grasps", 2, grasps, doc="Gripper holds thing."),
+        known("supports", 2, supports, doc="Supporter carries supportee."),
+        known("touches", 2, touches, doc="Two things, or their parts, are in contact; symmetric.", cost=2),
+        known("collides", 2, collides, doc="A member of the kinematic chain touches what is not.", cost=2),
+        known("chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that."),
+        known(
+            "contains",
+            2,
+            contains,
+            doc="Container holds content.",
+            possible=lambda timeline: bool(timeline.boundaries("soma:ContainmentState")),
+        ),
+        known(
+            "on_container", 1, on_container, cost=3, doc="A thing touches or rests on a container that is not its own."
+        ),
+        Predicate(
+            "constrained_dof",
+            2,
+            constrained_dof,
+            value=True,
+            steady=True,
+            cost=3,
+            doc="Degrees of freedom that a thing's contact takes from another.",
+        ),
+    )
+
+
+@hookimpl
+def predicates() -> Iterable[Predicate]:
+    """The hook's answer."""
+    return all_predicates()
+
+
+def effector(phase: Phase, _name: str | None) -> Iterator[Row]:
+    """effector(Gripper): the episode's effector; without one, every prehensile effector that is no part of another."""
+    if phase.episode.effector is not None:
+        yield (phase.episode.effector,)
+        return
+    for name in phase.timeline.entities_of("soma:PrehensileEffector"):
+        if phase.timeline.entities[name].part_of is None:
+            yield (name,)
+
+
+def grasps(phase: Phase, _gripper: str | None, _thing: str | None) -> Iterator[Row]:
+    """grasps(Gripper, Thing): from cram:GraspState."""
+    for state in phase.states("cram:GraspState"):
+        if "gripper" in state.roles and "object" in state.roles:
+            yield state.roles["gripper"], state.roles["object"]
+
+
+def supports(phase: Phase, _supporter: str | None, _supportee: str | None) -> Iterator[Row]:
+    """supports(Supporter, Supportee): from soma:SupportState. What supports or carries a part does so for the whole."""
+    for state in phase.states("soma:SupportState"):
+        if "supporter" in state.roles and "supportee" in state.roles:
+            yield from _lifted(phase, state.roles["supporter"], state.roles["supportee"])
+
+
+def contains(phase: Phase, _container: str | None, _content: str | None) -> Iterator[Row]:
+    """contains(Container, Content): from soma:ContainmentState."""
+    for state in phase.states("soma:ContainmentState"):
+        if "container" in state.roles and "content" in state.roles:
+            yield state.roles["container"], state.roles["content"]
+
+
+def touches(phase: Phase, _a: str | None, _b: str | None) -> Iterable[Row]:
+    """touches(A, B): from soma:ContactState, both ways round; a contact of a part is one of the whole."""
+    if "touches" not in phase.situation:
+        phase.situation["touches"] = tuple(_contact_rows(phase, phase.states("soma:ContactState")))
+    return phase.situation["touches"]  # type: ignore[no-any-return]
+
+
+def collides(phase: Phase, _a: str | None, _b: str | None) -> Iterator[Row]:
+    """collides(A, B): A belongs to the kinematic chain, B does not, and they touch.
+
+    While an action lasts any contact counts, however short; the published rules saw only those
+    that span the action.
+    """
+    members = {row[0] for row in chain(phase, None)}
+    anytime = phase.overlapping("soma:ContactState")
+    spanning = len(anytime) == len(phase.states("soma:ContactState"))
+    for a, b in touches(phase, None, None) if spanning else _contact_rows(phase, anytime):
+        if a in members and b not in members:
+            yield a, b
+
+
+def chain(phase: Phase, _name: str | None) -> Iterable[Row]:
+    """chain(X): the kinematic chain: effector, what it grasps, and the parts of both."""
+    if "chain" not in phase.situation:
+        heads = {row[0] for row in effector(phase, None)}
+        heads |= {thing for gripper, thing in grasps(phase, None, None) if gripper in heads}
+        wholes = phase.timeline.wholes
+        phase.situation["chain"] = tuple((n,) for n in wholes if any(w in heads for w in wholes[n]))
+    return phase.situation["chain"]  # type: ignore[no-any-return]
+
+
+def isa(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
+    """isa(Thing, vrps:Peg)."""
+    if class_ is None:
+        return
+    if thing is None:
+        yield from ((name, class_) for name in phase.timeline.entities_of(class_))
+    elif phase.taxonomy.any_is_a(phase.timeline.types(thing), class_):
+        yield thing, class_
+
+
+def has(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
+    """has(Thing, soma:Surface): it is one, has a part that is one, or its class says so (soma:hasFeature)."""
+    if class_ is None:
+        return
+    owners = {w for name in phase.timeline.entities_of(class_) for w in phase.timeline.wholes[name]}
+    for name in phase.timeline.entities if thing is None else [thing]:
+        types = phase.timeline.types(name)
+        if name in owners or any(phase.taxonomy.offers(t, "soma:hasFeature", class_) for t in types):
+            yield name, class_
+
+
+def part(phase: Phase, _thing: str | None, _part: str | None) -> Iterator[Row]:
+    """part(Thing, Part): Part belongs to Thing, directly or through other parts."""
+    for name, wholes in phase.timeline.wholes.items():
+        yield from ((whole, name) for whole in wholes[1:])
+
+
+def constrained_dof(phase: Phase, thing: str | None, other: str | None) -> Iterator[Row]:
+    """constrained_dof(Thing, Other): the most that any part of Thing in contact with Other, or
+    supporting it, takes away; a peg in a hole takes four, a table top one."""
+    if thing is None or other is None:
+        return
+    pairs = [*touches(phase, None, None), *supports(phase, None, None)]
+    through = {str(a) for a, b in pairs if b == other and thing in phase.timeline.wholes.get(str(a), ())}
+    yield thing, other, max(_dof(phase, name) for name in through | {thing})
+
+
+def on_container(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """on_container(Thing): it touches, or is supported by, a soma:DesignedContainer or a part of one."""
+    containers = set(phase.timeline.entities_of("soma:DesignedContainer"))
+    for a, b in [*touches(phase, None, None), *supports(phase, None, None)]:
+        if thing in (None, b) and a in containers and a != b:
+            yield (b,)
+
+
+def labelled(phase: Phase, _task: str | None, _thing: str | None) -> Iterator[Row]:
+    """labelled(soma:Reaching, Thing): the event log itself says so of the action that spans the phase."""
+    for event in phase.timeline.labelled:
+        if event.start == phase.start and event.end == phase.end and "object" in event.roles:
+            type_ = phase.taxonomy.resolve(event.type) or event.type
+            yield from ((above, event.roles["object"]) for above in phase.taxonomy.ancestors(type_))
+
+
+def _dof(phase: Phase, name: str) -> float:
+    entity = phase.timeline.entities.get(name)
+    if entity is not None and "constrained_dof" in entity.properties:
+        return entity.properties["constrained_dof"]
+    said = [f for t in phase.timeline.types(name) for f in phase.taxonomy.fillers(t, "cram:constrainedDof")]
+    return max((float(f) for f in said), default=DEFAULT_DOF)
+
+
+def _contact_rows(phase: Phase, states: Iterable[object]) -> Iterator[Row]:
+    for state in states:
+        roles = state.roles  # type: ignore[attr-defined]
+        if "a" in roles and "b" in roles:
+            for a, b in _lifted(phase, roles["a"], roles["b"]):
+                yield a, b
+                yield b, a
+
+
+def _lifted(phase: Phase, a: str, b: str) -> Iterable[tuple[str, str]]:
+    """The pair, and each pair of wholes that they are parts of; nothing is related to its own parts."""
+    known = phase.timeline.memo
+    key = ("lifted", a, b)
+    if key not in known:
+        wholes = phase.timeline.wholes
+        above_a, above_b = wholes.get(a, (a,)), wholes.get(b, (b,))
+        known[key] = [(x, y) for x in above_a for y in above_b if x not in above_b and y not in above_a]
+    return known[key]  # type: ignore[no-any-return]

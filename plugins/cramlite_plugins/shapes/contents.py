@@ -1,0 +1,85 @@
+"""What vessels hold: how much fits, what was poured where, and where the grains of a run are."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cramlite.model import Belief, Feature, Filling, Floats, Pose, Rollout, Thing
+
+SHARE, SPILLED = 0.9, 0.1
+"""Of the contents: what has to arrive when they are poured, and what may be lost beside; measured, see Pouring."""
+PACKED = 0.55
+"""Loosely packed balls fill this share of a space (Onoda and Liniger, Random loose packings of uniform spheres and the
+dilatancy onset, Physical Review Letters 64, 1990)."""
+POURED = "contains"
+"""Relation of a belief: (POURED, vessel, the thing whose contents are in it now)."""
+
+
+def why_not(belief: Belief, source: str, into: str) -> str:
+    """Why the contents of one vessel cannot be poured into another; empty when they can."""
+    filling = belief.thing(source).filling
+    if filling is None:
+        return f"'{source}' is empty; there is nothing to pour"
+    gone = next((vessel for p, vessel, of in sorted(belief.relations) if p == POURED and of == source), None)
+    if gone is not None:
+        return f"'{source}' is empty; its contents were poured into '{gone}'"
+    cavity = belief.thing(into).feature("cram:Cavity")
+    there = [into, *(of for p, vessel, of in sorted(belief.relations) if p == POURED and vessel == into)]
+    has = sum(bulk(f) for name in there if (f := belief.world.thing(name).filling) is not None)
+    if cavity is None or has + bulk(filling) <= volume(cavity):
+        return ""
+    return (
+        f"'{into}' would overflow: it holds {1e6 * has:.0f} of {1e6 * volume(cavity):.0f} ml, and {1e6 * bulk(filling):.0f} ml"
+        f" are in '{source}'"
+    )
+
+
+def volume(cavity: Feature) -> float:
+    """Of a cavity [m3]: round ones have a radius."""
+    size = cavity.size
+    area = math.pi * size["radius"] ** 2 if "radius" in size else size["width"] * size["depth"]
+    return area * size["height"]
+
+
+def bulk(filling: Filling) -> float:
+    """The space that a filling takes, loosely packed [m3]."""
+    return filling.count * 4 / 3 * math.pi * filling.radius**3 / PACKED
+
+
+def things_in(belief: Belief, vessel: str, pose: Pose) -> tuple[str, ...]:
+    """The movable things whose origin is in a vessel's cavity when the vessel is at a pose of the world."""
+    thing, row = belief.world.thing(vessel), np.array([[*pose.position, *pose.quaternion]])
+    others = (n for n in belief.poses if n != vessel and belief.world.thing(n).movable)
+    return tuple(n for n in others if within(thing, row, np.array([[belief.poses[n].pose.position]])).item())
+
+
+def within(thing: Thing, poses: Floats, centres: Floats) -> Floats:
+    """Which points are in a thing's cavity.
+
+    Args:
+        poses: of the thing, (N, 7).
+        centres: (N, count, 3), world frame [m].
+
+    Returns:
+        Booleans (N, count).
+    """
+    from scipy.spatial.transform import Rotation
+
+    cavity = thing.feature("cram:Cavity")
+    if cavity is None:
+        return np.zeros(centres.shape[:2], dtype=bool)
+    rows, size = np.repeat(poses, centres.shape[1], axis=0), cavity.size
+    local = Rotation.from_quat(rows[:, 3:], scalar_first=True).inv().apply(centres.reshape(-1, 3) - rows[:, :3])
+    x, y, z = cavity.pose.inverse().apply(local).T
+    round_ = "radius" in size
+    across = np.hypot(x, y) <= size["radius"] if round_ else (abs(x) <= size["width"] / 2) & (abs(y) <= size["depth"] / 2)
+    return np.asarray(across & (z <= 0.0) & (z >= -size["height"])).reshape(centres.shape[:2])
+
+
+def where(rollout: Rollout, thing: str) -> dict[str, Floats]:
+    """How many of the grains that a thing was filled with are in each vessel, sample by sample: vessel -> (N,)."""
+    grains = rollout.grains[thing]
+    vessels = [t for t in rollout.world.things if t.feature("cram:Cavity") is not None]
+    return {v.name: within(v, rollout.poses[v.name], grains).sum(axis=1) for v in vessels}

@@ -1,0 +1,1 @@
+"""A simulated depth camera: rays, noise, views."""

@@ -1,0 +1,80 @@
+"""A depth camera without OpenGL: one ray a pixel through MuJoCo's ray caster, with a stereo camera's noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from cramlite.model import D435, Camera, Intrinsics, Pose, Robot, View, World
+from cramlite.plugin import UserError
+
+from ..model.compile import compile_world
+from ..model.index import Data, Model, site_pose
+from .noise import Noise, noisy_colour, noisy_depth
+from .ray_tracer import cast, shade
+
+InstanceIds = NDArray[np.int32]
+
+
+def render(
+    model: Model,
+    data: Data,
+    camera: Pose,
+    intrinsics: Intrinsics = D435,
+    noise: Noise | None = Noise(),  # noqa: B008 - frozen
+    seed: int = 0,
+    stamp: float = 0.0,
+) -> tuple[View, InstanceIds]:
+    """What a camera sees of a state; needs kinematics.
+
+    Args:
+        camera: the optical frame in the world: x right, y down, z forward.
+        noise: None gives exact depths and colours.
+        seed: of the noise.
+
+    Returns:
+        The view, all that an expert may be given; and, for tests and benchmarks only, the id of the body that each
+        pixel sees, (height, width), -1 where there is nothing.
+    """
+    rays = intrinsics.rays.reshape(-1, 3)
+    lengths = np.linalg.norm(rays, axis=1)
+    directions = camera.turn(rays / lengths[:, None])
+    geom, distance, normal = cast(model, data, np.asarray(camera.position), directions)
+    size = (intrinsics.height, intrinsics.width)
+    depth = np.where(geom >= 0, distance / lengths, np.inf).reshape(size)
+    rgb = shade(model, geom, normal, directions).reshape(*size, 3) * 255.0
+    if noise is not None:
+        rng = np.random.default_rng([seed, 4351])
+        cosine = np.abs(np.einsum("ij,ij->i", normal, directions)).reshape(size)
+        depth = noisy_depth(depth, cosine, intrinsics, noise, rng)
+        rgb = noisy_colour(rgb, noise, rng)
+    ids = np.where(geom >= 0, model.geom_bodyid[geom], -1).astype(np.int32).reshape(size)
+    pixels = np.clip(np.rint(rgb), 0, 255).astype(np.uint8)
+    return View(pixels, depth.astype(np.float32), intrinsics, camera, stamp), ids
+
+
+def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
+    """A view, with a D435's noise if the camera has any; a camera on a flange looks from the joints that it names.
+
+    Raises:
+        UserError: the joints are not the robot's.
+    """
+    pass  # moved here
+    from .noise import Noise
+
+    compiled = compile_world(world, robots)
+    data, pose = compiled.data(), camera.pose
+    if camera.mount is not None:
+        index = compiled.robots[camera.mount]
+        if len(camera.joints) != len(index.joints):
+            count = f"{len(camera.joints)} joint positions, robot '{camera.mount}' has {len(index.joints)} joints"
+            raise UserError(f"The camera on the flange looks from {count}")
+        data.qpos[list(index.joints)] = camera.joints
+        mujoco.mj_forward(compiled.model, data)
+        pose = site_pose(data, index.flange) * camera.pose
+    noise = Noise() if camera.noise else None
+    view, _ = render(compiled.model, data, pose, camera.intrinsics, noise, seed)
+    return view

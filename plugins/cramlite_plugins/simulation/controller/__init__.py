@@ -1,0 +1,1 @@
+"""The controller model of an arm and its gripper: motion, force mode, stops, sensors."""

@@ -1,0 +1,325 @@
+"""A virtual arm controller: it holds a commanded joint position, moves it, and watches the arm.
+
+It knows its nominal kinematics (the Denavit-Hartenberg table), the joint encoders, the wrist sensor and
+the gripper, like a real one; it never reads where objects are. Control runs at 125 Hz over 4 physics steps of
+2 ms (docs/explanation/simulation.md), with commands interpolated between.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Pose, Robot
+
+from ..model.compile import unstable
+from ..model.index import RobotIndex
+from .force_mode import ForceMode
+from .gripper_drive import GripperDrive
+from .gripper_server import GripperServer
+from .movep import process_motion
+from .nominal_arm import NominalArm, cross
+from .platform_drive import PlatformDrive
+from .protective_stop import ProtectiveStop, Safety, SafetyWatch
+from .trajectories import Motion, Slowed, blended_motion, joint_motion, linear_motion, slowed
+from .wrist_sensor import GRAVITY, WristSensor
+
+STEPS = 4  # physics steps of one control cycle
+ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]
+
+
+class Controller:
+    """The arm side of the controller.
+
+    Args:
+        model, data: MuJoCo's; settled, with the arm at rest.
+        index: of the robot in the model.
+        base: where the robot is bolted down, or its platform stands at first.
+        noise, seed: of the wrist sensor.
+        steps: physics steps of a control cycle; 1 is the 500 Hz of an e-Series controller.
+        drive: what moves the gripper: itself, or with the registers of a make's server in front of it.
+    """
+
+    def __init__(
+        self,
+        model: Any,
+        data: Any,
+        index: RobotIndex,
+        base: Pose,
+        safety: Safety,
+        noise: float = 0.0,
+        seed: int = 0,
+        steps: int = STEPS,
+        drive: type[GripperDrive] = GripperServer,
+    ) -> None:
+        self.steps = steps
+        self.model, self.data, self.index = model, data, index
+        self.arm: Robot = index.robot
+        self.kinematics = NominalArm(index.robot)
+        self.base = index.robot.arm_at(base)
+        self.platform = PlatformDrive(model, data, index, base) if index.platform else None
+        self.up = base.inverse().turn((0.0, 0.0, 1.0))
+        self.sensor = WristSensor(self.up, noise, seed)
+        self.gripper: GripperDrive = drive(index.robot.gripper, index, model)
+        self.gripper.begin_as(data)
+        self.gripper_center = _gripper_center(model, data, index)
+        self.period = steps * float(model.opt.timestep)
+        self.servos, self.joints = list(index.actuators), list(index.joints)
+        self.dofs = list(index.dofs)
+        self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
+        self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
+        torques = model.actuator_forcerange[self.servos, 1].copy()
+        self.watch = SafetyWatch(safety, index.robot, torques, self.period)
+        self.q = np.array(data.qpos[self.joints])
+        self.rate = np.zeros(len(self.q))
+        self.motion: Motion | None = None
+        self.time = 0.0
+        self.force_mode: ForceMode | None = None
+        self.force_gain = 1.0
+        self.freedrive = False
+        self.nominal = self.kinematics.forward(self.q)
+        self._forget()
+
+    @property
+    def gripper_server(self) -> GripperServer:
+        """The gripper's registers.
+
+        Raises:
+            TypeError: it was made without.
+        """
+        if not isinstance(self.gripper, GripperServer):
+            raise TypeError("this controller moves its gripper without a server")
+        return self.gripper
+
+    # What a program asks for
+
+    def set_tcp(self, tcp: Pose) -> None:
+        """The tool centre point in the flange frame."""
+        self.arm = replace(self.arm, gripper=replace(self.arm.gripper, tcp=tcp))
+        self.kinematics = NominalArm(self.arm)
+        self.nominal = self.kinematics.forward(self.q)
+        self._forget()
+
+    def set_payload(self, mass: float, center: Floats) -> None:
+        """What hangs on the flange: [kg], [m] in the flange frame."""
+        self.sensor.mass, self.sensor.center = mass, center
+        self._forget()
+
+    def move_joints(self, goal: Floats, speed: float, acceleration: float) -> Motion:
+        """Start a movej; in force mode the compliant axes give way around it."""
+        return self._begin(joint_motion(self.q, goal, speed, acceleration))
+
+    def move_along(self, goals: list[Floats], radii: list[float], rates: list[tuple[float, float]]) -> Motion:
+        """Start several movej that blend into one another; ``radii`` are those of all goals but the last.
+
+        Raises:
+            ValueError: a radius takes more than half of a motion.
+        """
+        points = [self.q.copy(), *goals]
+        return self._begin(blended_motion(points, radii, rates, lambda q: self.kinematics.place(q)))
+
+    def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
+        """Start a movel. In force mode it starts where the motion before it ended, without what gave way."""
+        return self._begin(linear_motion(self._start(), goal, speed, acceleration))
+
+    def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
+        """Start several movep that blend into one another; ``radii`` are those of all goals but the last.
+
+        Raises:
+            ValueError: a line has no length, a radius takes more than half of one, or the way turns straight back.
+        """
+        return self._begin(process_motion([self._start(), *goals], radii, speed, acceleration))
+
+    def way(self, goal: Pose) -> float:
+        """How long the way of a movel is [m]; a turn counts by its lever."""
+        return linear_motion(self._start(), goal, 1.0, 1.0).way
+
+    def _start(self) -> Pose:
+        return self.nominal if self.force_mode else self.kinematics.forward(self.q)
+
+    def follow(self, motion: Motion) -> Motion:
+        """Start any other motion, from where the arm is now."""
+        return self._begin(motion)
+
+    def stop(self, deceleration: float) -> Motion | None:
+        """Stop the running motion on its own path."""
+        if self.motion is None or isinstance(self.motion, Slowed):
+            return self.motion
+        return self._begin(slowed(self.motion, self.time, deceleration))
+
+    def start_force_mode(self, mode: ForceMode) -> None:
+        """Switch force mode on; one that is on already keeps how far it has given way."""
+        if self.force_mode is None:
+            self.nominal = self.kinematics.forward(self.q)
+        else:
+            mode.offset = self.force_mode.offset
+        self.force_mode = mode
+
+    def end_force_mode(self) -> None:
+        """Switch force mode off: the arm stays where it is."""
+        if self.force_mode is not None:
+            self.force_mode, self.motion = None, None
+
+    # What it measures
+
+    def actual_joints(self) -> Floats:
+        """Joint encoders (n,) [rad]."""
+        return np.array(self.data.qpos[self.joints])
+
+    def actual_speeds(self) -> Floats:
+        """Joint speeds (n,) [rad/s]."""
+        return np.array(self.data.qvel[self.dofs])
+
+    def joint_torques(self) -> Floats:
+        """What the servos do beyond holding the arm's own weight (n,) [Nm]."""
+        return np.array(self.data.actuator_force[self.servos])
+
+    def actual_tcp(self) -> Pose:
+        """The TCP in base, from the encoders and the nominal kinematics."""
+        self._measure()
+        return Pose.from_matrix(self._tcp)
+
+    def tool_speed(self) -> Floats:
+        """(6,) commanded speed of the TCP, base axes [m/s, rad/s]."""
+        return self.kinematics.speed(self.q, self.rate)
+
+    def wrench(self) -> Floats:
+        """(6,) what the environment does to the tool, base axes, at the TCP."""
+        self._measure()
+        return self._wrench
+
+    def applied(self) -> Floats:
+        """(6,) what gripper and load do to their environment, world axes, at the sensor; the tare does not count.
+
+        As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
+        """
+        self._measure()
+        turn = self.base.rotation @ self._flange[:3, :3]
+        weight = -self.arm.gripper.mass * GRAVITY * turn[2]
+        local = self.sensor.raw + np.concatenate([weight, cross(self.gripper_center, weight)])
+        return np.concatenate([turn @ local[:3], turn @ local[3:]])
+
+    def zero_sensor(self) -> None:
+        """Tare the wrist sensor."""
+        self._measure()
+        self.sensor.zero(self._flange)
+        self._forget()
+
+    # One control cycle
+
+    def cycle(self) -> None:
+        """Move the command on, then the physics.
+
+        Raises:
+            ProtectiveStop: a limit of the safety configuration, or a target that cannot be followed.
+        """
+        goal = self._command()
+        if goal is not self.q:
+            self.watch.command(self.q, goal)
+        self._apply(goal)
+        self._watch()
+
+    def hold(self) -> None:
+        """One cycle without a program, before it and after it: a running motion is stopped, and nothing is watched."""
+        self.force_mode = None
+        self.stop(ABANDONED)
+        if self.platform is not None:
+            self.platform.stop()
+        try:
+            self._apply(self._command())
+        except ProtectiveStop:  # the path cannot be followed any further
+            self.motion = None
+            self._apply(self.q)
+
+    def _apply(self, goal: Floats) -> None:
+        before, self.rate = self.q, (goal - self.q) / self.period
+        self.q = goal
+        self.gripper.advance(self.data, self.period)
+        if self.platform is not None:
+            self.platform.advance(self.period)
+        self._physics(before)
+        if self.platform is not None:
+            self.base = self.arm.arm_at(self.platform.actual())
+
+    def _begin(self, motion: Motion) -> Motion:
+        self.motion, self.time = motion, 0.0
+        return motion
+
+    def _command(self) -> Floats:
+        """Where the arm should be at the end of this cycle."""
+        place: Floats | Pose | None = None
+        if self.motion is not None:
+            self.time += self.period
+            place = self.motion.at(self.time)
+            if self.time >= self.motion.duration:
+                self.motion = None
+        if self.freedrive and place is None:
+            return self.actual_joints()
+        if self.force_mode is None:
+            return self.q if place is None else self._inverse(place) if isinstance(place, Pose) else place
+        if place is not None:
+            self.nominal = place if isinstance(place, Pose) else self.kinematics.forward(place)
+        self.force_mode.advance(-self.wrench(), self.period, self.force_gain)
+        return self._inverse(self.force_mode.target(self.nominal))
+
+    def _inverse(self, target: Pose) -> Floats:
+        found = self.kinematics.follow(target, self.q)
+        if found is None:
+            place = ", ".join(f"{v:.3f}" for v in target.position)
+            raise ProtectiveStop(f"no inverse kinematics for the TCP at ({place}) m: out of reach or singular")
+        return found
+
+    def _physics(self, before: Floats) -> None:
+        """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
+        model, data, index = self.model, self.data, self.index
+        forward_fed = self.lag * self.rate + self._payload()
+        step = (self.q - before) / self.steps
+        reading = np.zeros(6)
+        for k in range(1, self.steps + 1):
+            data.ctrl[self.servos] = before + k * step + forward_fed
+            if self.platform is not None:
+                self.platform.apply(k / self.steps)
+            mujoco.mj_step(model, data)
+            reading[:3] += data.sensordata[index.ft_force : index.ft_force + 3]
+            reading[3:] += data.sensordata[index.ft_torque : index.ft_torque + 3]
+        self.sensor.feed(reading / self.steps, self.period)
+        self._forget()
+
+    def _payload(self) -> Floats:
+        """The servo offset [rad] that carries what the program says hangs on the flange beside the gripper."""
+        mass = self.sensor.mass - self.arm.gripper.mass
+        if abs(mass) < 1e-3:
+            return np.zeros(len(self.q))
+        hold = self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY)
+        return np.asarray(hold / self.stiffness)
+
+    def _watch(self) -> None:
+        if reason := unstable(self.data):
+            raise ProtectiveStop(reason)
+        effort, error = self.data.actuator_force[self.servos], np.abs(self.q - self.actual_joints())
+        late = self.platform.late() if self.platform is not None else ""
+        self.watch.cycle(math.hypot(*self.wrench()[:3]), effort, error, late)
+
+    def _forget(self) -> None:
+        self._measured = False
+
+    def _measure(self) -> None:
+        """Pose and wrench once a cycle, however often they are asked for."""
+        if self._measured:
+            return
+        self._flange = self.kinematics.flange(self.actual_joints())
+        self._tcp = self._flange @ self.kinematics.tcp
+        self._wrench = self.sensor.wrench(self._flange, self._tcp)
+        self._measured = True
+
+
+def _gripper_center(model: Any, data: Any, index: RobotIndex) -> Floats:
+    """Centre of mass of the gripper in the sensor's frame [m], fingers open."""
+    bodies = list(index.bodies)
+    mass = model.body_mass[bodies]
+    center = mass @ data.xipos[bodies] / mass.sum() - data.site_xpos[index.ft]
+    return np.asarray(data.site_xmat[index.ft].reshape(3, 3).T @ center)

@@ -1,0 +1,83 @@
+"""The drive of a parallel gripper, in metres and newtons: it moves the simulated fingers and feels when they stop."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from cramlite.model import Gripper
+
+from ..model.index import RobotIndex
+
+COUNTS = 255  # of the actuator: 0 open, 255 closed
+TOLERANCE = 3 / COUNTS  # share of the stroke within which an opening is reached: 1 mm of a 2F-85
+STILL = 0.004  # fingers slower than this have stopped [m/s]
+PATIENCE = 0.08  # for this long [s], before an object counts as found
+
+State = Literal["moving", "stopped opening", "stopped closing", "there"]
+
+
+class GripperDrive:
+    """One order at a time: an opening, a speed and a force.
+
+    Args:
+        gripper: description.
+        index: where the gripper is in the model.
+    """
+
+    def __init__(self, gripper: Gripper, index: RobotIndex, model: Any) -> None:
+        self.gripper, self.index, self.model = gripper, index, model
+        low, self.widest = gripper.opening
+        self.stroke = self.widest - low
+        self.opening = self.goal = self.command = self.widest
+        self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
+        self.still = 0.0
+        fingers = [(a, np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.fingers]
+        self.fingers = [(a, self.stroke / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
+
+    def begin_as(self, data: Any) -> None:
+        """Take the fingers as they are before the first cycle."""
+        self.opening = self.goal = self.command = self.measured(data)
+
+    def measured(self, data: Any) -> float:
+        """The opening [m]."""
+        return self.widest - sum(scale * float(data.qpos[a]) for a, scale in self.fingers)
+
+    def move(self, opening: float, speed: float, force: float) -> None:
+        """Order an opening [m] at a speed [m/s] with a grip force [N], each kept within what the gripper can do."""
+        low, high = self.gripper.opening
+        self.speed = float(np.clip(speed, *self.gripper.speed))
+        self.force = float(np.clip(force, *self.gripper.force))
+        self.begin(min(max(opening, low), high))
+
+    def begin(self, opening: float) -> None:
+        """Start towards an opening, from where the fingers are: what squeezed an object must not delay the opening."""
+        self.goal, self.still, self.command = opening, 0.0, self.opening
+
+    def stop(self) -> None:
+        """Stay where the fingers are."""
+        self.begin(self.opening)
+
+    def state(self) -> State:
+        """Moving, there, or stopped by an object on the way."""
+        rest = self.opening - self.goal
+        if abs(rest) <= TOLERANCE * self.stroke:
+            return "there"
+        if self.still < PATIENCE:
+            return "moving"
+        return "stopped closing" if rest > 0 else "stopped opening"
+
+    def advance(self, data: Any, period: float) -> None:
+        """One control cycle: read the fingers, move the order on, and command the actuator."""
+        opening = self.measured(data)
+        fast = abs(opening - self.opening) / period > STILL
+        self.opening = opening
+        step = self.speed * period
+        self.command += max(-step, min(step, self.goal - self.command))
+        # The order has to be well ahead of the fingers before their rest means anything.
+        ahead = abs(self.command - self.opening) > TOLERANCE * self.stroke
+        self.still = self.still + period if ahead and not fast else 0.0
+        # The tendon pulls both pads: twice the grip force of one (robots/parallel_gripper.py).
+        self.model.actuator_forcerange[self.index.gripper] = (-2 * self.force, 2 * self.force)
+        data.ctrl[self.index.gripper] = COUNTS * (self.widest - self.command) / self.stroke

@@ -1,0 +1,91 @@
+"""Protective stops: what a controller does not let an arm go on with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.model import Floats, Robot, Value
+
+
+class Safety(Value):
+    """The controller's safety configuration: what ends in a protective stop.
+
+    Args:
+        force: on the TCP [N]; the factory preset of e-Series arms is 150.
+        force_time, torque_time, tracking_time: how long a limit may be exceeded [s].
+        tracking: largest joint error [rad]; fast free motion stays below 0.007 (3 rad/s, 5 rad/s2).
+    """
+
+    force: float = 150.0
+    force_time: float = 0.02
+    torque_time: float = 0.1
+    tracking: float = 0.03
+    tracking_time: float = 0.1
+
+
+class ProtectiveStop(Exception):
+    """The arm was stopped by the controller; the message is a clause with numbers."""
+
+
+class SafetyWatch:
+    """Stops an arm that exceeds a limit, of its joints at once, of the configuration when it lasts.
+
+    Args:
+        arm: whose joint limits hold.
+        torques: largest torques of its servos [Nm].
+        period: of a control cycle [s].
+    """
+
+    def __init__(self, safety: Safety, arm: Robot, torques: Floats, period: float) -> None:
+        self.safety, self.arm, self.torques, self.period = safety, arm, torques, period
+        self.limits, self.fastest = np.array(arm.limits).T, 1.05 * np.array(arm.velocity)
+        self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}
+
+    def command(self, before: Floats, goal: Floats) -> None:
+        """Look at joint positions that are to be commanded next.
+
+        Raises:
+            ProtectiveStop: a joint would leave its range, or move too fast.
+        """
+        outside = (goal < self.limits[0]) | (goal > self.limits[1])
+        if outside.any():
+            i = int(outside.argmax())
+            low, high = self.arm.limits[i]
+            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {goal[i]:.3f} rad, outside {low:.3f} .. {high:.3f}")
+        rate = np.abs(goal - before) / self.period
+        if (rate > self.fastest).any():
+            i = int((rate / self.fastest).argmax())
+            most = self.arm.velocity[i]
+            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {most:.2f} rad/s")
+
+    def cycle(self, force: float, effort: Floats, error: Floats, platform: str) -> None:
+        """Look at what came of a control cycle.
+
+        Args:
+            force: on the TCP [N].
+            effort: of the servos [Nm].
+            error: of the joints [rad], positive.
+            platform: how far the platform is behind, as a clause; empty while it is not.
+
+        Raises:
+            ProtectiveStop: a limit was exceeded for longer than it may be.
+        """
+        s, torque = self.safety, np.abs(effort) / self.torques
+        i, j = int(torque.argmax()), int(error.argmax())
+        if self._lasts("force", force > s.force, s.force_time):
+            self._stop_for("force", f"force {force:.0f} N > {s.force:.0f} N")
+        if self._lasts("torque", bool(torque[i] > 0.99), s.torque_time):
+            self._stop_for("torque", f"joint '{self.arm.joints[i]}' at its torque limit of {self.torques[i]:.0f} Nm")
+        if self._lasts("tracking", bool(error[j] > s.tracking), s.tracking_time):
+            late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
+            self._stop_for("tracking", late)
+        if self._lasts("platform", bool(platform), s.tracking_time):
+            self._stop_for("platform", platform)
+
+    def _lasts(self, name: str, exceeded: bool, patience: float) -> bool:
+        """Whether a limit has been exceeded for longer than it may be."""
+        self.over[name] = self.over[name] + self.period if exceeded else 0.0
+        return self.over[name] > patience
+
+    def _stop_for(self, name: str, reason: str) -> None:
+        raise ProtectiveStop(f"{reason} for {self.over[name] * 1000:.0f} ms")

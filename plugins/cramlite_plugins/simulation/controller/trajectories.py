@@ -1,0 +1,158 @@
+"""Motions of the virtual UR controller: where the arm should be at a time.
+
+All start and end at rest. Joint motions may round their corners (motions/blends.py); a blend radius of a movel is
+ignored: the arm stops at its target, which is the slower and safer of the two. Law: motions/timing.py, and its sources.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from cramlite.model import Floats, Pose, Value
+
+from ...kinematics.blends import Section, Tcp, rounded, zone
+from ...kinematics.timing import along, trapezoid
+
+# A tool that turns on the spot or nearly so: one radian takes as long as this way [m]. UR's manual leaves it open.
+RADIAN = 0.25
+
+
+class Motion(Protocol):
+    """``at(time)`` is a joint position (n,) or a TCP pose in the base frame; ``rate`` in m/s or rad/s."""
+
+    @property
+    def duration(self) -> float: ...
+    def at(self, time: float) -> Floats | Pose: ...
+    def rate(self, time: float) -> float: ...
+
+
+class Law(Value):
+    """A trapezoid over ``way``; speed and acceleration in the same unit."""
+
+    way: float
+    speed: float
+    acceleration: float
+
+    @property
+    def duration(self) -> float:
+        return trapezoid(self.way, self.speed, self.acceleration)
+
+    def share(self, time: float) -> float:
+        """How much of the way is done, 0 to 1."""
+        return along(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
+
+    def rate(self, time: float) -> float:
+        """Speed at a time, in way units per second."""
+        rest = self.duration - time
+        if time <= 0 or rest <= 0:
+            return 0.0
+        return min(self.speed, self.acceleration * time, self.acceleration * rest)
+
+
+class JointMotion(Law):
+    """movej: all joints start and stop together; speed and acceleration are the leading axis's."""
+
+    start: Floats
+    goal: Floats
+
+    def at(self, time: float) -> Floats:
+        return self.start + self.share(time) * (self.goal - self.start)
+
+
+class BlendedMotion(Value):
+    """Several movej whose corners are rounded."""
+
+    sections: Sequence[Section]
+    duration: float
+
+    def at(self, time: float) -> Floats:
+        section, since = self._now(time)
+        return section.at(since)
+
+    def rate(self, time: float) -> float:
+        section, since = self._now(time)
+        return max(section.rate(since), 0.0)
+
+    def _now(self, time: float) -> tuple[Section, float]:
+        for section in self.sections[:-1]:
+            if time < section.length:
+                return section, time
+            time -= section.length
+        return self.sections[-1], min(time, self.sections[-1].length)
+
+
+class LinearMotion(Law):
+    """movel: the TCP on a straight line, its rotation at a constant axis (slerp)."""
+
+    start: Pose
+    goal: Pose
+    turn: Floats
+
+    def at(self, time: float) -> Pose:
+        share = self.share(time)
+        if share >= 1.0:
+            return self.goal
+        (x, y, z), (u, v, w) = self.start.position, self.goal.position
+        position = (x + share * (u - x), y + share * (v - y), z + share * (w - z))
+        turned = self.start * Pose.from_rotvec((0, 0, 0), (share * self.turn).tolist())
+        return Pose(position, turned.quaternion)
+
+
+class Slowed(Value):
+    """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
+
+    motion: Motion
+    since: float
+    duration: float
+
+    def at(self, time: float) -> Floats | Pose:
+        t = min(time, self.duration)
+        passed = t - t * t / (2 * self.duration) if self.duration > 0 else 0.0
+        return self.motion.at(self.since + passed)
+
+    def rate(self, time: float) -> float:
+        return 0.0
+
+
+def joint_motion(start: Floats, goal: Floats, speed: float, acceleration: float) -> JointMotion:
+    """A movej between two joint positions (n,) [rad, rad/s, rad/s2]."""
+    return JointMotion(float(np.abs(goal - start).max()), speed, acceleration, start.copy(), goal)
+
+
+def blended_motion(points: Sequence[Floats], radii: Sequence[float], rates: Sequence[tuple[float, float]], tcp: Tcp) -> BlendedMotion:
+    """Several movej, each but the last with a blend radius.
+
+    Args:
+        points: joint positions (n,), the start included [rad].
+        radii: of the tcp around each inner point [m]; 0 stops there.
+        rates: speed and acceleration of each movej [rad/s, rad/s2].
+        tcp: its position at a joint position.
+
+    Raises:
+        ValueError: a radius takes more than half of a line.
+    """
+    zones = []
+    for before, corner, after, radius in zip(points, points[1:], points[2:], radii, strict=False):
+        found = [zone(tcp, corner, other, radius) if radius > 0 else 0.0 for other in (before, after)]
+        if None in found:
+            side = "before" if found[0] is None else "after"
+            raise ValueError(f"a blend radius of {radius:.3f} m takes more than half of the motion {side} the corner")
+        zones.append((float(found[0] or 0.0), float(found[1] or 0.0)))
+    sections = rounded(points, zones, rates)
+    return BlendedMotion(sections, sum(s.length for s in sections))
+
+
+def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) -> LinearMotion:
+    """A movel between two TCP poses [m/s, m/s2]."""
+    turn = np.array((start.inverse() * goal).rotvec)
+    way = max(math.dist(start.position, goal.position), RADIAN * float(np.linalg.norm(turn)))
+    return LinearMotion(way, speed, acceleration, start, goal, turn)
+
+
+def slowed(motion: Motion, time: float, deceleration: float) -> Slowed:
+    """Stop a motion that has run for ``time`` with a deceleration in its own unit."""
+    return Slowed(motion, time, motion.rate(time) / deceleration)

@@ -1,0 +1,70 @@
+"""The force-torque sensor of the virtual UR controller.
+
+Raw readings are averaged over the substeps of a control cycle and low-pass filtered. The weight of the payload that
+the program has set is taken off, then the bias of the last zero_ftsensor, which is fixed in the sensor.
+Inertia stays in: 3 to 9 N in fast free motion (docs/explanation/simulation.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cramlite.model import Floats
+
+from .nominal_arm import cross
+
+# Time constant of the low-pass filter [s]: 10 Hz corner, between UR's 500 Hz sensor and its 8 ms script cycle.
+SMOOTHING = 0.016
+GRAVITY = 9.81
+
+
+class WristSensor:
+    """The wrench of the environment on the tool, base axes at the TCP.
+
+    Args:
+        up: unit vector against gravity, in the base frame.
+        noise: standard deviation of each raw reading [N]; torques get a twentieth of it [Nm].
+        drift: how fast the zero of the forces wanders, sensor axes [N/s].
+    """
+
+    def __init__(self, up: Floats, noise: float, seed: int, drift: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+        self.up, self.noise = up, noise
+        self.drift, self.wandered = np.array([*drift, 0.0, 0.0, 0.0]), np.zeros(6)
+        self.random = np.random.default_rng(seed)
+        self.raw = np.zeros(6)
+        self.bias = np.zeros(6)
+        self.mass = 0.0
+        self.center = np.zeros(3)
+        self.started = self.tared = False
+
+    def feed(self, reading: Floats, period: float) -> None:
+        """One control cycle's mean reading (6,): force and torque of the wrist on the tool, sensor axes."""
+        self.wandered = self.wandered + period * self.drift
+        reading = reading + self.wandered
+        if self.noise:
+            reading = reading + self.random.normal(0.0, self.noise, 6) * ([1.0] * 3 + [0.05] * 3)
+        share = period / (SMOOTHING + period) if self.started else 1.0
+        self.started = True
+        self.raw = self.raw + share * (reading - self.raw)
+
+    def compensated(self, flange: Floats) -> Floats:
+        """What acts on the tool beyond the payload's weight, sensor axes, bias included."""
+        weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
+        known: Floats = np.concatenate([weight, cross(self.center, weight)])
+        return -self.raw - known
+
+    def zero(self, flange: Floats) -> None:
+        """Tare."""
+        self.bias, self.tared = self.compensated(flange), True
+
+    def wrench(self, flange: Floats, tcp: Floats) -> Floats:
+        """(6,) force and torque of the environment on the tool, base axes, torque about the TCP.
+
+        Args:
+            flange, tcp: (4, 4) in the base frame; the sensor sits at the flange.
+        """
+        local = self.compensated(flange) - self.bias
+        force, torque = flange[:3, :3] @ local[:3], flange[:3, :3] @ local[3:]
+        return np.concatenate([force, torque - cross(tcp[:3, 3] - flange[:3, 3], force)])

@@ -1,0 +1,257 @@
+"""A world as an MjSpec, thing by thing.
+
+Contact: robots 1/7, products 2/7, furniture 4/3 (contype/conaffinity), as measured in
+docs/explanation/simulation.md, except that a robot meets itself too.
+In a planning model everything but robots and what they carry is furniture, so that ``data.ncon == 0`` means
+exactly: no robot touches anything.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+from msgspec.structs import replace
+
+from cramlite.model import Geom, Inertia, Joint, Physics, Pose, Robot, RobotMount, Thing, Value, World
+from cramlite.plugin import UserError, nearest
+
+from ...shapes.hull import hull_volume
+from .hand_model import HANDS
+from .index import Model
+
+ROBOT, PRODUCT, FURNITURE = (1, 7), (2, 7), (4, 3)
+SHAPES = {
+    "box": (mujoco.mjtGeom.mjGEOM_BOX, 3),
+    "cylinder": (mujoco.mjtGeom.mjGEOM_CYLINDER, 2),
+    "capsule": (mujoco.mjtGeom.mjGEOM_CAPSULE, 2),
+    "sphere": (mujoco.mjtGeom.mjGEOM_SPHERE, 1),
+    "convex": (mujoco.mjtGeom.mjGEOM_MESH, 3),
+}
+# Contact time constant of things [s]; the least that holds is two time steps. With MuJoCo's 0.02 a product that falls
+# 0.4 m onto a 10 mm floor sinks in by 28 mm and stays there (46 of 60 drops); with 0.005 by 8 mm, and it comes out
+# (measured).
+SOLREF = (0.005, 1.0)
+CONES = {"elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC, "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL}
+
+
+class Carried(Value):
+    """A thing that a planning model fixes to a robot's tool.
+
+    Args:
+        robot: name of the mount.
+        pose: of the thing in the tool (tcp) frame.
+    """
+
+    robot: str
+    pose: Pose
+
+
+def check(world: World, robots: Mapping[str, Robot]) -> None:
+    """What MuJoCo would refuse or silently accept.
+
+    Raises:
+        UserError: a name, type, size, mass or friction cannot be used.
+    """
+    names: set[str] = set()
+    for name in [*(t.name for t in world.things), *(m.name for m in world.robots)]:
+        if not name or "/" in name or name in names or name in ("world", "effector", *HANDS):
+            why = "is used twice" if name in names else "is empty, reserved, or has a '/'"
+            raise UserError(f"world: the name '{name}' {why}; every thing and robot needs a name of its own")
+        names.add(name)
+    for mount in world.robots:
+        if mount.type not in robots:
+            hint = nearest(mount.type, robots)
+            raise UserError(f"robot '{mount.name}': there is no robot type '{mount.type}'; {hint}")
+    for thing in world.things:
+        _check_thing(thing)
+        _check_joint(thing, world)
+
+
+def _check_thing(thing: Thing) -> None:
+    if not thing.geoms:
+        raise UserError(
+            f"thing '{thing.name}' has no geoms; give it at least one box, cylinder, capsule, sphere or convex"
+        )
+    if thing.mass is not None and not 1e-4 <= thing.mass < 1e4:
+        raise UserError(f"thing '{thing.name}': mass {thing.mass} kg; it must lie between 0.0001 and 10000 kg")
+    for i, geom in enumerate(thing.geoms):
+        where = f"thing '{thing.name}', geom {i}"
+        if geom.shape not in SHAPES:
+            raise UserError(f"{where}: there is no shape '{geom.shape}'; {nearest(geom.shape, SHAPES)}")
+        count = SHAPES[geom.shape][1]
+        if len(geom.size) != count or not all(0 < s < 100 for s in geom.size):
+            raise UserError(f"{where}: a {geom.shape} needs {count} positive size(s) in metres, not {geom.size}")
+        if (geom.shape == "convex") != (len(geom.corners) >= 4):
+            raise UserError(
+                f"{where}: a {geom.shape} with {len(geom.corners)} corners; only a convex hull has, 4 or more"
+            )
+        friction = thing.friction if geom.friction is None else geom.friction
+        if not 0 <= friction < 100:
+            raise UserError(f"{where}: friction {friction}; it must not be negative")
+
+
+def _check_joint(thing: Thing, world: World) -> None:
+    joint = thing.joint
+    if joint is None:
+        return
+    things = {t.name: t for t in world.things}
+    if joint.parent and (joint.parent not in things or things[joint.parent].movable):
+        fixed = [t.name for t in world.things if not t.movable]
+        raise UserError(
+            f"thing '{thing.name}' is mounted in '{joint.parent}', which is no fixed thing; {nearest(joint.parent, fixed)}"
+        )
+    if thing.mass is None:
+        raise UserError(f"thing '{thing.name}' has a joint and no mass; give it one")
+    if not joint.lower <= joint.value <= joint.upper or joint.lower == joint.upper:
+        span = f"{joint.lower:g} .. {joint.upper:g}"
+        raise UserError(f"thing '{thing.name}': its joint is at {joint.value:g}, outside {span}")
+
+
+def set_options(spec: Any, physics: Physics) -> None:
+    """Set on the parent: attaching a child only warns about options that differ."""
+    spec.compiler.autolimits = True
+    spec.compiler.degree = False
+    spec.option.timestep = physics.timestep
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = CONES[physics.cone]
+    spec.option.impratio = physics.impratio
+    spec.option.noslip_iterations = physics.noslip_iterations
+
+
+def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
+    """Bolt a robot down; its names get the prefix ``{mount}/``."""
+    child = mujoco.MjSpec.from_string(mjcf)
+    frame = spec.worldbody.add_frame(pos=list(mount.base.position), quat=list(mount.base.quaternion))
+    spec.attach(child, prefix=f"{mount.name}/", frame=frame)
+
+
+def mask_robots(spec: Any, pad_friction: float) -> None:
+    """Contact bits and pad friction of all robots and hands; before any thing is added."""
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = ROBOT
+        if is_pad(geom.name):
+            geom.friction = [pad_friction, 0.005, 0.0001]
+
+
+def is_pad(name: str) -> bool:
+    """Whether a geom of that name is a finger pad."""
+    return name.split("/")[-1].startswith(("left_pad", "right_pad"))
+
+
+def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) -> None:
+    """Add a thing as a body: fixed, free, or (when planning) carried by a robot."""
+    mask = FURNITURE if planning or not thing.movable else PRODUCT
+    if planning and carried is not None:
+        mask = ROBOT
+        body = _carry(spec, thing, carried)
+    else:
+        body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
+        if thing.joint is not None and not planning:
+            _add_joint(spec, body, thing.name, thing.joint)
+        elif thing.movable:
+            body.add_freejoint(name=thing.name)
+    if thing.inertia is not None and thing.movable:
+        _set_inertia(body, thing.mass or 0.0, thing.inertia)
+    geoms = [part for i, g in enumerate(thing.geoms) for part in _solid(i, g, planning)]
+    volume = sum(_volume(g) for _, g in geoms)
+    for key, geom in geoms:
+        _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask)
+
+
+def _add_joint(spec: Any, body: Any, name: str, joint: Joint) -> None:
+    """A hinge or a slide whose value at the body's own pose is the stated one."""
+    kinds = {"slide": mujoco.mjtJoint.mjJNT_SLIDE, "hinge": mujoco.mjtJoint.mjJNT_HINGE}
+    body.add_joint(
+        name=name,
+        type=kinds[joint.kind],
+        pos=joint.pose.position,
+        axis=tuple(joint.pose.turn((0.0, 0.0, 1.0))),
+        ref=joint.value,
+        range=(joint.lower, joint.upper),
+        damping=joint.damping,
+        frictionloss=joint.friction,
+    )
+    if joint.parent:
+        spec.add_exclude(bodyname1=name, bodyname2=joint.parent)
+
+
+def _set_inertia(body: Any, mass: float, inertia: Inertia) -> None:
+    """The stated one instead of what follows from the geoms."""
+    body.explicitinertial = True
+    body.mass, body.ipos, body.fullinertia = mass, inertia.centre, inertia.moments
+
+
+def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
+    """Put the thing on the gripper's body; it may touch the gripper, which holds it."""
+    gripper, tcp = spec.body(f"{carried.robot}/gripper"), spec.site(f"{carried.robot}/tcp")
+    if gripper is None:
+        raise UserError(f"thing '{thing.name}' is carried by '{carried.robot}', which is no robot of this world")
+    pose = Pose(tuple(tcp.pos), tuple(tcp.quat)) * carried.pose
+    for b in [gripper, *gripper.find_all("body")]:
+        spec.add_exclude(bodyname1=thing.name, bodyname2=b.name)
+    return gripper.add_body(name=thing.name, pos=pose.position, quat=pose.quaternion)
+
+
+def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
+    """The geom; in a planning model a capsule as a cylinder and two spheres."""
+    if geom.shape != "capsule" or not planning:
+        return [(str(index), geom)]
+    radius, half = geom.size
+    ends = [
+        (f"{index}{c}", replace(geom, shape="sphere", size=(radius,), pose=geom.pose * Pose((0, 0, z))))
+        for c, z in (("a", half), ("b", -half))
+    ]
+    return [(str(index), replace(geom, shape="cylinder")), *ends]
+
+
+def _volume(geom: Geom) -> float:
+    """In units of which only the ratio matters, but right for each shape."""
+    size = geom.size
+    if geom.shape == "convex":
+        return hull_volume(geom.corners)
+    if geom.shape == "box":
+        return 8 * size[0] * size[1] * size[2]
+    ball = 4 / 3 * math.pi * size[0] ** 3
+    if geom.shape == "sphere":
+        return ball
+    return 2 * math.pi * size[0] ** 2 * size[1] + (ball if geom.shape == "capsule" else 0.0)
+
+
+def _add_geom(
+    spec: Any, body: Any, thing: Thing, key: str, geom: Geom, mass: float, mask: tuple[int, int]
+) -> None:
+    friction = thing.friction if geom.friction is None else geom.friction
+    name, hull = f"{thing.name}/{geom.part or 'body'}/{key}", geom.shape == "convex"
+    if hull:
+        spec.add_mesh(name=name, uservert=[v for corner in geom.corners for v in corner])
+    body.add_geom(
+        name=name,
+        meshname=name if hull else "",
+        type=SHAPES[geom.shape][0],
+        size=[0.0, 0.0, 0.0] if hull else [*geom.size, 0.0, 0.0][:3],
+        pos=geom.pose.position,
+        quat=geom.pose.quaternion,
+        friction=[friction, 0.005, 0.0001],
+        rgba=geom.rgba,
+        solref=SOLREF,
+        mass=mass,
+        contype=mask[0],
+        conaffinity=mask[1],
+    )
+
+
+def finish(spec: Any) -> Model:
+    """Compile.
+
+    Raises:
+        UserError: with MuJoCo's reason.
+    """
+    try:
+        return spec.compile()
+    except ValueError as error:
+        reason = " ".join(str(error).split())
+        hint = "check the shape and mass of what is named there"
+        raise UserError(f"the world does not compile: {reason}; {hint}") from None

@@ -1,0 +1,197 @@
+"""A world becomes a MuJoCo model.
+
+Names: a thing's body has the thing's name, its geoms ``{thing}/{part or "body"}/{i}``; a robot's names start
+with ``{mount}/``, those of hands with ``hand/`` and ``other_hand/``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import mujoco
+
+from cramlite.model import Pose, Robot, RobotMount, Value, Vector3, World
+
+from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
+from .grains import GRAIN, add_grains, layout
+from .hand_model import HANDS, REST, HandIndex, hand_index, hand_mjcf
+from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
+
+# MuJoCo would append every warning to MUJOCO_LOG.TXT in the user's folder; they are counted in MjData.warning, where
+# ``unstable`` looks.
+mujoco.set_mju_user_warning(lambda _message: None)
+APART = 0.3
+"""Between hands that wait [m]."""
+BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("QPOS", "QVEL", "QACC"))
+
+
+def unstable(data: Data) -> str:
+    """Why the simulation can no longer be believed, as a clause; empty while it can."""
+    if data.warning.number[BAD[0] : BAD[-1] + 1].any():
+        return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
+    return ""
+
+
+class Compiled(Value):
+    """A model with its addresses.
+
+    Args:
+        world: what it was made of.
+        model: the MjModel.
+        robots: by mount name.
+        things: by thing name.
+        owners: what each geom belongs to, by geom id.
+        hand, other_hand: the free-floating hands, if there are any.
+    """
+
+    world: World
+    model: Model
+    robots: Mapping[str, RobotIndex]
+    things: Mapping[str, ThingIndex]
+    owners: tuple[Owner, ...]
+    hand: HandIndex | None = None
+    other_hand: HandIndex | None = None
+
+    @property
+    def hands(self) -> tuple[HandIndex, ...]:
+        return tuple(h for h in (self.hand, self.other_hand) if h is not None)
+
+    def data(self) -> Data:
+        """A new state: robots and things where the world has them at the start."""
+        data = mujoco.MjData(self.model)
+        self.initial(data)
+        return data
+
+    def initial(self, data: Data) -> None:
+        """Reset a state: robots as the world has them at the start (at home, open), things at their poses, servos holding."""
+        mujoco.mj_resetData(self.model, data)
+        for mount in self.world.robots:
+            index = self.robots[mount.name]
+            data.qpos[list(index.joints)] = data.ctrl[list(index.actuators)] = mount.joints or index.robot.home
+            if mount.opening is not None:
+                index.set_opening(self.model, data, mount.opening)
+        for k, hand in enumerate(self.hands):
+            home = Pose((0.0, k * APART, 0.0)) * hand.home
+            hand.teleport(self.model, data, home)
+            hand.set_target(data, home, hand.reach[1])
+        for thing in self.world.things:
+            self.place(data, thing.name, thing.pose)
+            for (_, address), centre in zip(self.things[thing.name].grains, layout(thing), strict=False):
+                data.qpos[address : address + 7] = (*centre, 1.0, 0.0, 0.0, 0.0)
+        mujoco.mj_forward(self.model, data)
+
+    def place(self, data: Data, thing: str, pose: Pose) -> None:
+        """Put a movable thing somewhere, at rest; one on a joint as near as that lets it. Others (fixed, carried) stay."""
+        index, own = self.things[thing], self.world.thing(thing)
+        if index.joint is not None and own.joint is not None:
+            data.qpos[index.joint] = own.joint.value + own.joint.between(own.pose, pose)
+        if index.qpos is not None and index.dof is not None:
+            data.qpos[index.qpos : index.qpos + 7] = (*pose.position, *pose.quaternion)
+            data.qvel[index.dof : index.dof + 6] = 0.0
+
+    def pose(self, data: Data, thing: str) -> Pose:
+        """The pose of a thing in the world; needs kinematics."""
+        body = self.things[thing].body
+        return Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
+
+    def collisions(self, data: Data) -> set[tuple[str, str]]:
+        """The pairs in contact, each sorted, by the names of ``Owner.touch``; needs ``mj_collision``."""
+        found = set()
+        for i in range(data.ncon):
+            a, b = (self.owners[g].touch for g in data.contact.geom[i])
+            found.add((min(a, b), max(a, b)))
+        return found
+
+
+def compile_world(
+    world: World,
+    robots: Mapping[str, Robot],
+    *,
+    hand: bool | Pose | tuple[Pose, ...] = False,
+    planning: bool = False,
+    carried: Mapping[str, Carried] | None = None,
+) -> Compiled:
+    """Compile a world.
+
+    A planning model is for ``qpos; mj_kinematics; mj_collision; ncon``: capsules of things become cylinders with
+    spheres (the trap of docs/explanation/simulation.md), the fingers stay where ``set_opening`` put them, movable
+    things stay re-poseable through ``Compiled.place``, and ``carried`` things move with a tool (compiling anew
+    takes some milliseconds).
+
+    Args:
+        robots: descriptions by type name, for the mounts of the world.
+        hand: add the free-floating hand of a demonstration; a pose gives its orientation at rest, two those of both hands.
+        planning: see above.
+        carried: thing name -> where it is in which hand; planning only.
+
+    Raises:
+        UserError: the world does not compile; names the thing and the reason.
+    """
+    check(world, robots)
+    spec = mujoco.MjSpec()
+    set_options(spec, world.physics)
+    for mount in world.robots:
+        attach(spec, robots[mount.type].mjcf(), mount)
+    hands = dict(zip(HANDS, _rests(hand), strict=False))
+    for name, rest in hands.items():
+        attach(spec, hand_mjcf(rest), RobotMount(name, name))
+    mask_robots(spec, world.physics.pad_friction)
+    for thing in world.things:
+        add_thing(spec, thing, planning, (carried or {}).get(thing.name))
+        if not planning:
+            add_grains(spec, thing)
+    model = finish(spec)
+    found = {name: hand_index(model, rest, name) for name, rest in hands.items()}
+    return Compiled(
+        world=world,
+        model=model,
+        robots={m.name: robot_index(model, m.name, robots[m.type]) for m in world.robots},
+        things={t.name: _thing_index(model, t.name) for t in world.things},
+        owners=tuple(_owner(model, world, g) for g in range(model.ngeom)),
+        hand=found.get(HANDS[0]),
+        other_hand=found.get(HANDS[1]),
+    )
+
+
+def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:
+    """The orientations at rest of the hands that are asked for."""
+    if isinstance(hand, Pose):
+        return (hand,)
+    return hand if isinstance(hand, tuple) else (REST,) if hand else ()
+
+
+def _thing_index(model: Model, name: str) -> ThingIndex:
+    body, grains = model.body(name), _grains(model, name)
+    if int(body.jntnum[0]) == 0:
+        return ThingIndex(int(body.id), None, None, None, grains)
+    joint = int(body.jntadr[0])
+    address = int(model.jnt_qposadr[joint])
+    if model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_FREE:
+        return ThingIndex(int(body.id), None, None, address, grains)
+    return ThingIndex(int(body.id), address, int(model.jnt_dofadr[joint]), None, grains)
+
+
+def _grains(model: Model, thing: str) -> tuple[tuple[int, int], ...]:
+    joints = (model.joint(j) for j in range(model.njnt))
+    return tuple((int(j.bodyid[0]), int(j.qposadr[0])) for j in joints if j.name.startswith(f"{thing}/{GRAIN}/"))
+
+
+def _owner(model: Model, world: World, geom: int) -> Owner:
+    name, *parts = model.geom(geom).name.split("/")
+    if parts and parts[0] == GRAIN:
+        return Owner(name, GRAIN, "grain")
+    if any(t.name == name for t in world.things):
+        return Owner(name, "" if parts[0] == "body" else parts[0], "thing")
+    if is_pad(parts[0]):
+        return Owner(name, parts[0].split("_")[0], "effector")
+    root = "palm" if name in HANDS else "gripper"
+    if parts[0] in (root, "left_finger", "right_finger"):
+        return Owner(name, "body", "effector")
+    return Owner(name, parts[0], "arm")
+
+
+def displace(compiled: Compiled, mount: str, links: Sequence[Vector3]) -> None:
+    """Move the links of a robot off their nominal places [m]: the controller goes on to reckon with those."""
+    model = compiled.model
+    for name, off in zip(compiled.robots[mount].robot.joints, links, strict=False):
+        model.body_pos[model.jnt_bodyid[model.joint(f"{mount}/{name}").id]] += off

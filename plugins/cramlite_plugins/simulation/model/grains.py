@@ -1,0 +1,72 @@
+"""Loose stuff in containers: small balls, each a free body, packed into a cavity at the start.
+
+Balls roll hardly at all (condim 6): what is spilled stays where it can be counted, as peas do on a table cloth.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mujoco
+
+from cramlite.model import Feature, Filling, Thing
+from cramlite.plugin import UserError
+
+from ...shapes.contents import volume
+
+GRAIN = "grain"
+MASK = (2, 7)  # as products: they meet robots, products, furniture, and each other
+ROLLING = 0.0005  # of rolling friction [m]: a ball of 5 mm stops on a slope of atan(0.0005 / 0.005) = 6 degrees
+SOLREF = (0.005, 1.0)  # as things
+GAP = 1.05  # between centres at the start, in diameters
+
+
+def add_grains(spec: Any, thing: Thing) -> None:
+    """Add what a thing is filled with."""
+    filling = thing.filling
+    if filling is None:
+        return
+    for k, centre in enumerate(layout(thing)):
+        name = f"{thing.name}/{GRAIN}/{k}"
+        body = spec.worldbody.add_body(name=name, pos=centre)
+        body.add_freejoint(name=name)
+        body.add_geom(
+            name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[filling.radius, 0.0, 0.0], mass=filling.mass,
+            friction=[filling.friction, 0.005, ROLLING], condim=6, solref=SOLREF, contype=MASK[0], conaffinity=MASK[1],
+            rgba=(0.85, 0.65, 0.20, 1.0),
+        )  # fmt: skip
+
+
+def layout(thing: Thing) -> list[tuple[float, float, float]]:
+    """Centres of the balls in the world: a grid in the cavity, from its floor up.
+
+    Raises:
+        UserError: there is no cavity, or it is too small.
+    """
+    filling, cavity = thing.filling, thing.feature("cram:Cavity")
+    if filling is None:
+        return []
+    if cavity is None:
+        raise UserError(f"thing '{thing.name}' is filled, but has no cram:Cavity to be filled")
+    step, places = GAP * 2 * filling.radius, []
+    layers = int((cavity.size["height"] - 2 * filling.radius) / step) + 1
+    for z in range(max(layers, 0)):
+        places += [(x, y, filling.radius + z * step - cavity.size["height"]) for x, y in _layer(cavity, filling, step)]
+    if len(places) < filling.count:
+        raise UserError(
+            f"thing '{thing.name}': {filling.count} balls of {2000 * filling.radius:g} mm do not fit into its cavity of"
+            f" {1e6 * volume(cavity):.0f} ml; {len(places)} do"
+        )
+    frame = thing.pose * cavity.pose
+    return [tuple(map(float, row)) for row in frame.apply(places[: filling.count])]  # type: ignore[misc]
+
+
+def _layer(cavity: Feature, filling: Filling, step: float) -> list[tuple[float, float]]:
+    """Grid points of one layer, the middle first."""
+    half = [cavity.size[k] / 2 - GAP * filling.radius for k in ("width", "depth")]
+    counts = [int(h / step) for h in half]
+    points = [(i * step, k * step) for i in range(-counts[0], counts[0] + 1) for k in range(-counts[1], counts[1] + 1)]
+    if "radius" in cavity.size:
+        points = [p for p in points if math.hypot(*p) <= half[0]]
+    return sorted(points, key=lambda p: (round(math.hypot(*p), 6), p))

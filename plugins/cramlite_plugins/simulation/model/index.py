@@ -1,0 +1,203 @@
+"""Where everything is in a compiled model: addresses by name, looked up once."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal
+
+import numpy as np
+
+from cramlite.model import Pose, Robot, Value
+
+Model = Any  # mujoco.MjModel; MuJoCo's bindings have no complete types
+Data = Any  # mujoco.MjData
+
+
+class Owner(Value):
+    """What a geom belongs to.
+
+    Args:
+        name: the thing, or the robot's mount, or "hand".
+        part: the feature of a thing ("" for its body); the link of an arm; left, right or body of an effector.
+        kind: thing, grain (a ball of what the thing is filled with), arm or effector.
+    """
+
+    name: str
+    part: str
+    kind: Literal["thing", "grain", "arm", "effector"]
+
+    @property
+    def touch(self) -> str:
+        """The name in ``cramlite.model.rollout.Touch``: "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
+        if self.kind == "effector":
+            return f"effector/{self.part}"
+        return f"{self.name}/{self.part}" if self.part else self.name
+
+
+class ThingIndex(Value):
+    """A thing's body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
+    address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with."""
+
+    body: int
+    qpos: int | None
+    dof: int | None
+    joint: int | None = None
+    grains: tuple[tuple[int, int], ...] = ()
+
+
+class EffectorIndex(Value):
+    """What the gripper of a robot and a hand have in common.
+
+    Args:
+        name: of the mount, or "hand".
+        tcp, ft: site ids.
+        ft_force, ft_torque: addresses in sensordata.
+        gripper: actuator id.
+        fingers: qpos addresses of the finger joints.
+        left, right: geom ids of the pads.
+        bodies: ids of the bodies that move with the sensor, the fingers included.
+        reach: smallest and largest distance between the pads [m].
+    """
+
+    name: str
+    tcp: int
+    ft: int
+    ft_force: int
+    ft_torque: int
+    gripper: int
+    fingers: tuple[int, ...]
+    left: tuple[int, ...]
+    right: tuple[int, ...]
+    bodies: tuple[int, ...]
+    reach: tuple[float, float]
+
+    def opening(self, model: Model, data: Data) -> float:
+        """The distance between the finger pads [m], from the finger joints."""
+        low, high = self.reach
+        travel = sum(data.qpos[a] / _range(model, a) for a in self.fingers) / len(self.fingers)
+        return float(high - travel * (high - low))
+
+    def set_opening(self, model: Model, data: Data, opening: float) -> None:
+        """Put the fingers at an opening [m] without any physics; for start states and planning."""
+        low, high = self.reach
+        share = min(max((high - opening) / (high - low), 0.0), 1.0)
+        for a in self.fingers:
+            data.qpos[a] = share * _range(model, a)
+
+    def pose(self, data: Data) -> Pose:
+        """The tool frame in the world; needs kinematics."""
+        return site_pose(data, self.tcp)
+
+
+class PlatformIndex(Value):
+    """A platform in the model: its body, and the qpos addresses and actuators of its joints x, y and turn."""
+
+    body: int
+    joints: tuple[int, ...]
+    actuators: tuple[int, ...]
+
+    def pose(self, data: Data) -> Pose:
+        """Its frame in the world; needs kinematics."""
+        return Pose(tuple(data.xpos[self.body]), tuple(data.xquat[self.body]))
+
+    def put(self, data: Data, start: Pose, stand: Pose) -> None:
+        """Let it stand somewhere without any physics; ``start`` is where its mount is."""
+        data.qpos[list(self.joints)] = flat(start.inverse() * stand)
+
+
+def flat(pose: Pose) -> tuple[float, float, float]:
+    """x, y [m] and turn about z [rad] of a level pose."""
+    w, _, _, z = pose.quaternion
+    return pose.position[0], pose.position[1], 2.0 * math.atan2(z, w)
+
+
+class RobotIndex(EffectorIndex):
+    """A robot in the model.
+
+    Args:
+        robot: its description.
+        joints, dofs: qpos and dof addresses of the arm, base to flange.
+        actuators: their position servos.
+        flange: site id.
+        platform: what it drives on, if it does.
+    """
+
+    robot: Robot
+    joints: tuple[int, ...]
+    dofs: tuple[int, ...]
+    actuators: tuple[int, ...]
+    flange: int
+    platform: PlatformIndex | None = None
+
+
+def robot_index(model: Model, name: str, robot: Robot) -> RobotIndex:
+    """Look up the robot that was attached with the prefix ``{name}/``."""
+    joints = [model.joint(f"{name}/{j}") for j in robot.joints]
+    effector = effector_fields(model, name, "gripper", robot.gripper.opening)
+    return RobotIndex(
+        robot=robot,
+        joints=tuple(int(j.qposadr[0]) for j in joints),
+        dofs=tuple(int(j.dofadr[0]) for j in joints),
+        actuators=tuple(model.actuator(f"{name}/{j}").id for j in robot.joints),
+        flange=model.site(f"{name}/flange").id,
+        platform=_platform_index(model, name, robot),
+        **effector,
+    )
+
+
+def _platform_index(model: Model, name: str, robot: Robot) -> PlatformIndex | None:
+    platform = robot.platform
+    if platform is None:
+        return None
+    joints = tuple(int(model.joint(f"{name}/{j}").qposadr[0]) for j in platform.joints)
+    return PlatformIndex(
+        int(model.body(f"{name}/{platform.body}").id), joints, tuple(model.actuator(f"{name}/{j}").id for j in platform.joints)
+    )
+
+
+def effector_fields(model: Model, name: str, root: str, reach: tuple[float, float]) -> dict[str, Any]:
+    """The fields of EffectorIndex for the effector whose first body is ``{name}/{root}``."""
+    top = model.body(f"{name}/{root}").id
+    bodies = tuple(b for b in range(model.nbody) if _inside(model, b, top))
+    fingers = [model.joint(j) for b in bodies if b != top for j in _joints(model, b)]
+    return {
+        "name": name,
+        "tcp": model.site(f"{name}/tcp").id,
+        "ft": model.site(f"{name}/ft").id,
+        "ft_force": int(model.sensor(f"{name}/ft_force").adr[0]),
+        "ft_torque": int(model.sensor(f"{name}/ft_torque").adr[0]),
+        "gripper": model.actuator(f"{name}/gripper").id,
+        "fingers": tuple(int(j.qposadr[0]) for j in fingers),
+        "left": _pads(model, f"{name}/left_pad"),
+        "right": _pads(model, f"{name}/right_pad"),
+        "bodies": bodies,
+        "reach": reach,
+    }
+
+
+def site_pose(data: Data, site: int) -> Pose:
+    """The pose of a site in the world."""
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = data.site_xmat[site].reshape(3, 3), data.site_xpos[site]
+    return Pose.from_matrix(matrix)
+
+
+def _pads(model: Model, prefix: str) -> tuple[int, ...]:
+    return tuple(g for g in range(model.ngeom) if model.geom(g).name.startswith(prefix))
+
+
+def _inside(model: Model, body: int, top: int) -> bool:
+    while body > top:
+        body = int(model.body_parentid[body])
+    return body == top
+
+
+def _joints(model: Model, body: int) -> range:
+    start = int(model.body_jntadr[body])
+    return range(start, start + int(model.body_jntnum[body])) if start >= 0 else range(0)
+
+
+def _range(model: Model, address: int) -> float:
+    """The far end of the range of the finger joint at a qpos address."""
+    joint = int(np.flatnonzero(model.jnt_qposadr == address)[0])
+    return float(model.jnt_range[joint, 1])

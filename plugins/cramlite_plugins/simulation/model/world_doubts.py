@@ -1,0 +1,61 @@
+"""What is odd about a world at its start: things inside each other, things that stand on nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Robot, World
+
+from .compile import Compiled, compile_world
+from .index import Data
+
+DEEP = 0.002
+"""Of an overlap [m]: shipped scenarios let things settle from above, none begins deeper inside another."""
+FALL, WITHIN = 0.05, 0.15
+"""A thing that falls so far [m] in so short a time [s] stands on nothing: free fall takes 0.101 s for it."""
+
+
+def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[str, str]]:
+    """(thing, what is odd about it)."""
+    compiled = compile_world(world, robots)
+    data = compiled.data()
+    yield from _overlaps(compiled, data)
+    yield from _falling(compiled, data)
+
+
+def _overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
+    deepest: dict[tuple[str, str], float] = {}
+    things = {t.name for t in compiled.world.things}
+    for i in range(data.ncon):
+        first, second = (compiled.owners[g] for g in data.contact.geom[i])
+        a, b = sorted((first.name, second.name), key=lambda n: (n not in things, n))
+        if a in things and a != b and "grain" not in (first.kind, second.kind):
+            deepest[a, b] = max(deepest.get((a, b), 0.0), -float(data.contact.dist[i]))
+    for (a, b), depth in sorted(deepest.items()):
+        if depth > DEEP:
+            other = f"'{b}'" if b in things else f"the robot '{b}'"
+            yield a, f"'{a}' and {other} overlap by {1000 * depth:.0f} mm at the start; move one of them"
+
+
+def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
+    free = [t.name for t in compiled.world.things if compiled.things[t.name].qpos is not None]
+    before = {n: compiled.pose(data, n).position for n in free}
+    beneath = {n: _beneath(compiled, data, n) for n in free}
+    while free and data.time < WITHIN:
+        mujoco.mj_step(compiled.model, data)
+    for name in free:
+        if before[name][2] - compiled.pose(data, name).position[2] > FALL:
+            yield name, f"'{name}' stands on nothing and falls; {beneath[name]}"
+
+
+def _beneath(compiled: Compiled, data: Data, thing: str) -> str:
+    """What lies under the middle of a thing."""
+    hit, start = np.zeros(1, np.int32), np.array(compiled.pose(data, thing).position)
+    body = compiled.things[thing].body
+    gap = mujoco.mj_ray(compiled.model, data, start, np.array([0.0, 0.0, -1.0]), None, 1, body, hit)
+    if gap < 0:
+        return "nothing is below it"
+    return f"'{compiled.owners[hit[0]].name}' is {1000 * gap:.0f} mm below its middle"

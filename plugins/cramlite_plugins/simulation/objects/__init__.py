@@ -1,0 +1,1 @@
+"""Parametric object models: products, fixtures, furniture, vessels, meshes."""

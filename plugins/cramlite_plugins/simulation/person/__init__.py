@@ -1,0 +1,1 @@
+"""A simulated person: demonstrations by a hand in MuJoCo."""

@@ -1,0 +1,57 @@
+"""What a hand does in every demonstration: reach for the object, close on it, lead its hole somewhere."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.model import Floats, Pose
+
+from ..model.hand_model import OPENING, PINCH
+from .person import Person
+from .sight_of_person import Scene, half_extents
+
+#: Room between the fingers beside the object before they close [m].
+MARGIN = 0.012
+#: Pad force for one metre of closing beyond contact [N/m]: half the finger actuator's gain (hand.py).
+SQUEEZE = 10000.0
+
+
+def reach(person: Person, scene: Scene, grasp: Pose) -> None:
+    """Come from where the hand is, by a detour, to in front of the object; hesitate; approach."""
+    person.grip(max(extent(scene, grasp) + 2 * MARGIN, person.between(0.08, OPENING)), 0.2)
+    away = grasp.position + grasp.turn((0, 0, -person.between(0.07, 0.12)))
+    before = Pose(tuple(away), grasp.quaternion)
+    middle = np.add(person.aim.position, away) / 2 + person.rng.normal(0, 0.03, 3)
+    person.move([Pose(tuple(middle)), before], person.between(0.2, 0.4), curved=True)
+    if person.rng.random() < 0.5:
+        person.wait(person.between(0.15, 0.6))
+    person.move([grasp], person.between(0.08, 0.18))
+
+
+def extent(scene: Scene, grasp: Pose) -> float:
+    """What the fingers must enclose: the object's extent along the closing axis."""
+    axis = np.abs(scene.product.pose.inverse().turn(grasp.turn((0, 1, 0))))
+    half = half_extents(scene.product)
+    return float(min(2 * half[int(np.argmax(axis))], OPENING))
+
+
+def close(person: Person, width: float) -> None:
+    """Pinch with a force between half and nearly all of what the fingers have."""
+    force = person.between(0.5, 0.9) * PINCH
+    person.grip(max(width - 2 * force / SQUEEZE, 0.0), person.between(0.4, 0.8))
+    person.wait(person.between(0.15, 0.4))
+
+
+def lead(person: Person, scene: Scene, route: list[Floats], speed: float) -> None:
+    """Move the hole along points; the hand keeps its orientation. The person sees where the hole is in the hand."""
+    hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
+    offset = np.array(person.tool().position) - hole
+    person.move([Pose(tuple(p + offset), person.aim.quaternion) for p in route], speed)
+
+
+def tip_points(scene: Scene) -> list[Floats]:
+    """Where a bent tip leads: its end; the peg's own end where it has none."""
+    tip = scene.hanger.feature("vrps:Tip")
+    if tip is not None:
+        return [scene.hanger.pose.apply(tip.pose.position)]
+    return [scene.hanger.pose.apply(scene.peg.pose.apply((0, 0, scene.peg.size["length"])))]

@@ -1,0 +1,41 @@
+"""What a wrist sensor said at its largest between two samples: a single cycle would make peaks a matter of chance."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from cramlite.model import Floats
+
+from ..controller.controller import Controller
+
+
+class Peaks:
+    """Collects samples at the recorder's times.
+
+    Args:
+        period: of the samples [s].
+    """
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self.wrenches: list[Floats] = []
+        self.forces: list[float] = []
+        self._wrench, self._force = np.zeros(6), 0.0
+
+    def see(self, time: float, arm: Controller) -> None:
+        """One control cycle: what the tool applies (``Rollout.wrench``), and what the program feels (``Rollout.force``)."""
+        wrench = arm.applied()
+        force = math.hypot(*(arm.wrench() if arm.sensor.tared else wrench)[:3])
+        if np.linalg.norm(wrench[:3]) > np.linalg.norm(self._wrench[:3]):
+            self._wrench = wrench
+        self._force = max(self._force, force)
+        if time >= len(self.wrenches) * self.period - 1e-9:
+            self.wrenches.append(self._wrench)
+            self.forces.append(self._force)
+            self._wrench, self._force = wrench, force
+
+    def arrays(self) -> dict[str, Floats]:
+        """The fields of a rollout: wrench (N, 6), force (N,)."""
+        return {"wrench": np.array(self.wrenches), "force": np.array(self.forces)}

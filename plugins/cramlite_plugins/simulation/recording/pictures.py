@@ -1,0 +1,84 @@
+"""Pictures of a rollout, and its scene for others to draw: any sample of it, from its recorded poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Floats, Pose, Robot, Rollout, Scene
+
+from ..camera.ray_tracer import render
+from ..model.compile import Compiled, compile_world
+from ..model.index import Data, RobotIndex
+from ..model.triangles import body_name, solids
+from .recorder import effector_of
+
+
+def picture(rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
+    """One sample as (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
+    compiled = _compiled(_ById(rollout, robots))
+    data = compiled.data()
+    _put(compiled, data, rollout, sample)
+    mujoco.mj_forward(compiled.model, data)
+    return render(compiled.model, data, width=size[0], height=size[1])
+
+
+def scene(rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
+    """What is seen of a rollout, and where it is at some samples."""
+    compiled = _compiled(_ById(rollout, robots))
+    model, data = compiled.model, compiled.data()
+    shapes, rows = solids(model), []
+    for sample in samples:
+        _put(compiled, data, rollout, sample)
+        mujoco.mj_kinematics(model, data)
+        rows.append(np.hstack([data.xpos, data.xquat]))
+    names = {body_name(model, b): b for b in range(model.nbody)}
+    owners = {body_name(model, int(model.geom_bodyid[g])): o.name for g, o in enumerate(compiled.owners)}
+    return Scene(rollout.times[list(samples)], shapes, _tracks(np.array(rows), names, owners), owners)
+
+
+def _tracks(rows: Floats, names: Mapping[str, int], shown: Mapping[str, str]) -> dict[str, Floats]:
+    """Poses of the bodies that are seen, from (N, bodies, 7); one row for those that stand still."""
+    tracks = {name: rows[:, body] for name, body in names.items() if name in shown}
+    return {name: track if np.ptp(track, axis=0).max() > 1e-6 else track[:1] for name, track in tracks.items()}
+
+
+def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
+    """Everything where it was; needs kinematics afterwards."""
+    index = effector_of(compiled, rollout.effector)
+    for thing in rollout.world.things:
+        if thing.movable:
+            row = rollout.poses[thing.name][sample]
+            compiled.place(data, thing.name, Pose(tuple(row[:3]), tuple(row[3:])))
+    for name, centres in rollout.grains.items():
+        addresses = np.array([address for _, address in compiled.things[name].grains])
+        data.qpos[addresses[:, None] + np.arange(3)] = centres[sample]
+    if isinstance(index, RobotIndex):
+        data.qpos[list(index.joints)] = rollout.joints[sample]
+        index.set_opening(compiled.model, data, float(rollout.opening[sample]))
+        if index.platform is not None:
+            row = rollout.poses[f"{index.name}/base"][sample]
+            start = next(m.base for m in rollout.world.robots if m.name == index.name)
+            index.platform.put(data, start, Pose(tuple(row[:3]), tuple(row[3:])))
+
+
+class _ById:
+    """A rollout as a cache key: one model serves all its pictures."""
+
+    def __init__(self, rollout: Rollout, robots: Mapping[str, Robot]) -> None:
+        self.rollout, self.robots = rollout, robots
+
+    def __hash__(self) -> int:
+        return id(self.rollout)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _ById) and other.rollout is self.rollout
+
+
+@lru_cache(maxsize=1)
+def _compiled(key: _ById) -> Compiled:
+    return compile_world(key.rollout.world, key.robots, hand=not key.rollout.world.robots)

@@ -1,0 +1,176 @@
+"""What a simulation did, as a ``cramlite.model.rollout.Rollout``: one recorder for hands and robots."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Floats, Message, Pose, Rollout, Touch, Vector3
+
+from ..controller.nominal_arm import cross
+from ..model.compile import Compiled
+from ..model.index import Data, EffectorIndex, Model, Owner, RobotIndex, site_pose
+from .sight import Sight
+
+GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
+WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
+
+
+class Recorder:
+    """Samples a simulation at a constant rate.
+
+    Call :meth:`observe` after every step; it keeps a sample whenever one is due. Between samples nothing is computed.
+
+    Args:
+        compiled: the model.
+        effector: name of the mount, or "hand"; by default the hand if there is one, else the first robot.
+        rate: samples a second.
+    """
+
+    def __init__(self, compiled: Compiled, effector: str | None = None, rate: float = 50.0) -> None:
+        self.compiled = compiled
+        self.index = effector_of(compiled, effector)
+        self.period = 1.0 / rate
+        self.messages: list[Message] = []
+        self._samples: list[dict[str, Any]] = []
+        self._sight = Sight(compiled)
+
+    def observe(self, data: Data, line: int = 0) -> None:
+        """Keep a sample if one is due. The state must be consistent, as it is after mj_step or mj_forward."""
+        if data.time >= len(self._samples) * self.period - 1e-9:
+            self._sight.look(data, camera_poses(self.compiled, data), len(self._samples) * self.period)
+            self._samples.append(self._sample(data, line))
+
+    def message(self, time: float, text: str, line: int = 0) -> None:
+        """Add a line to the program's log."""
+        self.messages.append(Message(time, text, line))
+
+    def rollout(self, outcome: str = "finished", reason: str = "") -> Rollout:
+        """Everything so far. Times are those of the samples' due dates."""
+        samples = self._samples
+        names = samples[0]["poses"] if samples else ()
+        joints = samples[0]["values"] if samples else ()
+        return Rollout(
+            world=self.compiled.world,
+            effector=self.index.name,
+            times=np.array([i * self.period for i in range(len(samples))]),
+            poses={n: np.array([s["poses"][n] for s in samples]) for n in names},
+            touches=tuple(s["touches"] for s in samples),
+            joints=np.array([s["joints"] for s in samples]).reshape(len(samples), -1),
+            wrench=np.array([s["wrench"] for s in samples]).reshape(-1, 6),
+            opening=np.array([s["opening"] for s in samples]),
+            lines=np.array([s["line"] for s in samples], dtype=float),
+            messages=tuple(self.messages),
+            outcome=outcome,
+            reason=reason,
+            values={n: np.array([s["values"][n] for s in samples]) for n in joints},
+            grains={n: np.array([s["grains"][n] for s in samples]) for n in (samples[0]["grains"] if samples else ())},
+            sizes=self._sizes(),
+            seen=self._sight.seen,
+        )
+
+    def _sizes(self) -> dict[str, Vector3]:
+        platform = self.index.robot.platform if isinstance(self.index, RobotIndex) else None
+        return {f"{self.index.name}/base": platform.size} if platform else {}
+
+    def _sample(self, data: Data, line: int) -> dict[str, Any]:
+        model, index = self.compiled.model, self.index
+        poses = {t: (*data.xpos[i.body], *data.xquat[i.body]) for t, i in self.compiled.things.items()}
+        frames = {"effector": index.pose(data), **finger_poses(data, index)}
+        frames |= camera_poses(self.compiled, data)
+        for hand in self.compiled.hands:
+            if hand.name != index.name:
+                frames |= {hand.name: hand.pose(data), **finger_poses(data, hand, hand.name)}
+        if isinstance(index, RobotIndex) and index.platform is not None:
+            frames[f"{index.name}/base"] = index.platform.pose(data)
+        joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
+        return {
+            "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},
+            "touches": touches(self.compiled, data, index.name),
+            "joints": joints,
+            "wrench": wrench(model, data, index),
+            "opening": index.opening(model, data),
+            "line": line,
+            "values": {t: float(data.qpos[i.joint]) for t, i in self.compiled.things.items() if i.joint is not None},
+            "grains": {t: data.xpos[[b for b, _ in i.grains]] for t, i in self.compiled.things.items() if i.grains},
+        }
+
+
+def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
+    """The hand or robot of that name; without a name the hand if there is one, else the first robot.
+
+    Raises:
+        KeyError: there is none.
+    """
+    choices: dict[str, EffectorIndex] = {**{h.name: h for h in compiled.hands}, **compiled.robots}
+    if name is None and choices:
+        return next(iter(choices.values()))
+    if name not in choices:
+        raise KeyError(f"no effector '{name}' in the model; there are: {', '.join(choices) or 'none'}")
+    return choices[name]
+
+
+def finger_poses(data: Data, index: EffectorIndex, name: str = "effector") -> dict[str, Pose]:
+    """The poses of both finger tips: the middle of the pads, with the tool frame's orientation."""
+    turn = index.pose(data).quaternion
+    middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
+    return {f"{name}/{side}": Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
+
+
+def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
+    """The optical frames of the world's cameras."""
+    flanges = {name: index.flange for name, index in compiled.robots.items()}
+    return {
+        c.name: c.pose if c.mount is None else site_pose(data, flanges[c.mount]) * c.pose
+        for c in compiled.world.cameras
+        if c.mount is None or c.mount in flanges
+    }
+
+
+def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
+    """The contacts of a state, summed over the points of each pair.
+
+    Contacts within an arm or an effector, and those of grains, are left out. In each pair ``a`` is the effector or robot if one takes part,
+    else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
+    """
+    sums: dict[tuple[str, str], list[float]] = {}
+    force, geoms, frames = np.zeros(6), data.contact.geom.tolist(), data.contact.frame
+    for i in range(data.ncon):
+        one, two = compiled.owners[geoms[i][0]], compiled.owners[geoms[i][1]]
+        if one.name == two.name or "grain" in (one.kind, two.kind):
+            continue
+        mujoco.mj_contactForce(compiled.model, data, i, force)
+        if force[0] < WEAKEST:
+            continue
+        # the frame's rows are the contact axes; the force is the one of the first geom on the second
+        lift = float(frames[i, 2::3] @ force[:3])
+        first, second = _name(one, effector), _name(two, effector)
+        flip = (one.kind == "thing", first) > (two.kind == "thing", second)
+        pair = (second, first) if flip else (first, second)
+        total = sums.setdefault(pair, [0.0, 0.0])
+        total[0] += float(force[0])
+        total[1] += -lift if flip else lift
+    return tuple(Touch(a, b, f, u) for (a, b), (f, u) in sorted(sums.items()))
+
+
+def _name(owner: Owner, effector: str) -> str:
+    own = owner.kind != "effector" or owner.name == effector
+    return owner.touch if own else f"{owner.name}/{owner.part}"
+
+
+def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
+    """What the effector applies to its environment, at the sensor, in world axes [N, Nm], shape (6,).
+
+    MuJoCo's sensor gives the force of the wrist on the effector, s = m a - m g - F_environment. The effector's weight
+    m g is added; its inertia m a stays in (3 to 9 N in fast free motion).
+    """
+    turn = data.site_xmat[index.ft].reshape(3, 3)
+    force = turn @ data.sensordata[index.ft_force : index.ft_force + 3]
+    torque = turn @ data.sensordata[index.ft_torque : index.ft_torque + 3]
+    bodies = list(index.bodies)
+    mass = model.body_mass[bodies]
+    weight = np.array([0.0, 0.0, -GRAVITY * mass.sum()])
+    arm = mass @ data.xipos[bodies] / mass.sum() - data.site_xpos[index.ft]
+    return np.concatenate([force + weight, torque + cross(arm, weight)])

@@ -1,0 +1,1 @@
+"""Execution of typed programs on the controller model."""

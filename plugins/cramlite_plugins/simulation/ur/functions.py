@@ -1,0 +1,275 @@
+"""The URScript functions of the virtual controller: what a program's text can do to the arm and ask of it.
+
+Names, parameters and defaults: the URScript manual (e-Series 5.x), modules "motion", "internals" and "interfaces".
+A method that is a generator blocks the calling thread.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Floats, Pose
+
+from ...kinematics.kinematics import nearest_branch
+from ...kinematics.timing import lasting
+from ..controller.controller import ABANDONED, Controller
+from ..controller.force_mode import ForceMode
+from ..controller.trajectories import Motion, Slowed
+from ..urscript.builtins import PURE, Library
+from ..urscript.interpreter import Halted
+from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
+from .pose_server import PoseServer
+from .settings import SETTINGS, Settings
+from .sockets import SOCKETS, Sockets
+from .streaming import STREAMED, STREAMING, Streaming
+
+Wait = Generator[None, None, None]
+NAMES = (
+    "movej", "movel", "movep", "stopj", "stopl", "force_mode", "end_force_mode", "zero_ftsensor", "get_tcp_force", "force",
+    "get_actual_tcp_pose", "get_actual_joint_positions", "get_target_tcp_pose", "get_target_joint_positions",
+    "get_forward_kin", "get_inverse_kin", "set_tcp", "set_payload", "set_target_payload", "is_steady", "sleep", "sync",
+    "get_steptime", "textmsg", "popup", "halt",
+)  # fmt: skip
+
+
+def known_functions() -> Library:
+    """Every function that a program may call, for checking it: they are bound to no controller and must not be called."""
+    from .registers import Registers
+
+    bare = {cls: object.__new__(cls) for cls in (Functions, Sockets, Streaming, Settings)}
+    names = ((Functions, NAMES), (Sockets, SOCKETS), (Streaming, STREAMING), (Settings, SETTINGS))
+    own = {name: getattr(bare[cls], name) for cls, listed in names for name in listed}
+    return {**PURE, **own, **Registers(lambda: 0.0).library()}
+
+
+class Functions:
+    """The functions of one run.
+
+    Args:
+        controller: the arm, with a gripper behind its server.
+        log: called with each line that the program writes.
+        poses: the perception server that it may reach.
+    """
+
+    def __init__(self, controller: Controller, log: Callable[[str], None], poses: PoseServer | None = None) -> None:
+        self.arm, self.log = controller, log
+        self.sockets = Sockets(controller.gripper_server, poses)
+        self.streaming = Streaming(controller)
+        self.settings = Settings(controller)
+        self.blending: list[tuple[Floats, tuple[float, float], float]] = []
+        self.process: list[tuple[Pose, tuple[float, float], float]] = []
+
+    def library(self) -> Library:
+        """Every function by name, the pure ones included."""
+        parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
+        return {**PURE, **{name: getattr(part, name) for part, names in parts for name in names}}
+
+    # Motion
+
+    def movej(self, q: Any, a: Any = 1.4, v: Any = 1.05, t: Any = 0, r: Any = 0) -> Wait:
+        goal, radius = self._joints(q, "movej"), real(r, "movej")
+        start = self.blending[-1][0] if self.blending else self.arm.q
+        rates = _rates(v, a, "movej", t, float(np.abs(goal - start).max()))
+        if radius < 0:
+            raise ScriptError(f"movej needs a blend radius of 0 or more, not {show(r)}")
+        self._only_here()
+        self.blending.append((goal, rates, radius))
+        if radius > 0:
+            return  # the next movej, in the same cycle, starts the motion
+        goals, laws, radii = map(list, zip(*self.blending, strict=True))
+        self.blending.clear()
+        try:
+            motion = self.arm.move_along(goals, radii[:-1], laws) if len(goals) > 1 else self.arm.move_joints(goal, *rates)
+        except ValueError as error:
+            raise ScriptError(f"movej: {error}") from None
+        yield from self._follow(motion)
+
+    def movel(self, pose: Any, a: Any = 1.2, v: Any = 0.25, t: Any = 0, r: Any = 0) -> Wait:
+        goal = as_pose(pose, "movel") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movel")
+        self._only_here()
+        yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.way(goal))))
+
+    def movep(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> Wait:
+        goal = as_pose(pose, "movep") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movep")
+        radius, rates = real(r, "movep"), _rates(v, a, "movep", 0, 0.0)
+        if radius < 0:
+            raise ScriptError(f"movep needs a blend radius of 0 or more, not {show(r)}")
+        if any(rates != earlier for _, earlier, _ in self.process):
+            raise ScriptError("movep: the tool goes through its blends at one speed: give all of them the same v and a")
+        self._only_here()
+        self.process.append((goal, rates, radius))
+        if radius > 0:
+            return  # the next movep, in the same cycle, starts the motion
+        goals, _, radii = map(list, zip(*self.process, strict=True))
+        self.process.clear()
+        try:
+            motion = self.arm.move_process(goals, radii[:-1], *rates)
+        except ValueError as error:
+            raise ScriptError(f"movep: {error}") from None
+        yield from self._follow(motion)
+
+    def stopj(self, a: Any) -> Wait:
+        yield from self._stop(a, "stopj")
+
+    def stopl(self, a: Any, aRot: Any = 0) -> Wait:
+        yield from self._stop(a, "stopl")
+
+    def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: Any, limits: Any) -> None:
+        if type != 2:
+            raise ScriptError(f"force_mode: type {show(type)} is not supported; 2 takes the frame as it is")
+        selection = np.array(numbers(selection_vector, 6, "force_mode's selection_vector"))
+        if not np.isin(selection, (0, 1)).all():
+            raise ScriptError(f"force_mode: the selection_vector holds 0 and 1, not {show(selection_vector)}")
+        wanted = np.array(numbers(wrench, 6, "force_mode's wrench"))
+        most = np.array(numbers(limits, 6, "force_mode's limits"))
+        if (most < 0).any():
+            raise ScriptError(f"force_mode: limits must not be negative: {show(limits)}")
+        self.arm.start_force_mode(ForceMode(as_pose(task_frame, "force_mode"), selection, wanted, most))
+
+    def end_force_mode(self) -> None:
+        self.arm.end_force_mode()
+
+    # Measurements
+
+    def zero_ftsensor(self) -> None:
+        self.arm.zero_sensor()
+
+    def get_tcp_force(self) -> PoseValue:
+        return PoseValue(map(float, self.arm.wrench()))
+
+    def force(self) -> float:
+        return math.hypot(*self.arm.wrench()[:3])
+
+    def get_actual_tcp_pose(self) -> PoseValue:
+        return from_pose(self.arm.actual_tcp())
+
+    def get_actual_joint_positions(self) -> list[float]:
+        return [float(v) for v in self.arm.actual_joints()]
+
+    def get_target_tcp_pose(self) -> PoseValue:
+        return from_pose(self.arm.kinematics.forward(self.arm.q))
+
+    def get_target_joint_positions(self) -> list[float]:
+        return [float(v) for v in self.arm.q]
+
+    def get_forward_kin(self, q: Any = None, tcp: Any = None) -> PoseValue:
+        place = self.arm.actual_tcp() if q is None else self._tcp_at(q, "get_forward_kin")
+        active = self.arm.arm.gripper.tcp
+        return from_pose(place if tcp is None else place * active.inverse() * as_pose(tcp, "get_forward_kin"))
+
+    def get_inverse_kin(
+        self, x: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10, tcp: Any = None
+    ) -> list[float]:
+        near = self.arm.q if qnear is None else self._joints(qnear, "get_inverse_kin")
+        place = as_pose(x, "get_inverse_kin")
+        if tcp is not None:
+            place = place * as_pose(tcp, "get_inverse_kin").inverse() * self.arm.arm.gripper.tcp
+        return [float(v) for v in self._solved(place, near, "get_inverse_kin")]
+
+    def is_steady(self) -> bool:
+        return self.arm.motion is None
+
+    # Settings
+
+    def set_tcp(self, pose: Any) -> None:
+        self.arm.set_tcp(as_pose(pose, "set_tcp"))
+
+    def set_payload(self, m: Any, cog: Any = None) -> None:
+        self.set_target_payload(m, [0.0, 0.0, 0.0] if cog is None else cog)
+
+    def set_target_payload(self, m: Any, cog: Any, inertia: Any = None) -> None:
+        mass = real(m, "set_target_payload")
+        if not 0 <= mass <= self.arm.arm.payload:
+            raise ScriptError(f"payload {mass:.3f} kg is outside 0 .. {self.arm.arm.payload} kg")
+        self.arm.set_payload(mass, np.array(numbers(cog, 3, "set_target_payload's centre of gravity")))
+
+    # Time and messages
+
+    def sleep(self, t: Any) -> Wait:
+        for _ in range(max(1, round(min(real(t, "sleep"), 1e6) / self.arm.period))):
+            yield
+
+    def sync(self) -> Wait:
+        yield
+
+    def get_steptime(self) -> float:
+        return self.arm.period
+
+    def textmsg(self, s1: Any, s2: Any = "") -> None:
+        self.log(show(s1) + show(s2))
+
+    def popup(
+        self, s: Any, title: Any = "Popup", warning: Any = False, error: Any = False, blocking: Any = False
+    ) -> None:
+        self.log(f"{show(title)}: {show(s)}")
+
+    def halt(self) -> None:
+        raise Halted
+
+    # Common parts
+
+    def _follow(self, motion: Motion) -> Wait:
+        """Wait for a motion's end; a killed thread leaves the arm to stop by itself."""
+        try:
+            while self.arm.motion is motion:
+                yield
+        except GeneratorExit:
+            if self.arm.motion is motion:
+                self.arm.stop(ABANDONED)
+            raise
+
+    def _stop(self, a: Any, name: str) -> Wait:
+        deceleration = real(a, name)
+        if deceleration <= 0:
+            raise ScriptError(f"{name} needs a positive deceleration, not {show(a)}")
+        motion = self.arm.stop(deceleration)
+        while motion is not None and self.arm.motion is motion:
+            yield
+
+    def check(self) -> None:
+        """Once a cycle, after every thread has run until it waits.
+
+        Raises:
+            ScriptError: a movej or movep that is to be blended is not followed by another one: where in its zone the arm
+                would have to be by then is not modelled.
+        """
+        for name, waiting in (("movej", self.blending), ("movep", self.process)):
+            if waiting:
+                raise ScriptError(f"a {name} with a blend radius must be followed by another {name}, and nothing between them may wait")
+
+    def forget(self) -> None:
+        """What waited to be blended with what a program that has ended would have said next."""
+        self.blending.clear()
+        self.process.clear()
+
+    def _only_here(self) -> None:
+        if self.blending and self.process:
+            self.check()
+        if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
+            raise ScriptError("another thread is already moving the robot: kill it first")
+
+    def _joints(self, q: Any, where: str) -> Floats:
+        if isinstance(q, PoseValue):
+            return self._solved(as_pose(q, where), self.arm.q, where)
+        return np.array(numbers(q, len(self.arm.q), where))
+
+    def _tcp_at(self, q: Any, where: str) -> Pose:
+        return self.arm.kinematics.forward(np.array(numbers(q, len(self.arm.q), where)))
+
+    def _solved(self, pose: Pose, near: Floats, where: str) -> Floats:
+        found = nearest_branch(self.arm.arm, pose, tuple(near))
+        if found is None:
+            raise ScriptError(f"{where}: no joint position near here reaches {show(from_pose(pose))}")
+        return np.array(found)
+
+
+def _rates(v: Any, a: Any, where: str, t: Any, way: float) -> tuple[float, float]:
+    """Speed and acceleration; a duration ``t`` above 0 has priority over both (URScript manual, movej and movel)."""
+    speed, acceleration, time = real(v, where), real(a, where), real(t, where)
+    if speed <= 0 or acceleration <= 0 or time < 0:
+        raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}, t={show(t)}")
+    return (speed, acceleration) if time == 0 or way == 0 else lasting(way, time, acceleration)

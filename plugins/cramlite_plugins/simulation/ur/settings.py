@@ -1,0 +1,163 @@
+"""What a program sets and asks of the controller beside motions: payload, force mode's tuning, freedrive, limits.
+
+Names and parameters: the URScript manual (e-Series 5.x), modules "internals" and "motion".
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Floats
+
+from ...kinematics.kinematics import nearest_branch
+from ..controller.controller import Controller
+from ..controller.protective_stop import ProtectiveStop
+from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real
+
+SETTINGS = (
+    "get_target_payload", "get_target_payload_cog", "get_target_payload_inertia", "get_tcp_offset",
+    "get_actual_tool_flange_pose", "get_target_tcp_speed", "get_actual_joint_speeds", "get_target_joint_speeds",
+    "get_joint_torques", "get_inverse_kin_has_solution", "is_within_safety_limits", "force_mode_set_damping",
+    "force_mode_set_gain_scaling", "protective_stop", "tool_contact", "get_actual_joint_positions_history",
+    "freedrive_mode", "end_freedrive_mode", "get_freedrive_status", "teach_mode", "end_teach_mode", "set_gravity",
+    "get_target_waypoint", "ft_rtde_input_enable", "enable_external_ft_sensor",
+)  # fmt: skip
+HISTORY = 100  # cycles that a program may look back on (manual, "get_actual_joint_positions_history")
+TOUCH = (1.0, 4.0)
+"""Force against the direction of tool_contact where a contact begins, and where it is believed [N]: twice and eight times
+the dead band of our force mode. UR's own detection is not published."""
+
+
+class Settings:
+    """The functions of one run."""
+
+    def __init__(self, controller: Controller) -> None:
+        self.arm = controller
+        self.inertia = [0.0] * 6
+        self.past: deque[tuple[Floats, Floats]] = deque(maxlen=HISTORY)
+
+    def remember(self) -> None:
+        """One control cycle has passed."""
+        self.past.append((self.arm.actual_joints(), self.arm.wrench()[:3].copy()))
+
+    # Payload and tool
+
+    def get_target_payload(self) -> float:
+        return float(self.arm.sensor.mass)
+
+    def get_target_payload_cog(self) -> list[float]:
+        return [float(v) for v in self.arm.sensor.center]
+
+    def get_target_payload_inertia(self) -> list[float]:
+        return list(self.inertia)
+
+    def get_tcp_offset(self) -> PoseValue:
+        return from_pose(self.arm.arm.gripper.tcp)
+
+    def get_actual_tool_flange_pose(self) -> PoseValue:
+        from cramlite.model import Pose
+
+        return from_pose(Pose.from_matrix(self.arm.kinematics.flange(self.arm.actual_joints())))
+
+    # Speeds and torques
+
+    def get_target_tcp_speed(self) -> PoseValue:
+        return PoseValue(map(float, self.arm.tool_speed()))
+
+    def get_target_joint_speeds(self) -> list[float]:
+        return [float(v) for v in self.arm.rate]
+
+    def get_actual_joint_speeds(self) -> list[float]:
+        return [float(v) for v in self.arm.actual_speeds()]
+
+    def get_joint_torques(self) -> list[float]:
+        return [float(v) for v in self.arm.joint_torques()]
+
+    # Where it may go
+
+    def get_inverse_kin_has_solution(
+        self, pose: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10
+    ) -> bool:
+        near = self.arm.q if qnear is None else np.array(numbers(qnear, len(self.arm.q), "qnear"))
+        return nearest_branch(self.arm.arm, as_pose(pose, "get_inverse_kin_has_solution"), tuple(near)) is not None
+
+    def is_within_safety_limits(self, pose: Any) -> bool:
+        if isinstance(pose, PoseValue):
+            return self.get_inverse_kin_has_solution(pose)
+        q = np.array(numbers(pose, len(self.arm.q), "is_within_safety_limits"))
+        return bool(((q >= self.arm.watch.limits[0]) & (q <= self.arm.watch.limits[1])).all())
+
+    def get_target_waypoint(self) -> PoseValue:
+        raise ScriptError("get_target_waypoint is not modelled here: keep the target in a variable")
+
+    # Force mode and contact
+
+    def force_mode_set_damping(self, damping: Any) -> None:
+        self._tune(damping, "damping", 0.0, 1.0)
+
+    def force_mode_set_gain_scaling(self, scaling: Any) -> None:
+        self.arm.force_gain = self._tune(scaling, "gain scaling", 0.0, 2.0)
+
+    def tool_contact(self, direction: Any = None) -> int:
+        """Control cycles since the tool began to touch something in its way; 0 without a contact."""
+        way = np.array(self.get_target_tcp_speed() if direction is None else numbers(direction, 6, "tool_contact"))[:3]
+        if (size := np.linalg.norm(way)) < 1e-9:
+            return 0
+        against = [-float(force @ way) / size for _, force in self.past]
+        if not against or against[-1] < TOUCH[1]:
+            return 0
+        return next((n for n, f in enumerate(reversed(against)) if f < TOUCH[0]), len(against))
+
+    def get_actual_joint_positions_history(self, steps: Any = 0) -> list[float]:
+        if type(steps) is not int or not 0 <= steps < HISTORY:
+            raise ScriptError(f"get_actual_joint_positions_history: steps must be 0 .. {HISTORY - 1}")
+        back = min(steps, len(self.past) - 1)
+        q = self.past[-1 - back][0] if self.past else self.arm.actual_joints()
+        return [float(v) for v in q]
+
+    # Hand guiding
+
+    def freedrive_mode(self, freeAxes: Any = None, feature: Any = None) -> None:
+        self.arm.freedrive = True
+
+    def end_freedrive_mode(self) -> None:
+        self.arm.freedrive = False
+
+    def get_freedrive_status(self) -> int:
+        return int(self.arm.freedrive)
+
+    def teach_mode(self) -> None:
+        self.freedrive_mode()
+
+    def end_teach_mode(self) -> None:
+        self.end_freedrive_mode()
+
+    # What stops, and what this controller does not have
+
+    def protective_stop(self) -> None:
+        raise ProtectiveStop("the program asked for it")
+
+    def set_gravity(self, d: Any) -> None:
+        wanted = np.array(numbers(d, 3, "set_gravity"))
+        if np.linalg.norm(wanted / 9.81 - self.arm.up) > 0.05:
+            raise ScriptError(f"set_gravity {[float(v) for v in wanted]}: gravity here is along {self.arm.up.tolist()}")
+
+    def ft_rtde_input_enable(
+        self, enable: Any, sensor_mass: Any = 0, sensor_offset: Any = None, sensor_cog: Any = None
+    ) -> None:
+        if enable:
+            raise ScriptError("no external force sensor is connected: the one of the flange is used")
+
+    def enable_external_ft_sensor(
+        self, enable: Any, sensor_mass: Any = 0, sensor_offset: Any = None, sensor_cog: Any = None
+    ) -> None:
+        self.ft_rtde_input_enable(enable)
+
+    def _tune(self, value: Any, name: str, low: float, high: float) -> float:
+        wanted = real(value, name)
+        if not low <= wanted <= high:
+            raise ScriptError(f"force mode's {name} is {low:g} .. {high:g}, not {wanted:g}")
+        return wanted

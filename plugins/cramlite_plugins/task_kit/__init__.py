@@ -1,0 +1,1 @@
+"""What task types share: bases of tasks and preconditions."""

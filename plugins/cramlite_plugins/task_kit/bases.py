@@ -1,0 +1,75 @@
+"""Moving a drawer or a door by its handle, which the tasks that open and close have in common."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable
+from typing import ClassVar
+
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Parameter, Role, TaskType
+
+from .preconditions import empty_hand
+
+SPEED = Parameter("speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25")
+FORCES = (
+    Parameter("force_n", 50.0, "as for grasping"),
+    Parameter("force_limit_n", 25.0, "rails of 1 N and damping of 5 N s/m took under 10 N in simulation"),
+)
+
+
+class ByHandle(TaskType):
+    """A task that holds its patient by the handle and follows its joint; a subclass says which way."""
+
+    roles = (Role("Patient", features=("cram:Handle",)),)
+    parameters: ClassVar[tuple[Parameter, ...]] = (SPEED, *FORCES)
+    stroke: ClassVar[str]
+    """Name of the motion along the joint."""
+
+    @abstractmethod
+    def way(self, action: Action) -> Location:
+        """Where the joint leads."""
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        empty_hand(belief)
+        patient, handle, way = action.roles["Patient"], self.begins_at(action), self.way(action)
+        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
+        close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
+        touch, back = (patient.name,), Location(action.inside("away"), "retreat")
+        steps = (
+            handle,
+            Motion(action.inside("open"), "gripper", handle, {"to": "place"}, reason="wider than the handle"),
+            Motion(action.inside("transfer"), "transfer", handle, reason="in front of the handle"),
+            Motion(action.inside("approach"), "linear", handle, {"stage": "pose"}, touch, "around the handle"),
+            Motion(action.inside("close"), "gripper", handle, close, reason="hold the handle"),
+            way,
+            Motion(action.inside(self.stroke), "force_path", way, limits, touch, f"the way that {patient.entity} moves"),
+            Motion(action.inside("release"), "gripper", None, {"to": "open", "expect": "none"}, reason="let go"),
+            back,
+            Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
+        )
+        yield Decomposition(steps, "hold the handle, follow the joint, let go")
+
+    def begins_at(self, action: Action) -> Location:
+        patient = action.roles["Patient"].name
+        return Location(f"handle({patient})", "handle", patient)
+
+
+class Sliding(TaskType):
+    """A task that slides along its relatum; a subclass says what slides."""
+
+    parameters: ClassVar[tuple[Parameter, ...]] = (
+        Parameter("distance_m", 0.08, "a short stroke; scenarios say what they need"),
+        Parameter("speed_m_s", 0.02, "at 20 mm/s and less inertia does not look like contact"),
+        Parameter("press_n", 12.0, "keeps contact in simulation; 3 N bounced for up to 1.2 s, 8 N for 0.1 s"),
+        Parameter("force_limit_n", 25.0, "as for extraction; a free stroke stays below 17 N"),
+    )
+
+    def slide(self, action: Action) -> Decomposition:
+        """Zero the sensor, then a stroke that presses and follows the surface."""
+        surface, far = action.roles["Relatum"], {"distance_m": self.parameter(action, "distance_m")}
+        way = Location(action.inside("slide"), "slide", surface.name, far)
+        force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}
+        tare = Motion(action.inside("tare"), "zero_sensor", reason="from here on, more is pressing")
+        stroke = Motion(action.inside("stroke"), "compliant_slide", way, force, (surface.name,), f"along {surface.entity}")
+        return Decomposition((way, tare, stroke), "straight stroke that follows the surface")

@@ -1,0 +1,54 @@
+"""What tasks ask of the hand before they begin: that it is empty, or that it holds something."""
+
+from __future__ import annotations
+
+from cramlite.base.errors import EARLIER_TASKS
+from cramlite.model import Action, Belief, Held, Location, Object
+from cramlite.plugin import Unresolvable
+
+
+def near(thing: Object) -> Location:
+    """The location near what an object designator means."""
+    return Location(f"near({thing.name})", "near", thing.name)
+
+
+def at_or_near(thing: Object | None, following: Action | None, goal: Location) -> Location:
+    """Where a free motion to a thing leads: to ``goal``, where the following task begins, if that is about the thing or a part
+    of it; else near the thing."""
+    about = {n for o in (following.roles.values() if following else ()) for n in (o.name, o.part_of)}
+    return goal if thing is None or thing.name in about else near(thing)
+
+
+def empty_hand(belief: Belief) -> None:
+    """Nothing is held, so that something can be taken.
+
+    Raises:
+        Unresolvable: something is; earlier tasks are to blame.
+    """
+    if belief.held is not None:
+        raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
+
+
+def what_is_held(belief: Belief, to_be: str) -> Held:
+    """What is held, so that something can be done with it.
+
+    Args:
+        to_be: what, such as "let go".
+
+    Raises:
+        Unresolvable: nothing is; earlier tasks are to blame.
+    """
+    if belief.held is None:
+        raise Unresolvable(f"nothing is held that could be {to_be}", because=(EARLIER_TASKS,))
+    return belief.held
+
+
+def grasp_of(thing: Object) -> Location:
+    """Where the hand takes a thing."""
+    return Location(f"grasp({thing.name})", "grasp", thing.name)
+
+
+def spot(relation: str, action: Action) -> Location:
+    """Where a task puts something down, "on" or "in" its relatum; the task's ``where`` constrains it."""
+    relatum = action.roles["Relatum"].name
+    return Location(f"{relation}({relatum})", relation, relatum, action.parameters.get("where", {}))

@@ -1,0 +1,140 @@
+"""Bad input of every kind: one paragraph with place and remedy, the right exit code, never a traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from conftest import Ran, Run
+
+from cramlite import find_scenario
+
+ROBOT = "robot: {type: ur5e}"
+
+
+def _is_clear(ran: Ran, code: int, *words: str) -> None:
+    assert ran.code == code, ran.err
+    assert "Traceback" not in ran.out + ran.err
+    message = ran.err[ran.err.index("cramlite: ") :]
+    for word in words:
+        assert word in message
+    if code == 2:
+        assert message.count("\n") == 1, "one paragraph"
+
+
+SPOILED = {
+    "unknown key": (("robot:", "robbot:"), ":10", "'robbot'", "did you mean 'robot'"),
+    "unknown key below": (("position: [0.87", "positon: [0.87"), ":13", "did you mean 'position'"),
+    "task type": (("task: Grasping", "task: Graspin"), ":5", "did you mean 'Grasping'"),
+    "role": (("Patient: tea", "Pateint: tea"), ":5", "did you mean 'Patient'"),
+    "role without filler": ((", Patient: tea", ""), "needs a filler for its role 'Patient'"),
+    "filler": (("Patient: tea", "Patient: teaa"), "did you mean 'tea'"),
+    "task parameter": (("Patient: tea", "Patient: tea, parameters: {forze_n: 3}"), "did you mean 'force_n'"),
+    "type of a task parameter": (("Patient: tea", "Patient: tea, parameters: {force_n: hard}"), "valid number"),
+    "plugin to prefer": ((ROBOT, f"prefer: [graspin]\n{ROBOT}"), "did you mean 'grasping'"),
+    "unit": (("-1 mm", "-1 inch"), ":12", "'inch'", "units: m, cm, mm"),
+    "unit of another kind": (("-1 mm", "-1 kg"), ":12", "is not a unit of length"),
+    "unit of a model parameter": (("300 g", "300 lb"), ":16", "'lb'", "units: kg, g"),
+    "model parameter in another unit": (("300 g", "300 mm"), ":16", "is not a unit of mass"),
+    "wrong type": (("yaw: 180 deg", "yaw: [1]"), ":13", "is not an angle"),
+    "wrong type of a list": (("[0.87, 0, 0.45]", "far"), ":13", "position"),
+    "YAML error": (("things:\n", "things: [\n"), ":12", "not valid YAML"),
+    "tag": ((ROBOT, "robot: !robot {type: ur5e}"), ":10", "tag '!robot' is not allowed"),
+    "tag of a scalar": (("model: boxed_product", "model: !x boxed_product"), ":15", "'!x'"),
+    "tag that would run code": ((ROBOT, "prefer: !!python/object/apply:os.system [ls]"), "python/object", "not allowed"),
+    "key given twice": ((ROBOT, f"{ROBOT}\n{ROBOT}"), ":11", "duplicate key"),
+    "two things of one name": (("name: basket", "name: hook"), "two things are called 'hook'"),
+    "thing called like the robot": (("name: floor", "name: arm"), "'arm' is used twice"),
+    "model": (("model: basket", "model: baskett"), ":18", "did you mean 'basket'"),
+    "model parameter": (("mass: 300 g", "masss: 300 g"), ":16", "did you mean 'mass'"),
+    "length of a model parameter": (("[60 mm, 50 mm, 100 mm]", "[60 mm, 50 mm]"), ":16", "'size'"),
+    "robot": (("ur5e", "ur7e"), ":10", "did you mean 'ur5e'"),
+    "backend": ((ROBOT, f"backend: urscrip\n{ROBOT}"), ":10", "did you mean 'urscript'"),
+    "class of a thing": (("model: basket", "model: basket, type: cram:Baskett"), ":18", "did you mean 'cram:Basket'"),
+    "ontology file": ((ROBOT, f"ontologies: [none.ttl]\n{ROBOT}"), "none.ttl", "no such ontology"),
+    "hanger": (("hanger: hook", "hanger: hok"), ":14", "did you mean 'hook'"),
+    "world that does not compile": (("[2 m, 2 m, 20 mm]", "[0, 0, 0]"), ":12", "positive size"),
+    "mass of nothing": (("300 g", "0"), ":14", "mass 0.0 kg", "between"),
+    "mass that is no number": (("300 g", ".nan"), ":16", "nan"),
+    "time step": ((ROBOT, f"physics: {{timestep: -1}}\n{ROBOT}"), ":10", "timestep", "greater than"),
+    "large time step": ((ROBOT, f"physics: {{timestep: 10}}\n{ROBOT}"), ":10", "timestep", "less than"),
+    "friction cone": ((ROBOT, f"physics: {{cone: round}}\n{ROBOT}"), ":10", "elliptic"),
+    "friction": ((ROBOT, f"physics: {{pad_friction: -3}}\n{ROBOT}"), ":10", "pad_friction"),
+    "impedance": ((ROBOT, f"physics: {{impratio: .inf}}\n{ROBOT}"), ":10", "impratio"),
+    "budget": ((ROBOT, f"budget: {{askz: 3}}\n{ROBOT}"), ":10", "did you mean 'asks'"),
+    "empty budget": ((ROBOT, f"budget: {{asks: 0}}\n{ROBOT}"), ":10", "at least 1"),
+    "two starts": ((ROBOT, f"designator: ParkingArms\n{ROBOT}"), "exactly one of", "tasks and designator"),
+    "nothing to choose from": (("{thing: hook, ", "{thing: hook, with: {length: []}, "), "at least 1 item"),
+    "episode path": (("tasks:\n", "demonstration: nowhere\nignored:\n"), "'ignored'"),
+}
+
+
+@pytest.mark.parametrize("case", SPOILED)
+def test_a_spoiled_scenario(case: str, spoiled: Callable[..., Path], run: Run, tmp_path: Path) -> None:
+    change, *words = SPOILED[case]
+    _is_clear(run("resolve", spoiled(change), "--no-report", "--out", tmp_path / "run"), 2, *words)
+
+
+@pytest.mark.parametrize(("text", "words"), [("", "nothing"), ("- a", "a list"), ("hello", "'hello'")])
+def test_a_file_that_is_no_scenario(text: str, words: str, run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "no.yaml"
+    path.write_text(text)
+    _is_clear(run("resolve", path), 2, f"{path}:1", words)
+
+
+def test_bytes_that_are_no_text(run: Run, tmp_path: Path) -> None:
+    path = tmp_path / "no.yaml"
+    path.write_bytes(b"scenario: \xff\xfe")
+    _is_clear(run("resolve", path), 2, "UTF-8")
+
+
+def test_names_on_the_command_line(run: Run, tmp_path: Path, spoiled: Callable[..., Path]) -> None:
+    _is_clear(run("tasks", "--block", "graspin"), 2, "did you mean 'grasping'")
+    _is_clear(run("resolve", "fetch_from_hangar"), 2, "did you mean 'fetch_from_hanger'")
+    _is_clear(run("tasks", "--plugin", tmp_path / "none.py"), 2, "none.py")
+    _is_clear(run("interpret", tmp_path / "none"), 2, "There is no episode at")
+    out = ("--no-report", "--out", tmp_path / "a")
+    _is_clear(run("resolve", spoiled(), "--backend", "urscrip", *out), 2, "did you mean 'urscript'")
+    _is_clear(run("resolve", spoiled(), "--seed", "-3", "--no-report", "--out", tmp_path / "b"), 2, "-3")
+    _is_clear(
+        run("resolve", spoiled(("{thing: hook, ", "{thing: hok, ")), "--seed", "3", "--out", tmp_path / "c"),
+        2, "did you mean 'hook'",
+    )  # fmt: skip
+
+
+def test_a_process_prints_one_paragraph(process: Run) -> None:
+    _is_clear(process("resolve", "fetch_from_hangar"), 2, "did you mean 'fetch_from_hanger'")
+
+
+def test_an_unreachable_goal_is_no_solution(run: Run, spoiled: Callable[..., Path], tmp_path: Path) -> None:
+    path = spoiled(("[0.87, 0, 0.45]", "[2.87, 0, 0.45]"))
+    ran = run("resolve", path, "--no-report", "--out", tmp_path / "run")
+    _is_clear(ran, 1, "No solution", "Nearest miss", " m > ")
+
+
+def test_no_solution_of_a_process_ends_with_its_reasons(process: Run, tmp_path: Path) -> None:
+    text = find_scenario("tasks/closing").read_text().replace("type: ur5e", "type: fr3_2f85, at: {position: [0.1, 0, 0]}")
+    (tmp_path / "closing.yaml").write_text(text)
+    ran = process("resolve", tmp_path / "closing.yaml", "--no-report", "--out", tmp_path / "run")
+    _is_clear(ran, 1, "No solution", "Nearest miss")
+    assert "cramlite explain" in ran.err.splitlines()[-1]  # a library printed what it had not cleaned up
+
+
+def test_a_path_that_is_no_episode(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("hello")
+    _is_clear(run("interpret", tmp_path / "notes.txt"), 2, "notes.txt")
+    (tmp_path / "empty").mkdir()
+    _is_clear(run("interpret", tmp_path / "empty"), 2, "empty")
+
+
+EMPTY = """
+@hookimpl
+def read_episode(path):
+    return Episode("empty", (), (), {}, None) if path.name == "hello.none" else None
+"""
+
+
+def test_an_episode_with_no_events(run: Run, tmp_path: Path, plugin: Callable[[str, str], Path]) -> None:
+    (tmp_path / "hello.none").write_text("")
+    _is_clear(run("interpret", tmp_path / "hello.none", "--plugin", plugin("empty", EMPTY)), 2, "no events")

@@ -1,0 +1,55 @@
+"""A run that was stopped goes on where it stopped; a finished one is not done again."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+COMMAND = [sys.executable, "-m", "cramlite.cli.main", "resolve"]
+
+WORLD = """
+scenario: two_ways
+demonstration: {demonstration}
+robot: {{type: ur5e}}
+budget: {{proofs: 1, sequences: 3}}
+things:
+  - {{name: hook, model: hanger, at: {{position: [0.87, 0, 0.45], yaw: 180 deg}}, with: {{friction: 30}}}}
+  - {{name: tea, model: boxed_product, type: cram:TeaBox, hangs_on: {{hanger: hook, depth: 70 mm}}}}
+  - {{name: basket, model: basket, at: {{position: [0.30, -0.45, 0]}}}}
+"""
+
+
+def test_a_killed_run_keeps_what_it_refused(tmp_path: Path) -> None:
+    """The peg jams, so every candidate is refused; the run is killed as soon as the first one is."""
+    scenario, run = tmp_path / "two_ways.yaml", tmp_path / "run"
+    shipped = Path(__file__).parents[1] / "scenarios" / "fetch_from_hanger" / "demonstration"
+    scenario.write_text(WORLD.format(demonstration=shipped))
+    process = subprocess.Popen([*COMMAND, scenario, "--out", run], stderr=subprocess.PIPE, text=True)
+    manifest = run / "manifest.json"
+    while process.poll() is None and not (manifest.is_file() and json.loads(manifest.read_text())["refused"]):
+        time.sleep(0.02)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    before = json.loads(manifest.read_text())["refused"]
+    assert before[:1] == [1]
+    done = subprocess.run([*COMMAND, scenario, "--out", run], capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    assert "candidate 1:" not in done.stderr.split("No solution")[0]
+    assert "candidate 1, proof" in done.stderr or "Candidate 1: candidate 1" in done.stderr
+    entries = json.loads((run / "trace.json").read_text())["entries"]
+    assert {1, 2, 3} <= {e["candidate"] for e in entries}
+    assert [e["number"] for e in entries] == list(range(1, len(entries) + 1))
+
+
+def test_a_finished_run_is_not_done_again(tmp_path: Path) -> None:
+    arguments = [*COMMAND, "take_off_hanger_tasks", "--out", tmp_path / "run", "--no-report", "--json"]
+    first = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    program = tmp_path / "run" / "program.script"
+    written = program.stat().st_mtime_ns
+    again = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    assert program.stat().st_mtime_ns == written
+    assert json.loads(again.stdout)["plan"] == json.loads(first.stdout)["plan"]

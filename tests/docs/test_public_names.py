@@ -1,0 +1,89 @@
+"""Every public name is documented, and is on the page of Python names that the site has."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import re
+from types import ModuleType
+from typing import Any
+
+import pytest
+from conftest import ROOT
+
+import cramlite
+import cramlite.testing
+from cramlite.model import Value
+from cramlite.plugin import hookspecs
+
+NAMES = [(m, n) for m in (cramlite, cramlite.testing) for n in m.__all__]
+
+
+def _undocumented(value: Any) -> list[str]:
+    """What has no docstring of its own: the thing, or a public method, field or property that it defines itself."""
+    found = [] if _own_doc(value) else [value.__name__]
+    if not inspect.isclass(value):
+        return found
+    said = " ".join(_own_doc(c) for c in value.__mro__ if c not in Value.__mro__)
+    for name in value.__struct_fields__ if issubclass(value, Value) else ():
+        if not re.search(rf"\b{name}\b", said):
+            found.append(f"field {name}")
+    return found
+
+
+@pytest.mark.parametrize(("module", "name"), NAMES, ids=[n for _, n in NAMES])
+def test_no_field_is_documented_that_there_is_not(module: ModuleType, name: str) -> None:
+    value = getattr(module, name)
+    if inspect.isclass(value) and issubclass(value, Value):
+        listed = re.search(r"^Args:\n((?:    .*\n?)+)", inspect.getdoc(value) or "", re.MULTILINE)
+        lines = re.findall(r"^    ([a-z_]+(?:, [a-z_]+)*): ", listed[1] if listed else "", re.MULTILINE)
+        said = {name for line in lines for name in line.split(", ")}
+        assert said <= set(value.__struct_fields__)
+
+
+def _own_doc(value: Any) -> str:
+    """A docstring that a person wrote, and no base class's."""
+    return (vars(value).get("__doc__") if inspect.isclass(value) else inspect.getdoc(value)) or ""
+
+
+@pytest.mark.parametrize(("module", "name"), NAMES, ids=[n for _, n in NAMES])
+def test_every_public_name_is_documented(module: ModuleType, name: str) -> None:
+    value = getattr(module, name)
+    if callable(value) and name not in ("hookimpl",):
+        assert _undocumented(value) == []
+
+
+def test_what_is_not_documented_is_seen() -> None:
+    class Bare(Value):
+        size: float
+
+    assert _undocumented(Bare) == ["Bare", "field size"]
+
+
+@pytest.mark.parametrize("hook", [n for n, f in vars(hookspecs).items() if hasattr(f, "cramlite_spec")])
+def test_every_hook_is_documented(hook: str) -> None:
+    assert len(inspect.getdoc(getattr(hookspecs, hook)) or "") > 40
+
+
+def _generated() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "site" / "generated.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_page_of_python_names_has_all() -> None:
+    page = _generated().python_page()
+    heads = re.findall(r"^### (\w+)$", page, re.MULTILINE)
+    assert heads == [n for _, n in NAMES]
+    assert "- `places` = `False`: True for tasks that choose where to put something" in page  # each with its own text
+    assert 'sample_robot(backend: str = \'\')' in page
+    assert " at 0x" not in page  # the same page from every build
+
+
+def test_the_navigation_has_every_page() -> None:
+    text = (ROOT / "mkdocs.yml").read_text()
+    listed = set(re.findall(r": ([\w/-]+\.md)$", text, re.MULTILINE))
+    there = {p.relative_to(ROOT / "docs").as_posix() for p in (ROOT / "docs").rglob("*.md")}
+    assert listed == there | set(_generated().PAGES)

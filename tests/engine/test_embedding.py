@@ -1,0 +1,125 @@
+"""cramlite inside other programs: two engines, threads, an asyncio server, cancellation; the results are the same."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
+from cramlite.plugin import UserError
+
+SCENARIO = read_scenario(find_scenario("take_off_hanger_tasks"))
+
+
+def _first(engine: Engine) -> Solution:
+    return next(engine.resolve(SCENARIO))
+
+
+@pytest.fixture(scope="module")
+def alone() -> Solution:
+    """What one engine finds with nobody beside it."""
+    return _first(Engine())
+
+
+def test_two_engines_in_two_threads(alone: Solution) -> None:
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(_first, (Engine(), Engine())))
+    for solution in found:
+        assert solution.code == alone.code
+        assert solution.verdict == alone.verdict
+        assert solution.trace.to_json() == alone.trace.to_json()
+
+
+def test_two_engines_take_turns(alone: Solution) -> None:
+    first, second = (Engine().resolve(SCENARIO), Engine().resolve(SCENARIO))
+    one, other = next(first), next(second)
+    assert one.code == other.code == alone.code
+    assert next(first).code == next(second).code != alone.code
+
+
+def test_different_plugins_in_one_process(alone: Solution) -> None:
+    other = Engine(blocked=["antipodal"] if "antipodal" in {i.name for i in Engine().registry.infos} else ["touch"])
+    assert _first(other).verdict.passed
+    assert _first(Engine()).code == alone.code
+
+
+def test_an_asyncio_server(alone: Solution) -> None:
+    engine, beats = Engine(), []
+
+    async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        name = (await reader.readline()).decode().strip()
+        scenario = read_scenario(find_scenario(name))
+        solution = await asyncio.to_thread(lambda: next(engine.resolve(scenario)))
+        writer.write(json.dumps({"plan": str(solution.plan), "code": solution.code}).encode() + b"\n")
+        await writer.drain()
+        writer.close()
+
+    async def beat() -> None:
+        while True:
+            beats.append(1)
+            await asyncio.sleep(0.05)
+
+    async def ask(port: int) -> dict[str, str]:
+        reader, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.write(b"take_off_hanger_tasks\n")
+        line = await reader.readline()
+        writer.close()
+        return dict(json.loads(line))
+
+    async def both() -> list[dict[str, str]]:
+        server = await asyncio.start_server(answer, "127.0.0.1", 0)
+        heart = asyncio.create_task(beat())
+        port = server.sockets[0].getsockname()[1]
+        answers = await asyncio.gather(ask(port), ask(port))
+        heart.cancel()
+        server.close()
+        return answers
+
+    first, second = asyncio.run(both())
+    assert first == second == {"plan": str(alone.plan), "code": alone.code}
+    assert len(beats) > 5  # the loop went on while programs were made
+
+
+def test_stop_from_another_thread() -> None:
+    trace, asked = Trace(), threading.Event()
+
+    def progress(_: str) -> None:
+        asked.set()
+
+    solutions = Engine().resolve(SCENARIO, trace=trace, progress=progress, stop=asked.is_set)
+    assert next(solutions, None) is None
+    assert (trace.entries[-1].outcome, trace.entries[-1].reason) == ("capped", "stopped by the caller")
+    assert not [e for e in trace.entries if e.designator == "proof"]
+
+
+def test_stop_before_it_begins_and_an_iterator_that_is_dropped() -> None:
+    assert list(Engine().resolve(SCENARIO, stop=lambda: True)) == []
+    threads = threading.active_count()
+    solutions = Engine().resolve(SCENARIO)
+    next(solutions)
+    del solutions
+    assert threading.active_count() == threads  # nothing runs on
+
+
+def test_where_a_run_ended_is_where_the_next_begins(alone: Solution) -> None:
+    after = alone.setting.after(alone)
+    tea = after.world.thing("tea")
+    moved = tea.pose.distance(alone.setting.world.thing("tea").pose)[0]
+    assert moved > 0.2
+    assert ("in", "tea", "basket") in after.relations
+    assert after.world.thing("basket") == alone.setting.world.thing("basket")
+    held = replace(alone, candidate=replace(alone.candidate, rollout=None))
+    with pytest.raises(UserError, match="did not run here"):
+        alone.setting.after(held)
+
+
+def test_import_has_no_side_effects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    _first(Engine())
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,71 @@
+"""Doubts about a scenario before the search: other units, things inside each other, things that stand on nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, Run
+
+from cramlite import Engine, read_scenario
+from cramlite.engine.scenario_doubts import doubts
+
+ENGINE = Engine()
+SHIPPED = sorted((ROOT / "scenarios").glob("*.yaml"))
+
+
+def _doubts(path: Path) -> list[str]:
+    scenario = read_scenario(path)
+    return doubts(scenario, ENGINE.setting(scenario), ENGINE.knowledge)
+
+
+@pytest.mark.parametrize("path", [p for p in SHIPPED if not p.stem.endswith("_camera")], ids=lambda p: p.stem)
+def test_there_are_none_about_what_is_shipped(path: Path) -> None:
+    assert _doubts(path) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (
+            "[0.87, 0, 0.45], yaw: 180 deg",
+            "[0.87, 0, 0.45], yaw: 180",
+            "'yaw' is 180 rad, more than a turn; write '180 deg'",
+        ),
+        ("[0.30, -0.45, 0]", "[300, -450, 0]", "300 m is far away; write '300 mm'"),
+        ("[0.30, -0.45, 0]", "[0.05, 0, 0]", "'basket' and the robot 'arm' overlap by"),
+        (
+            "hangs_on: {hanger: hook, depth: 70 mm}",
+            "at: {position: [0.5, -0.45, 0.1]}",
+            "'basket' and 'tea' overlap by",
+        ),
+        (
+            "hangs_on: {hanger: hook, depth: 70 mm}",
+            "at: {position: [0.5, 0.4, 0.6]}",
+            "'tea' stands on nothing and falls; 'floor' is 601 mm below its middle",
+        ),
+        (
+            "hangs_on: {hanger: hook, depth: 70 mm}",
+            "at: {position: [1.5, 0.4, 0.6]}",
+            "'tea' stands on nothing and falls; nothing is below it",
+        ),
+    ],
+)
+def test_each_is_named_with_file_and_line(old: str, new: str, says: str, spoiled: Callable[..., Path]) -> None:
+    path = spoiled((old, new))
+    line = next(k for k, text in enumerate(path.read_text().splitlines(), 1) if new in text)
+    found = [d for d in _doubts(path) if says in d]
+    assert len(found) == 1, _doubts(path)
+    assert found[0].startswith(f"{path}:") and abs(int(found[0].split(":")[1]) - line) <= 3  # the thing, or its key
+
+
+def test_check_prints_them_and_passes(spoiled: Callable[..., Path], run: Run) -> None:
+    ran = run("check", spoiled(("[0.30, -0.45, 0]", "[0.05, 0, 0]")))
+    assert ran.code == 0
+    assert "overlap by" in ran.out.splitlines()[0]
+
+
+def test_a_simulator_need_not_have_any(spoiled: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(type(ENGINE.knowledge.simulator), "doubts")
+    assert _doubts(spoiled(("[0.30, -0.45, 0]", "[0.05, 0, 0]"))) == []

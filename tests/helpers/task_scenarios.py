@@ -1,0 +1,90 @@
+"""The scenarios of the task types: each with a sibling that must fail, and what that one's refusal must say."""
+
+from __future__ import annotations
+
+from itertools import islice
+
+from msgspec.structs import replace
+
+from cramlite import Budget, Engine, NoSolution, Trace, find_scenario, read_scenario
+from cramlite.engine.candidates import attempts
+from cramlite.model import Verdict
+from cramlite.planning.task_goals import plan_from_tasks
+from cramlite.plugin import Candidate
+from cramlite.scenario.scenario import RobotSpec
+
+REFUSED = {
+    "assuming_arm_pose": "during 1.AssumingArmPose 'arm_moves()' does not hold",
+    "assuming_arm_pose_constrained": "1.AssumingArmPoseConstrained/touch: no contact within 0.09 m",
+    "closing": "during 1.Closing 'joint_falls(Patient) or isa(Patient, soma:Lid) and moves(Patient)' does not hold",
+    "close_gripper_task": "3.CloseGripperTask/close: an object stopped the fingers",
+    "extract_hole_from_peg": "during 2.ExtractHoleFromPeg 'grasps(Gripper, Locatum)' does not hold",
+    "grasping": "after 1.Grasping 'grasps(Gripper, Patient)' does not hold",
+    "holding": "during 3.Holding 'grasps(Gripper, Patient)' does not hold",
+    "insert_hole_onto_peg": "3.InsertHoleOntoPeg/lower: no contact within 0.0135 m",
+    "looking_at": "after 1.LookingAt 'in_view(Patient)' does not hold",
+    "looking_for": "dul:PhysicalObject is no cram:CoffeePack",
+    "navigating": "after 1.Navigating 'stands_at(Base, Destination)' does not hold",
+    "no_op": "'arm/forearm_link' hit 'weight'",
+    "opening": "1.Opening/pull: force",
+    "open_gripper_task": "during 1.OpenGripperTask 'gripper_moves()' does not hold",
+    "parking_arms": "during 1.ParkingArms 'arm_moves()' does not hold",
+    "picking_up": "after 2.PickingUp 'grasps(Gripper, Locatum)' does not hold",
+    "placing": "after 3.Placing 'touches(Locatum, Relatum)' does not hold",
+    "pouring": "0 of 12 grains of 'jug' are in 'bowl', 11 are wanted",
+    "pushing": "during 1.Pushing 'touches(Gripper, Patient)' does not hold",
+    "putting_down": "3.PuttingDown/lower: no contact within 0.09 m",
+    "reaching": "during 1.Reaching 'approaches(Goal) or labelled(soma:Reaching, Goal)' does not hold",
+    "releasing": "3.Releasing/PuttingDown/lower: no contact within 0.09 m",
+    "retracting": "before 1.Retracting 'touches(Locatum, Relatum) or between_fingers(Relatum)' never held",
+    "sliding_gripper": "2.SlidingGripper/stroke: no contact for",
+    "sliding_object": "2.SlidingObject/stroke: force",
+    "transporting": "during 3.Transporting 'grasps(Gripper, Patient)' does not hold",
+    "ungrasping": "from the middle of the opening of 'basket'",
+}
+"""Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
+
+MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt"}
+"""Further scenarios that are proven, with the task that they are about."""
+BLOCKED = {
+    "looking_at_hidden": "0 % of 'coffee' would be seen, 50 % is needed; 'board' hides most",
+    "looking_for_far": "view_2: wrist centre at 1.945 m > 0.917 m of arm 'ur5e'",
+    "looking_at_mobile_stays": "m > 0.917 m of arm 'ur5e_mobile'",
+    "navigating_blocked": "from the start, 1272 places were looked at",
+    "opening_blocked": "mm inside 'post'",
+    "pouring_full": "'bowl' would overflow: it holds 80 of",
+}
+"""Further scenarios that are refused."""
+
+
+COMPOUND = {
+    "pick_and_place": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.09 m",
+    "from_drawer": "1.Opening/pull: force",
+    "set_table": "not beside: 0 mm left of 'bowl_stand'",
+    "pour_and_put_back": "0 of 12 grains of 'jug' are in 'bowl', 11 are wanted",
+}
+"""The same for the scenarios of several tasks."""
+
+
+def attempt(
+    engine: Engine, name: str, seed: int = 0, robot: RobotSpec | None = None, folder: str = "tasks"
+) -> tuple[Candidate | None, Verdict | None, str]:
+    """The first complete program of a scenario, run and judged: candidate, verdict, and all reasons against it.
+
+    Without a candidate the reasons are those of the search, or of the search for a place to look from.
+
+    Args:
+        robot: what its line ``robot:`` says instead.
+        folder: below the shipped scenarios.
+    """
+    scenario = read_scenario(find_scenario(f"{folder}/{name}"))
+    if robot is not None:
+        scenario = replace(scenario, spec=scenario.spec.model_copy(update={"robot": robot}))
+    try:
+        setting, trace = engine.setting(scenario, seed=seed), Trace()
+    except NoSolution as nowhere:  # the camera cannot be brought to where it is to look
+        return None, None, str(nowhere)
+    plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
+    for candidate, verdict in islice(attempts(plan, setting, engine.knowledge, Budget(proofs=1), trace), 1):
+        return candidate, verdict, "" if verdict.passed else verdict.reason
+    return None, None, "; ".join(e.reason for e in trace.entries)

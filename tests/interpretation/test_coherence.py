@@ -1,0 +1,88 @@
+"""Candidates: sequences that agree with themselves; the others are left out, for the reason that they contradict."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from cramlite import Engine, Interpretation
+from cramlite.interpretation.coherence import Claims, candidates, coherent, same
+
+SHIPPED = Path(__file__).parent.parent / "scenarios"
+ENGINE = Engine()
+
+
+@cache
+def found(name: str) -> Interpretation:
+    return ENGINE.interpret(ENGINE.read_episode(SHIPPED / name / "demonstration"))
+
+
+def names(name: str) -> list[list[str]]:
+    listed = candidates(found(name), ENGINE.knowledge.rules)
+    return [[m.task.split(":")[-1] for m in sequence.matches] for sequence in listed]
+
+
+@pytest.mark.parametrize("name", ["fetch_from_hanger", "hang_onto_hanger"])
+def test_candidates_are_few_of_many_and_the_best_ranked_is_one(name: str) -> None:
+    listed = names(name)
+    assert 1 < len(listed) < found(name).count()
+    best = next(found(name).sequences())
+    assert listed[0] == [m.task.split(":")[-1] for m in best.matches]
+
+
+def test_no_candidate_carries_what_was_never_grasped() -> None:
+    readings = {m.task.split(":")[-1] for a in found("fetch_from_hanger").actions for m in a.matches}
+    assert {"Reaching", "Grasping", "Transporting"} <= readings
+    for tasks in names("fetch_from_hanger"):
+        assert tasks[0] == "Grasping"  # by another reading of the first action, nothing would be held
+        assert "ExtractHoleFromPeg" in tasks and "Ungrasping" in tasks
+
+
+def test_a_thing_may_hang_without_having_been_said_to_be_lifted_first() -> None:
+    listed = names("hang_onto_hanger")
+    assert {tuple(t) for t in listed} >= {
+        ("Grasping", "PickingUp", "InsertHoleOntoPeg", "Releasing", "AssumingArmPose"),
+        ("Grasping", "Holding", "InsertHoleOntoPeg", "Releasing", "AssumingArmPose"),
+    }
+    assert all("InsertHoleOntoPeg" in t and "Releasing" in t for t in listed)
+
+
+NOTHING: frozenset[tuple[str, ...]] = frozenset()
+HELD, FREE = frozenset({("grasps", "_", "box")}), frozenset({("grasps", "_", "_")})
+TAKE = Claims(NOTHING, FREE, HELD, NOTHING, False)
+CARRY = Claims(HELD, NOTHING, NOTHING, NOTHING, False)
+LEAVE = Claims(HELD, NOTHING, NOTHING, HELD, False)
+MOVE = Claims(NOTHING, NOTHING, NOTHING, NOTHING, False)
+REST = Claims(NOTHING, NOTHING, NOTHING, NOTHING, True)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "good"),
+    [
+        ([TAKE, CARRY, LEAVE], True),
+        ([TAKE, MOVE, LEAVE], True),
+        ([MOVE, MOVE, MOVE], False),  # 4: the last one moves, and says nothing of the end that it sees
+        ([MOVE, MOVE, REST], True),
+        ([MOVE, CARRY, LEAVE], False),  # 1: nobody took it
+        ([TAKE, CARRY, MOVE], False),  # 4
+        ([TAKE, CARRY, REST], False),  # 3: it would still be held
+    ],
+)
+def test_what_a_sequence_must_explain(chosen: list[Claims], good: bool) -> None:
+    readings = [[TAKE, MOVE], [CARRY, MOVE], [LEAVE, MOVE, REST]]
+    assert coherent(chosen, readings) is good
+
+
+def test_what_lasts_must_have_been_begun() -> None:
+    hung = Claims(NOTHING, NOTHING, frozenset({("touches", "box", "hook/peg")}), NOTHING, False)
+    assert coherent([hung], [[hung, MOVE]])
+    assert not coherent([MOVE], [[hung, MOVE]])
+
+
+def test_facts_about_parts_are_about_their_wholes() -> None:
+    assert same(("touches", "box", "hook"), ("touches", "box", "hook/peg"))
+    assert same(("grasps", "_", "box"), ("grasps", "hand", "_"))
+    assert not same(("touches", "box", "hook"), ("touches", "box", "table"))
+    assert not same(("touches", "box", "hook"), ("supports", "box", "hook"))

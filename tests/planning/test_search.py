@@ -1,0 +1,300 @@
+"""The search, with small plugins in files: order, backjumping, no-goods, caps, budgets, faults."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cramlite import Budget, Trace
+from cramlite.base.seeds import derive_seed
+from cramlite.model import Action, Belief, Location, Object, RobotMount, World
+from cramlite.planning.choice_point import CAPS
+from cramlite.planning.search import Search
+from cramlite.planning.state import State
+from cramlite.plugin import Context, UserError
+from cramlite.plugin.entry_points import GROUP
+from cramlite.plugin.registry import Registry
+from cramlite.plugin.task_type import task_type
+
+Plugin = Callable[[str, str], Path]
+OWN = tuple(p.name for p in importlib.metadata.entry_points(group=GROUP))
+
+OBJECTS = """
+@hookimpl
+def resolve_object(designator, belief, context):
+    return [Grounding(f"{designator.name}_{k}", f"number {k}", cost=k) for k in range(COUNT)]
+"""
+PLACES = """
+ASKED = []
+@hookimpl
+def resolve_location(location, belief, context):
+    ASKED.append(location.name)
+    if location.relation == "far":
+        raise Unresolvable("reach 0.91 m > 0.85 m", because=(location.of,))
+    return [Grounding(f"{location.name}_{k}", f"number {k}", cost=k) for k in range(COUNT)]
+"""
+
+
+class Trial:
+    """One search over designators, with the plugins of some files and no others."""
+
+    def __init__(self, *files: Path, budget: Budget | None = None) -> None:
+        self.registry = Registry(files, blocked=OWN)
+        self.trace = Trace()
+        tasks = {t.task: t for _, t in self.registry.collect("task_types")}
+        owners = {t.task: plugin for plugin, t in self.registry.collect("task_types")}
+        context = Context(None, RobotMount("arm", "none"), {}, None, seed=5)  # type: ignore[arg-type]
+        self.search = Search(self.registry, tasks, owners, context, self.trace, budget or Budget())
+
+    def bindings(self, *agenda: Any) -> list[dict[str, Any]]:
+        belief = Belief(World(()), {}, "arm", (), 0.0)
+        return [dict(s.bindings) for s in self.search.solve(State(agenda, belief))]
+
+    def outcomes(self, designator: str, outcome: str) -> list[str]:
+        return [e.text for e in self.trace.entries if (e.designator, e.outcome) == (designator, outcome)]
+
+    def module(self, name: str) -> Any:
+        return self.registry._manager.get_plugin(name)
+
+
+def _with(body: str, count: int) -> str:
+    return f"COUNT = {count}\n{body}"
+
+
+def _cost(costs: Sequence[float]) -> str:
+    return (
+        "@hookimpl\ndef resolve_object(designator, belief, context):\n"
+        f"    for c in {list(costs)}:\n        yield Grounding(f'at {{c}}', 'because', cost=c)\n"
+    )
+
+
+def test_alternatives_of_plugins_are_merged_by_cost(plugin: Plugin) -> None:
+    trial = Trial(plugin("even", _cost([0, 2, 4])), plugin("odd", _cost([1, 3])))
+    assert [b["cup"] for b in trial.bindings(Object("cup"))] == [f"at {c}" for c in range(5)]
+
+
+def test_answers_are_taken_one_at_a_time(plugin: Plugin) -> None:
+    body = (
+        "TAKEN = []\n@hookimpl\ndef resolve_object(designator, belief, context):\n"
+        "    for k in range(100):\n        TAKEN.append(k)\n        yield Grounding(str(k), 'x', cost=k)\n"
+    )
+    trial = Trial(plugin("lazy", body))
+    belief = Belief(World(()), {}, "arm", (), 0.0)
+    next(trial.search.solve(State((Object("cup"),), belief)))
+    assert len(trial.module("lazy").TAKEN) <= 2
+
+
+def test_search_jumps_over_choices_that_do_not_matter(plugin: Plugin) -> None:
+    """The k-th grasp is not tried because the basket is out of reach."""
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 2)), plugin("my_places", _with(PLACES, 5)))
+    agenda = (Object("tea"), Object("basket"), Location("grasp", "grasp", "tea"), Location("in", "far", "basket"))
+    assert trial.bindings(*agenda) == []
+    asked = trial.module("my_places").ASKED
+    assert asked.count("in") == 2, "once for each basket"
+    assert asked.count("grasp") == 2, "not once more for any of its five alternatives"
+
+
+def test_without_a_cause_every_choice_is_tried(plugin: Plugin) -> None:
+    body = PLACES.replace(", because=(location.of,)", "")
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 2)), plugin("my_places", _with(body, 5)))
+    agenda = (Object("tea"), Object("basket"), Location("grasp", "grasp", "tea"), Location("in", "far", "basket"))
+    assert trial.bindings(*agenda) == []
+    assert trial.module("my_places").ASKED.count("in") > 4
+
+
+def test_a_combination_that_failed_is_not_tried_again(plugin: Plugin) -> None:
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 2)))
+    belief = Belief(World(()), {}, "arm", (), 0.0)
+    states = trial.search.solve(State((Object("tea"), Object("basket")), belief))
+    found = [dict(next(states).bindings)]
+    try:
+        while True:
+            found.append(dict(states.send(frozenset({"basket"})).bindings))
+    except StopIteration:
+        pass
+    assert found == [{"tea": "tea_0", "basket": "basket_0"}, {"tea": "tea_0", "basket": "basket_1"}]
+
+
+def test_choice_points_are_capped(plugin: Plugin) -> None:
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 50)))
+    assert len(trial.bindings(Object("tea"))) == CAPS[Object]
+    assert any(e.outcome == "capped" for e in trial.trace.entries)
+
+
+def test_asks_are_counted(plugin: Plugin) -> None:
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 5)), budget=Budget(asks=3))
+    trial.bindings(*(Object(f"cup{k}") for k in range(5)))
+    assert "3 designators were asked about" in trial.trace.entries[-1].reason
+
+
+def test_a_generator_without_answers_and_one_that_says_none(plugin: Plugin) -> None:
+    silent = "@hookimpl\ndef resolve_object(designator, belief, context):\n    return None\n    yield\n"
+    trial = Trial(plugin("silent", silent), plugin("my_objects", _with(OBJECTS, 1)))
+    assert trial.bindings(Object("tea")) == [{"tea": "tea_0"}]
+    assert trial.registry.faults == []
+
+
+def test_nobody_answers() -> None:
+    trial = Trial()
+    assert trial.bindings(Object("tea")) == []
+    assert any("no plugin resolves tea" in e.reason for e in trial.trace.entries)
+
+
+@pytest.mark.parametrize("answer", ["['tea']", "[None]", "5"])
+def test_answers_of_a_wrong_type_are_the_plugins_fault(answer: str, plugin: Plugin) -> None:
+    wrong = f"@hookimpl\ndef resolve_object(designator, belief, context):\n    return {answer}\n"
+    trial = Trial(plugin("wrong", wrong), plugin("my_objects", _with(OBJECTS, 1)))
+    assert trial.bindings(Object("tea")) == [{"tea": "tea_0"}]
+    (fault,) = trial.registry.faults
+    assert (fault.plugin, fault.hook, fault.designator) == ("wrong", "resolve_object", "tea")
+
+
+def test_refusals_reach_the_trace(plugin: Plugin) -> None:
+    body = "@hookimpl\ndef resolve_object(designator, belief, context):\n    yield Refused('tin', 'it has no hole')\n"
+    trial = Trial(plugin("my_objects", body))
+    assert trial.bindings(Object("tea")) == []
+    assert trial.outcomes("tea", "refused") == ["tin"]
+
+
+TASK = """
+class Task(TaskType):
+    task = "x:Task"
+    def decompose(self, action, belief):
+        {decompose}
+    def effects(self, action, belief):
+        {effects}
+
+@hookimpl
+def task_types():
+    return [Task()]
+"""
+FINE = {"decompose": "return [Decomposition((), 'nothing to do')]", "effects": "return belief"}
+
+
+@pytest.mark.parametrize(
+    ("change", "solutions", "faults"),
+    [
+        ({}, 1, []),
+        ({"decompose": "return None"}, 0, ["decompose"]),
+        ({"decompose": "raise KeyError('x')"}, 0, ["decompose"]),
+        ({"decompose": "raise Unresolvable('holds nothing')"}, 0, []),
+        ({"effects": "raise KeyError('x')"}, 0, ["effects"]),
+    ],
+)
+def test_task_types_that_break(change: dict[str, str], solutions: int, faults: list[str], plugin: Plugin) -> None:
+    trial = Trial(plugin("task", TASK.format(**{**FINE, **change})))
+    assert len(trial.bindings(Action("1.Task", "x:Task"))) == solutions
+    assert [f.hook for f in trial.registry.faults] == faults
+
+
+def test_an_override_comes_before_the_tasks_own_way(plugin: Plugin) -> None:
+    override = (
+        "@hookimpl\ndef resolve_action(action, belief, context):\n"
+        "    return [Grounding(Decomposition((), 'mine'), 'mine', key='mine')]\n"
+    )
+    trial = Trial(plugin("task", TASK.format(**FINE)), plugin("override", override))
+    trial.bindings(Action("1.Task", "x:Task"))
+    assert trial.outcomes("1.Task", "chosen") == ["mine", "nothing to do"]
+
+
+def test_hooks_are_asked_in_the_order_of_the_agenda(plugin: Plugin) -> None:
+    body = "ASKED = []\n" + "".join(
+        f"@hookimpl\ndef resolve_{kind}({argument}, belief, context):\n"
+        f"    ASKED.append({argument}.name)\n    return [Grounding('x', 'x')]\n"
+        for kind, argument in (("object", "designator"), ("location", "location"))
+    )
+    trial = Trial(plugin("order", body))
+    agenda = (Object("tea"), Location("grasp", "grasp", "tea"), Object("basket"), Location("grasp", "grasp", "tea"))
+    trial.bindings(*agenda)
+    assert trial.module("order").ASKED == ["tea", "grasp", "basket"], "what is bound is not asked again"
+
+
+def test_seeds_follow_the_choice_path() -> None:
+    path = (("tea", "tea_0"),)
+    assert derive_seed(1, path, "grasp") == derive_seed(1, path, "grasp")
+    others = [derive_seed(2, path, "grasp"), derive_seed(1, (), "grasp"), derive_seed(1, path, "place")]
+    assert derive_seed(1, path, "grasp") not in others
+
+
+def test_task_names(plugin: Plugin) -> None:
+    tasks = Trial(plugin("task", TASK.format(**FINE))).search.tasks
+    assert task_type(tasks, "Task") is task_type(tasks, "x:Task")
+    with pytest.raises(UserError, match="did you mean 'Task'"):
+        task_type(tasks, "Tasc")
+
+
+NESTED = """
+class Part(TaskType):
+    aliases = ()
+    def __init__(self, task, ways):
+        self.task, self.ways = task, ways
+    def decompose(self, action, belief):
+        for k, parts in enumerate(self.ways):
+            steps = tuple(Action(action.inside(f"{{k}}{{p[2:]}}"), p, action.roles) for p in parts)
+            yield Decomposition(steps, f"way {{k}}", cost=k)
+
+@hookimpl
+def task_types():
+    return [Part(task, ways) for task, ways in {ways}.items()]
+"""
+
+
+@pytest.mark.parametrize(
+    ("ways", "solutions", "says"),
+    [
+        ({"x:A": [["x:A"]]}, 0, "a cyclic decomposition: x:A > x:A"),
+        ({"x:A": [["x:B"]], "x:B": [["x:A"]]}, 0, "a cyclic decomposition: x:A > x:B > x:A, with the same objects"),
+        ({"x:A": [["x:B"], []], "x:B": [["x:A"]]}, 1, "a cyclic decomposition"),  # another way that ends
+        ({"x:A": [["x:B", "x:B"]], "x:B": [[]]}, 1, ""),  # twice is no cycle
+        ({"x:A": [["x:Bcd"]], "x:Bce": [[]]}, 0, "no task 'x:Bcd', which 'x:A' is to be made of; did you mean 'x:Bce'"),
+    ],
+)
+def test_what_tasks_are_made_of(
+    ways: dict[str, list[list[str]]], solutions: int, says: str, plugin: Plugin
+) -> None:
+    trial = Trial(plugin("parts", NESTED.format(ways=ways)))
+    assert len(trial.bindings(Action("1.A", "x:A"))) == solutions
+    said = [e.reason for e in trial.trace.entries if e.outcome == "impossible"]
+    assert any(says in s for s in said) if says else not said
+    assert not trial.registry.faults
+    assert len(trial.trace.entries) < 40  # it is seen at once, not when the budget is spent
+
+
+TAKEN = """
+@hookimpl
+def resolve_object(designator, belief, context):
+    for entity in (("basket", "table") if designator.name == "under" else ("basket",)):
+        by = next((k for k, v in context.bindings.items() if v == entity), None)
+        yield Refused(entity, "taken", because=BECAUSE and (by,) or ()) if by else Grounding(entity, "fits")
+"""
+
+
+@pytest.mark.parametrize("because", [True, False])
+def test_a_refusal_names_the_choice_that_is_to_blame(plugin: Plugin, because: bool) -> None:
+    trial = Trial(plugin("taken", f"BECAUSE = {because}\n{TAKEN}"))
+    found = trial.bindings(Object("under"), Object("into"))
+    assert found == ([{"under": "table", "into": "basket"}] if because else [])  # not named, not gone back to
+
+
+ODD_MOTIONS = """
+from cramlite.plugin import Decomposition, TaskType
+class Slide(TaskType):
+    task = "cram:Sliding"
+    summary = "a motion of a kind that nobody knows"
+    def decompose(self, action, belief):
+        yield Decomposition((Location("place", "there"), Motion(action.inside("go"), "slyde", Location("place", "there"))), "odd")
+@hookimpl
+def task_types():
+    return [Slide()]
+"""
+
+
+def test_a_motion_that_nobody_resolves_is_not_cured_by_another_place(plugin: Plugin) -> None:
+    trial = Trial(plugin("my_places", _with(PLACES, 5)), plugin("odd", ODD_MOTIONS))
+    assert trial.bindings(Action("1.Sliding", "cram:Sliding")) == []
+    assert len(trial.outcomes("place", "chosen")) == 1
+    assert [e.reason for e in trial.trace.entries if "no plugin resolves" in e.reason]

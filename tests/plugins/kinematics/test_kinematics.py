@@ -1,0 +1,92 @@
+"""Forward against the MJCF model, Jacobian against differences, inverse against forward."""
+
+from __future__ import annotations
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from scenes import down, make
+
+from cramlite.model import Pose
+from cramlite_plugins.kinematics import kinematics as k
+from cramlite_plugins.robots.ur5e import UR5E
+
+joints = st.tuples(*[st.floats(-3.1, 3.1)] * 6)
+
+
+@given(joints)
+@settings(max_examples=50, deadline=None)
+def test_forward_agrees_with_the_mjcf_model(q: k.Joints) -> None:
+    metres, radians = make().tcp(q).distance(k.forward(UR5E, q))
+    assert metres < 1e-6
+    assert radians < 1e-6
+
+
+def test_a_wrong_table_does_not_agree() -> None:
+    rows = list(UR5E.dh or ())
+    wrong = replace(UR5E, dh=(*rows[:1], (-0.4251, 0.0, 0.0), *rows[2:]))
+    assert make().tcp(UR5E.home).distance(k.forward(wrong, UR5E.home))[0] > 5e-5
+
+
+@given(joints)
+@settings(max_examples=50, deadline=None)
+def test_jacobian_is_the_derivative(q: k.Joints) -> None:
+    here, step = k.forward(UR5E, q), 1e-6
+    for i, column in enumerate(k.jacobian(UR5E, q).T):
+        moved = k.forward(UR5E, [v + step * (j == i) for j, v in enumerate(q)])
+        assert k.twist(here.matrix, moved.matrix) / step == pytest.approx(column, abs=1e-4)
+
+
+@given(joints)
+@settings(max_examples=100, deadline=None)
+def test_inverse_finds_every_pose_that_forward_makes(q: k.Joints) -> None:
+    pose = k.forward(UR5E, q)
+    found = k.inverse(UR5E, pose, seed=q)
+    assert found or k.condition(UR5E, q) < 0.02
+    for solution in found[:16]:
+        assert max(k.forward(UR5E, solution).distance(pose)) < 2e-6
+    assert all(low <= v <= high for s in found for v, (low, high) in zip(s, UR5E.limits, strict=True))
+
+
+@given(joints)
+@settings(max_examples=100, deadline=None)
+def test_the_branch_it_came_from_is_first_away_from_singularities(q: k.Joints) -> None:
+    if k.condition(UR5E, q) > 0.05:
+        assert k.inverse(UR5E, k.forward(UR5E, q), seed=q)[0] == pytest.approx(q, abs=1e-4)
+
+
+def test_all_turns_inside_the_limits_and_no_other() -> None:
+    found = k.inverse(UR5E, down(0.5, 0.2, 0.2))
+    assert len(found) == 8 * 2**5  # eight branches; five joints reach two turns, the elbow one
+    assert len(set(found)) == len(found)
+    narrow = replace(UR5E, limits=((-math.pi, math.pi),) * 6)
+    assert len(k.inverse(narrow, down(0.5, 0.2, 0.2))) == 8
+    assert list(found) == sorted(found, key=lambda q: max(abs(a - b) for a, b in zip(q, UR5E.home, strict=True)))
+
+
+def test_out_of_reach_has_no_solution_and_a_reason_with_numbers() -> None:
+    assert k.inverse(UR5E, down(1.3, 0.0, 0.2)) == ()
+    assert "m > 0.9" in k.reach_shortfall(UR5E, down(1.3, 0.0, 0.2))
+    assert k.inverse(UR5E, down(0.05, 0.0, 0.3)) == ()
+    assert "m < 0.133 m from the base axis" in k.reach_shortfall(UR5E, down(0.05, 0.0, 0.3))
+    assert k.reach_shortfall(UR5E, down(0.5, 0.2, 0.2)) == ""
+
+
+def test_a_robot_without_a_table_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="'ur5e' has no Denavit-Hartenberg table"):
+        k.inverse(replace(UR5E, dh=None), Pose())
+
+
+def test_limits_are_named() -> None:
+    assert "'elbow' at 3.500 rad is outside -3.142 .. 3.142" in k.out_of_limits(UR5E, (0, 0, 3.5, 0, 0, 0))
+    assert k.out_of_limits(UR5E, UR5E.home) == ""
+
+
+def test_mujoco_is_the_version_that_the_margins_were_measured_with() -> None:
+    assert mujoco.__version__.split(".")[0] == "4"
+    assert np.isfinite(k.condition(UR5E, UR5E.home))

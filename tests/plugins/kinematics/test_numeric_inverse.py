@@ -1,0 +1,72 @@
+"""Inverse kinematics of a seven-axis arm: exact, inside the limits, redundant, repeatable, and honest about reach."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cramlite.model import Pose
+from cramlite_plugins.kinematics import kinematics as k
+from cramlite_plugins.kinematics import numeric_inverse
+from cramlite_plugins.motion_planning.cartesian import JointPath, straight
+from cramlite_plugins.motion_planning.space import Refusal
+from cramlite_plugins.robots.fr3 import FR3
+
+FORWARD = Pose.from_axes((0.6, 0.1, 0.4), (1, 0, 0), (0, 0, -1))
+
+
+def positions(count: int) -> list[k.Joints]:
+    low, high = np.array(FR3.limits).T
+    return [tuple(map(float, q)) for q in np.random.default_rng(3).uniform(low, high, (count, 7))]
+
+
+def test_every_pose_is_found_again_exactly() -> None:
+    for q in positions(12):
+        pose = k.forward(FR3, q)
+        found = k.inverse(FR3, pose, seed=q)
+        assert found, q
+        assert found[0] == pytest.approx(q, abs=1e-4)
+        assert all(max(k.forward(FR3, s).distance(pose)) < 2e-6 for s in found)
+        assert all(numeric_inverse.inside(FR3, s) for s in found)
+
+
+def test_the_redundant_joint_is_swept() -> None:
+    found = k.inverse(FR3, FORWARD)
+    assert len(found) >= 8
+    last = sorted({round(q[-1], 3) for q in found})
+    assert last[-1] - last[0] > 1.0
+    assert list(found) == sorted(found, key=lambda q: max(abs(a - b) for a, b in zip(q, FR3.home, strict=True)))
+
+
+def test_the_same_pose_has_the_same_solutions_from_scratch() -> None:
+    first = k.inverse(FR3, FORWARD)
+    k._numeric.cache_clear()
+    numeric_inverse._solver.cache_clear()
+    assert k.inverse(FR3, FORWARD) == first
+
+
+def test_out_of_reach_has_no_solution_and_a_reason_with_numbers() -> None:
+    far = Pose.from_axes((1.3, 0.0, 0.4), (1, 0, 0), (0, 0, -1))
+    assert k.inverse(FR3, far) == ()
+    assert "m > 0.807 m from the shoulder of 'fr3'" in k.reach_shortfall(FR3, far)
+    assert k.reach_shortfall(FR3, FORWARD) == ""
+
+
+def test_no_position_is_beyond_the_span() -> None:
+    shoulder = np.array((0.0, 0.0, 0.333))
+    for q in positions(300):
+        root = k.flange(FR3, q).apply((0.0, 0.0, -0.107))
+        assert math.dist(root, shoulder) <= numeric_inverse.span(FR3) + 1e-6
+
+
+def test_a_straight_line_is_followed_and_one_out_of_reach_is_not() -> None:
+    start = k.inverse(FR3, FORWARD)[0]
+    ahead = FORWARD * Pose((0.0, 0.0, 0.1))
+    path = straight(None, FR3, start, ahead)
+    assert isinstance(path, JointPath)
+    assert k.forward(FR3, path.points[-1]).distance(ahead)[0] < 1e-6
+    beyond = straight(None, FR3, start, FORWARD * Pose((0.0, 0.0, 0.6)))
+    assert isinstance(beyond, Refusal)
+    assert "stops after" in beyond.reason

@@ -1,0 +1,84 @@
+"""Grasps from geometry: what is proposed holds in physics, and what cannot be held is refused with numbers."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cramlite.model import Geom, Pose, Thing
+from cramlite_plugins.locations import antipodal, grasps
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.shapes import ray_casting as rays
+from cramlite_plugins.simulation.objects.products_and_fixtures import block, product
+from cramlite_plugins.simulation.objects.vessels import bottle, can
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import grasp_objects
+import grasps as benchmark
+
+GRIPPER = UR5E.gripper
+
+
+# one development seed of each: block, bowl, mug, mesh carton, mesh bowl, mesh bracket
+@pytest.mark.parametrize("seed", [10005, 10008, 10009, 10012, 10013, 10015])
+def test_one_of_the_first_five_holds(seed: int) -> None:
+    item = grasp_objects.thing(seed)
+    found = benchmark.proposals(item)
+    assert any(benchmark.holds(item, g) for g in found), [g.name for g in found]
+
+
+@pytest.mark.parametrize("seed", [10006, 10013])
+def test_pads_without_friction_hold_nothing(seed: int) -> None:
+    item = grasp_objects.thing(seed)
+    assert not any(benchmark.holds(item, g, friction=0.0) for g in benchmark.proposals(item)[:2])
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.floats(0.01, 0.038), st.floats(0.02, 0.1))
+def test_a_can_is_as_wide_as_its_diameter(radius: float, half: float) -> None:
+    every = grasps.ranked(can("c", Pose(), radius, 2 * half), GRIPPER, 0.9)
+    found = [g for g in every if "shallow" not in g.name and "tips" not in g.name]  # those grip beside the axis
+    assert found
+    assert all(g.width < 2 * radius + 1e-6 and g.slant < math.atan(0.9) for g in every)
+    assert all(g.width == pytest.approx(2 * radius, abs=1e-6) and g.slant < 1e-3 for g in found)
+    assert any("side" in g.name for g in every)
+
+
+def test_a_hanging_product_is_gripped_as_before_and_never_by_its_tab() -> None:
+    found = grasps.ranked(product("p", Pose(), (0.06, 0.05, 0.1)), GRIPPER, 0.9)
+    assert found[0].lever == 0
+    assert all(g.width > 0.04 for g in found)
+
+
+def test_too_wide_names_the_nearest_miss() -> None:
+    big = block("crate", Pose(), (0.12, 0.2, 0.13))
+    assert grasps.ranked(big, GRIPPER, 0.9) == []
+    assert grasps.why_none(big, GRIPPER) == "no face pair of 'crate' (120 mm) fits the gripper's 81 mm"
+    assert grasps.ranked(can("drum", Pose(), 0.05), GRIPPER, 0.9) == []
+
+
+def test_a_part_that_is_walled_in_is_refused() -> None:
+    plates = tuple(Geom("box", (0.1, 0.1, 0.1), Pose((0, 0, s * 0.112))) for s in (1, -1))
+    cage = Thing("cage", "cram:Product", Pose(), (Geom("box", (0.01, 0.01, 0.012)), *plates), mass=1.0)
+    assert grasps.ranked(cage, GRIPPER, 0.9) == []
+    assert "in the way" in grasps.why_none(cage, GRIPPER)
+
+
+def test_slanted_contacts_are_outside_the_cone() -> None:
+    tilted = Pose((0, 0, 0), (math.cos(0.5), 0, 0, math.sin(0.5)))
+    found = antipodal.pinch(rays.body([Geom("box", (0.02, 0.02, 0.05), tilted)]), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)))
+    assert found is not None
+    assert found.slant == pytest.approx(math.pi / 2 - 1.0, abs=1e-6)
+    assert antipodal.pinch(rays.body([Geom("sphere", (0.01,))]), Pose((0.1, 0, 0))) is None
+
+
+def test_a_bottle_is_also_gripped_by_its_neck() -> None:
+    widths = np.array([g.width for g in grasps.ranked(bottle("b", Pose()), GRIPPER, 0.9)])
+    assert np.isclose(widths, 0.028).any()
+    assert np.isclose(widths, 0.068).any()

@@ -1,0 +1,85 @@
+"""Straight lines of the tool, and where they stop."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scenes import TABLE, WALL, down, make, stance
+
+from cramlite.model import Pose
+from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.motion_planning.cartesian import JointPath, interpolate, sampled, straight
+from cramlite_plugins.motion_planning.space import Refusal
+from cramlite_plugins.robots.ur5e import UR5E
+
+START = down(0.5, -0.25, 0.2)
+numbers = st.floats(-1, 1)
+poses = st.builds(
+    lambda p, r: Pose.from_rotvec(p, r), st.tuples(numbers, numbers, numbers), st.tuples(numbers, numbers, numbers)
+)
+
+
+def test_the_tool_stays_on_the_line() -> None:
+    place = make(TABLE)
+    q = stance(place, START)
+    path = straight(place, UR5E, q, [down(0.5, -0.25, 0.1), down(0.6, -0.25, 0.1)], speed=0.1)
+    assert isinstance(path, JointPath), path
+    assert path.points[0] == q
+    assert path.length == pytest.approx(0.2)
+    assert len(path.points) == 41
+    assert max(forward(UR5E, path.points[-1]).distance(down(0.6, -0.25, 0.1))) < 1e-6
+    for joints, way in zip(path.points[:21], path.ways, strict=False):
+        assert max(forward(UR5E, joints).distance(down(0.5, -0.25, 0.2 - way))) < 1e-5
+
+
+def test_it_stops_at_the_wall_and_says_so() -> None:
+    place = make(TABLE, WALL)
+    answer = straight(place, UR5E, stance(place, START), down(0.5, 0.25, 0.2))
+    assert isinstance(answer, Refusal)
+    assert "'wall'" in answer.reason
+    assert 0.1 < answer.fraction < 0.5
+    assert isinstance(straight(None, UR5E, stance(place, START), down(0.5, 0.25, 0.2)), JointPath)
+
+
+def test_it_stops_out_of_reach_at_a_singularity_and_at_the_base() -> None:
+    q = stance(make(), START)
+    far = straight(None, UR5E, q, down(1.2, -0.25, 0.2))
+    assert isinstance(far, Refusal)
+    assert "singularity" in far.reason or "wrist centre" in far.reason
+    near = straight(None, UR5E, q, down(0.0, -0.05, 0.2))
+    assert isinstance(near, Refusal)
+    assert "singularity" in near.reason
+
+
+def test_it_stops_at_a_joint_limit() -> None:
+    q = stance(make(), START)
+    turned = (*q[:5], 6.2)
+    target = forward(UR5E, turned) * Pose.from_rotvec((0, 0, 0), (0, 0, 0.5))
+    answer = straight(None, UR5E, turned, target)
+    assert isinstance(answer, Refusal)
+    assert "'wrist_3'" in answer.reason
+
+
+def test_a_speed_that_a_joint_cannot_follow_is_refused() -> None:
+    q = stance(make(), START)
+    assert isinstance(straight(None, UR5E, q, down(0.5, 0.25, 0.2), speed=0.25), JointPath)
+    answer = straight(None, UR5E, q, down(0.5, 0.25, 0.2), speed=4.0)
+    assert isinstance(answer, Refusal)
+    assert "rad/s >" in answer.reason
+
+
+@given(poses, poses, st.floats(0, 1))
+def test_interpolation_divides_the_way(a: Pose, b: Pose, part: float) -> None:
+    middle, whole = interpolate(a, b, part), a.distance(b)
+    assert a.distance(middle) == pytest.approx([part * v for v in whole], abs=1e-6)
+    assert middle.distance(b) == pytest.approx([(1 - part) * v for v in whole], abs=1e-6)
+
+
+@given(poses, poses)
+def test_samples_keep_their_steps(a: Pose, b: Pose) -> None:
+    way = [a, *sampled(a, [b], 0.05, 0.1)]
+    assert way[-1] == b
+    assert all(p.distance(n)[0] < 0.0501 and p.distance(n)[1] < 0.1001 for p, n in itertools.pairwise(way))

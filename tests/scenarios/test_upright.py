@@ -1,0 +1,74 @@
+"""Open vessels are carried upright, measured where the cup really was while the text ran."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from cramlite import Budget, Engine, read_scenario
+from cramlite.model import Pose, Rollout
+from cramlite_plugins.motion_planning.cartesian import sampled
+from cramlite_plugins.motion_planning.upright import Load, way
+
+SCENARIO = """
+scenario: carry_cup
+title: Carry a cup over a wall; another one keeps the arm from turning the other way round
+tasks:
+  - {task: Grasp, Patient: cup}
+  - {task: PickUp, Locatum: cup, Relatum: floor}
+  - {task: Place, Locatum: cup, Relatum: shelf}
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: shelf, model: table, at: {position: [0.45, -0.35, 0.15]}, with: {size: [0.25 m, 0.25 m, 20 mm]}}
+  - {name: wall, model: table, at: {position: [0.5, -0.07, 0.15]}, with: {size: [0.5 m, 20 mm, 0.3 m]}}
+  - {name: back, model: table, at: {position: [-0.6, 0, 0.8]}, with: {size: [0.8 m, 20 mm, 0.8 m]}}
+  - {name: cup, model: block, type: TYPE, at: {position: [0.5, 0.2, 51 mm]}, with: {size: [50 mm, 50 mm, 100 mm]}}
+"""
+numbers = st.floats(0.2, 0.7)
+
+
+def carried(type_: str, folder: Path) -> tuple[Rollout, str]:
+    """How the first program for a thing of this class went, and its text."""
+    file = folder / "carry_cup.yaml"
+    file.write_text(SCENARIO.replace("TYPE", type_))
+    found = next(Engine().resolve(read_scenario(file), budget=Budget(proofs=1)))
+    assert found.candidate.rollout is not None
+    assert found.candidate.code is not None
+    return found.candidate.rollout, found.candidate.code.text
+
+
+def most_tilted(rollout: Rollout) -> float:
+    """Largest angle between the cup's z axis and the vertical [deg]."""
+    x, y = rollout.poses["cup"][:, 4], rollout.poses["cup"][:, 5]
+    return math.degrees(float(np.arccos(np.clip(1 - 2 * (x**2 + y**2), -1.0, 1.0)).max()))
+
+
+def test_a_cup_stays_within_its_tolerance_while_the_text_runs(tmp_path: Path) -> None:
+    rollout, text = carried("soma:Cup", tmp_path)
+    assert most_tilted(rollout) < 15.0
+    assert "movel" in text.split("PuttingDown/transfer")[1].split("PuttingDown/lower")[0]
+
+
+def test_the_same_shape_that_is_no_vessel_is_tilted_on_the_quickest_way(tmp_path: Path) -> None:
+    rollout, _ = carried("cram:Product", tmp_path)
+    assert most_tilted(rollout) > 15.0
+
+
+@settings(deadline=None, max_examples=40)
+@given(st.tuples(numbers, numbers, numbers), st.tuples(numbers, numbers, numbers), st.floats(-3, 3), st.booleans())
+def test_a_way_between_upright_poses_is_upright_and_keeps_its_height(
+    a: tuple[float, float, float], b: tuple[float, float, float], yaw: float, around: bool
+) -> None:
+    here, there = Pose(a), Pose.from_rotvec(b, (0.0, 0.0, yaw))
+    load = Load("cup", math.radians(1.0), Pose(), (0.0, 0.0, 1.0))
+    corners = way(here, there, load.up, 0.1, around)
+    assert corners[-1] == there
+    assert max(load.tilt(p) for p in sampled(here, corners, 0.05, 0.1)) < 1e-3
+    assert max(p.position[2] for p in corners) == pytest.approx(max(a[2], b[2]) + 0.1)
+    assert load.tilt(Pose.from_rotvec(a, (0.3, 0.0, 0.0))) == pytest.approx(0.3)
