@@ -9,7 +9,7 @@ from .errors import UserError, nearest
 
 def data_folder(kind: str) -> Path:
     """The folder of shipped "ontologies", "task_rules" or "scenarios"."""
-    package = Path(__file__).resolve().parent
+    package = Path(__file__).resolve().parents[1]
     wheel = package / "data" / kind
     return wheel if wheel.is_dir() else package.parent / kind
 

@@ -62,9 +62,9 @@ def parser(commands: Mapping[str, Command]) -> argparse.ArgumentParser:
 
 
 def _version() -> str:
-    from .. import __version__
+    from ..version import VERSION
 
-    return f"cramlite {__version__}"
+    return f"cramlite {VERSION}"
 
 
 def _making(add: Add) -> None:

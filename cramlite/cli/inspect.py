@@ -11,9 +11,10 @@ from .arguments import plugin_choice
 
 def _interpret(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
+    from ..engine.engine import Engine
     from .texts import interpretation_text, repairs_json
 
-    engine = plugin_choice(arguments).engine()
+    engine = Engine.with_plugins(plugin_choice(arguments))
     episode = engine.read_episode(arguments.episode)
     found = engine.interpret(episode)
     if arguments.why:

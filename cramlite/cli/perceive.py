@@ -54,7 +54,9 @@ def perceive_view(
         NoPipeline: the experts cannot answer it.
         UserError: a query or a source that cannot be used.
     """
-    engine = plugins.engine()
+    from ..engine.engine import Engine
+
+    engine = Engine.with_plugins(plugins)
     knowledge = engine.knowledge
     outputs = {o for e in knowledge.experts if e.scope != "view" for o in e.outputs}
     query = replace(parse_query(text, knowledge.taxonomy, outputs), wanted=wants)

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from .. import __version__
 from ..base.errors import NoSolution, PluginError, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
@@ -24,6 +23,7 @@ from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
 from ..planning.trace import Trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
+from ..version import VERSION
 from .arguments import plugin_choice
 from .texts import solution_text
 
@@ -176,7 +176,7 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
         files.append(scenario.beside(scenario.spec.demonstration))
     plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
     return {
-        "cramlite": __version__, "scenario": scenario.name, "content": content_key(*files),
+        "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
         "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip

@@ -311,4 +311,4 @@ def _close_quietly(out: IO[str]) -> None:
 def _serve(arguments: argparse.Namespace) -> int:
     pass  # moved here
 
-    return serve(plugin_choice(arguments).engine())
+    return serve(Engine.with_plugins(plugin_choice(arguments)))

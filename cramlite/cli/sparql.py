@@ -118,7 +118,9 @@ def _query(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
     pass  # moved here
 
-    engine = plugin_choice(arguments).engine()
+    from ..engine.engine import Engine
+
+    engine = Engine.with_plugins(plugin_choice(arguments))
     episodes = [engine.read_episode(path) for path in arguments.episode]
     found = ask(query_text(arguments.sparql), engine.knowledge.ontology_paths, episodes, engine.registry)
     print(as_json(to_json(found)) if arguments.json else table(found))

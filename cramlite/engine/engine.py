@@ -63,6 +63,17 @@ class Engine:
         self.knowledge = Knowledge(self.registry, self.ontologies, rules)
         self._suited: dict[object, Engine] = {}
 
+    @classmethod
+    def with_plugins(cls, plugins: PluginChoice, ontologies: tuple[Path, ...] = (), rules: Path | None = None) -> Engine:
+        """Return an engine with chosen plugins; the other arguments are those of `Engine`.
+
+        Raises:
+            UserError: as ``PluginChoice.registry``.
+        """
+        return cls(
+            files=plugins.files, blocked=plugins.blocked, preferred=plugins.preferred, ontologies=ontologies, rules=rules
+        )
+
     def suited(self, scenario: Scenario) -> Engine:
         """The engine that works on a scenario: this one, or one with what the scenario blocks, prefers and adds to the
         ontologies. ``setting``, ``resolve`` and ``plans`` use it by themselves; the last few are kept.
@@ -70,12 +81,12 @@ class Engine:
         Raises:
             UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
         """
-        plugins, ontologies = self.plugins.asked_by(scenario), scenario.ontologies
+        plugins, ontologies = scenario.with_plugins(self.plugins), scenario.ontologies
         further = tuple(path for path in ontologies if path not in self.ontologies)
         if plugins == self.plugins and not further:
             return self
         key = plugins, further, tuple(p.stat().st_mtime_ns if p.exists() else 0 for p in further)
-        found = self._suited.pop(key, None) or plugins.engine((*self.ontologies, *further), self.rules)
+        found = self._suited.pop(key, None) or Engine.with_plugins(plugins, (*self.ontologies, *further), self.rules)
         self._suited[key] = found
         for old in list(self._suited)[:-KEPT]:
             self._suited.pop(old, None)
@@ -256,11 +267,11 @@ def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine
     """The engine that ``Engine.suited`` gives for a scenario, without one for other scenarios.
 
     Raises:
-        UserError: as ``PluginChoice.asked_by``.
+        UserError: as ``Scenario.with_plugins``.
     """
-    chosen = plugins.asked_by(scenario)
+    chosen = scenario.with_plugins(plugins)
     for file in plugins.files:
         if file.stem in scenario.spec.block:
             where = scenario.where("block", scenario.spec.block.index(file.stem))
             print(f"cramlite: warning: {where}: leaves out the plugin file '{file}'.", file=sys.stderr)
-    return chosen.engine(scenario.ontologies)
+    return Engine.with_plugins(chosen, scenario.ontologies)

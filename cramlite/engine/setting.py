@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.errors import UserError
 from ..base.value import Value
 from ..model.belief import initial_belief
-from ..model.geometry import Pose
 from ..planning.state import State
 
 if TYPE_CHECKING:
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
     from ..planning.state import Item
     from ..plugin.protocols import Backend
     from .late_poses import Tolerance
-    from .solution import Solution
 
 
 
@@ -65,23 +62,3 @@ class Setting(Value):
         if done is None:
             return State(agenda, self.belief())
         return replace(done, agenda=agenda, belief=self.belief().moved(done.belief.joints), choices=())
-
-    def after(self, solution: Solution) -> Setting:
-        """This setting as a solution's run left it: things where they came to rest, the robot at its start again.
-
-        Raises:
-            UserError: something is still in the hand; only what was let go has a place of its own.
-        """
-        rollout, belief = solution.candidate.rollout, solution.candidate.belief
-        if belief.held is not None or rollout is None:
-            what = f"'{belief.held.thing}' is still in the hand" if belief.held else "the program did not run here"
-            raise UserError(
-                f"Nothing can go on from where '{solution.plan}' ends: {what}; let it end with the thing put down."
-            )
-        ends = {n: Pose(tuple(r[-1][:3]), tuple(r[-1][3:])) for n, r in rollout.poses.items() if n in self._movable}
-        real = self.real.moved(ends) if self.real else None
-        return replace(self, world=self.world.moved(ends), relations=tuple(sorted(belief.relations)), real=real)
-
-    @property
-    def _movable(self) -> frozenset[str]:
-        return frozenset(t.name for t in self.world.things if t.movable and t.joint is None)

@@ -61,9 +61,9 @@ def bench(
     ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
     scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))
     taken = (experiment.beside(ablation.plugin),) if ablation.plugin else ()
-    chosen = plugins.asked_by(scenario)
+    chosen = scenario.with_plugins(plugins)
     rules = experiment.beside(ablation.rules) if ablation.rules else None
-    engine = replace(chosen, files=(*chosen.files, *taken)).engine(scenario.ontologies, rules)
+    engine = Engine.with_plugins(replace(chosen, files=(*chosen.files, *taken)), scenario.ontologies, rules)
     watch = Stopwatch()
     engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate", episode="detect")
     return Bench(experiment, scenario, engine, Executor(chosen), watch)

@@ -6,7 +6,7 @@ import base64
 from importlib.resources import files
 from pathlib import Path
 
-from ..report import template
+from ..base.html_template import html_template
 from .report import HEADINGS, plain, share
 from .results import DemonstrationResult
 from .tables import STAGES, Share, Tables
@@ -29,7 +29,7 @@ def page(
     """
     source = (files(__package__) / "page.html.j2").read_text("utf-8")
     style = (files("cramlite.report") / "page.css").read_text("utf-8")
-    return template(source).render(
+    return html_template(source).render(
         title=title, about=about, tables=tables, results=results, changes=changes, style=style, stages=STAGES,
         headings=HEADINGS, share=_share, plain=plain, picture=lambda one, name: _picture(folder / "results" / one / name),
     )  # fmt: skip

@@ -13,13 +13,13 @@ from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
 
-from .. import __version__
 from ..base.errors import UserError
 from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory, content_key
 from ..base.value import Value
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
+from ..version import VERSION
 from .bench import Trial, bench
 from .results import DemonstrationResult
 from .spec import Demonstration, Experiment
@@ -108,7 +108,7 @@ def run_key(order: Order) -> dict[str, Any]:
         *(Path(i.file).resolve().parent for i in place.engine.registry.infos),
     ]
     return {
-        "cramlite": __version__, "experiment": experiment.spec.experiment, "set": order.set_name, "short": order.short,
+        "cramlite": VERSION, "experiment": experiment.spec.experiment, "set": order.set_name, "short": order.short,
         "without": order.without, "scenario": content_key(*files), "code": code_key(folders),
     }  # fmt: skip
 

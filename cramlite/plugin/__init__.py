@@ -12,6 +12,7 @@ from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
     from ..base.errors import CramliteError, Unresolvable, UserError, nearest
+    from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
     from ..base.yaml_file import load_yaml
     from ..interpretation.conditions import Compare, atoms
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "..base.errors": "CramliteError Unresolvable UserError nearest",
+    "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "load_yaml",
     "..interpretation.conditions": "Compare atoms",
@@ -93,6 +95,7 @@ __all__ = [
     "Validator",
     "atoms",
     "hookimpl",
+    "html_template",
     "load_yaml",
     "nearest",
     "parse_quantity",

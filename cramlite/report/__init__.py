@@ -6,15 +6,13 @@ The page needs no network and no other file. A section that breaks is replaced b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+from ..base.html_template import html_template
 from ..base.value import Value
 
 if TYPE_CHECKING:
-    from jinja2 import Environment, Template
-
     from ..base.run_directory import RunDirectory
     from ..engine.engine import Engine
     from ..engine.setting import Setting
@@ -25,7 +23,7 @@ if TYPE_CHECKING:
     from ..planning.trace import Trace
     from ..plugin.protocols import ReportSection
 
-__all__ = ["Finished", "Part", "template", "write_page", "write_report"]
+__all__ = ["Finished", "Part", "write_page", "write_report"]
 
 
 class Finished(Value):
@@ -78,11 +76,6 @@ class Part(Value):
     fault: str = ""
 
 
-def template(text: str) -> Template:
-    """A jinja2 template that escapes every value: names come from people's files."""
-    return _environment().from_string(text)
-
-
 def write_report(run: RunDirectory, solution: Solution, engine: Engine) -> None:
     """Write ``report.html`` about a proven program into a run directory.
 
@@ -103,7 +96,7 @@ def write_page(done: Finished) -> None:
 
     parts = list(_parts(done))
     own = files(__package__)
-    page = template((own / "page.html.j2").read_text("utf-8")).render(
+    page = html_template((own / "page.html.j2").read_text("utf-8")).render(
         done=done,
         parts=[(p, Markup(p.html)) for p in parts],
         style=Markup((own / "page.css").read_text("utf-8")),
@@ -130,10 +123,3 @@ def _part(plugin: str, section: ReportSection, done: Finished, anchor: str) -> P
     except Exception as error:
         fault = done.engine.registry.fault(plugin, "report_sections", section.title, error)
         return Part(anchor, section.title, "", str(fault))
-
-
-@lru_cache(maxsize=1)
-def _environment() -> Environment:
-    from jinja2 import Environment, StrictUndefined
-
-    return Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)

@@ -8,12 +8,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from ..base.errors import UserError
+from ..base.errors import UserError, nearest
 from ..base.quantities import Angle, Length
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..model.geometry import Pose
 from ..model.view import D435, Intrinsics
+from ..plugin.entry_points import plugin_names
+from ..plugin.selection import PluginChoice
 from .task_specs import TaskEntry
 
 
@@ -243,6 +245,20 @@ class Scenario(Value):
     def ontologies(self) -> tuple[Path, ...]:
         """Its further ontology files."""
         return tuple(map(self.beside, self.spec.ontologies))
+
+    def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
+        """Return a choice among plugins, and what this scenario blocks and prefers.
+
+        Raises:
+            UserError: it names a plugin that there is not; with file and line.
+        """
+        block, prefer = self.spec.block, self.spec.prefer
+        known = plugin_names(chosen.files) if block or prefer else set()
+        for key, names in (("block", block), ("prefer", prefer)):
+            for k, name in enumerate(names):
+                if name not in known:
+                    raise UserError(f"{self.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}.")
+        return chosen.but(block, prefer)
 
 
 def read_scenario(path: Path | str) -> Scenario:

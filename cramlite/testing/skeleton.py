@@ -10,9 +10,9 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
-from .. import __version__
 from ..base.errors import UserError
 from ..plugin.expert import OBJECTS, SEGMENT, SEGMENTS, VIEW
+from ..version import VERSION
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
@@ -74,7 +74,7 @@ def _templates(part: str) -> list[Path]:
 
 def _words(kind: str, name: str) -> Mapping[str, str]:
     """What the templates are filled with."""
-    major, minor = __version__.split(".")[:2]
+    major, minor = VERSION.split(".")[:2]
     return {
         "kind": kind, "name": name, "camel": camel(name), "package": f"cramlite_{name}",
         "distribution": f"cramlite-{name.replace('_', '-')}", "minor": f"{major}.{minor}", "next": f"{major}.{int(minor) + 1}",

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from interpretation_samples import SHOP, episode, state, track
 from rule_translations import Fact, clingo_facts, clingo_program, facts_of, prolog_facts, prolog_program

@@ -24,7 +24,7 @@ import mujoco
 import numpy as np
 from planning_problems import Problem, mjcf, problem
 
-sys.path.insert(0, str(File(__file__).parents[1] / "plugins" / "motions"))
+sys.path.insert(0, str(File(__file__).parents[1] / "helpers"))
 
 import coal_check
 

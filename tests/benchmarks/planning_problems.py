@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(File(__file__).parents[1] / "plugins" / "motions"))
+sys.path.insert(0, str(File(__file__).parents[1] / "helpers"))
 
 from scenes import TABLE, box, make
 

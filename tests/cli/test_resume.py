@@ -26,7 +26,7 @@ things:
 def test_a_killed_run_keeps_what_it_refused(tmp_path: Path) -> None:
     """The peg jams, so every candidate is refused; the run is killed as soon as the first one is."""
     scenario, run = tmp_path / "two_ways.yaml", tmp_path / "run"
-    shipped = Path(__file__).parents[1] / "scenarios" / "fetch_from_hanger" / "demonstration"
+    shipped = Path(__file__).parents[2] / "scenarios" / "fetch_from_hanger" / "demonstration"
     scenario.write_text(WORLD.format(demonstration=shipped))
     process = subprocess.Popen([*COMMAND, scenario, "--out", run], stderr=subprocess.PIPE, text=True)
     manifest = run / "manifest.json"

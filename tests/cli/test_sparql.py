@@ -15,7 +15,7 @@ from cramlite.cli import main as cli
 from cramlite.ontology.prefixes import PREFIXES
 
 EPISODE = str(data_folder("scenarios") / "fetch_from_hanger" / "demonstration")
-ORIGINALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "soma"
+ORIGINALS = Path(__file__).resolve().parents[3] / "shared" / "data" / "soma"
 HEAD = "\n".join(f"@prefix {p}: <{n}> ." for p, n in PREFIXES.items()) + "\n"
 
 

@@ -36,7 +36,7 @@ from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
 from cramlite.scenario import scenario
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 REFERENCE = ROOT / "docs" / "reference"
 GENERATED = {REFERENCE / f"{name}.md" for name in ("errors", "predicates", "python", "schema")}

@@ -108,7 +108,7 @@ def test_stop_before_it_begins_and_an_iterator_that_is_dropped() -> None:
 
 
 def test_where_a_run_ended_is_where_the_next_begins(alone: Solution) -> None:
-    after = alone.setting.after(alone)
+    after = alone.setting_after()
     tea = after.world.thing("tea")
     moved = tea.pose.distance(alone.setting.world.thing("tea").pose)[0]
     assert moved > 0.2
@@ -116,7 +116,7 @@ def test_where_a_run_ended_is_where_the_next_begins(alone: Solution) -> None:
     assert after.world.thing("basket") == alone.setting.world.thing("basket")
     held = replace(alone, candidate=replace(alone.candidate, rollout=None))
     with pytest.raises(UserError, match="did not run here"):
-        alone.setting.after(held)
+        held.setting_after()
 
 
 def test_import_has_no_side_effects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import pytest
 from cramlite import Engine, Interpretation
 from cramlite.interpretation.coherence import Claims, candidates, coherent, same
 
-SHIPPED = Path(__file__).parent.parent / "scenarios"
+SHIPPED = Path(__file__).parents[2] / "scenarios"
 ENGINE = Engine()
 
 

@@ -91,7 +91,7 @@ def test_mistakes_are_refused_with_file_and_line(tmp_path: Path, old: str, new: 
 
 
 def test_the_documented_rule_loads(tmp_path: Path) -> None:
-    page = (Path(__file__).parents[1] / "docs" / "reference" / "rules.md").read_text()
+    page = (Path(__file__).parents[2] / "docs" / "reference" / "rules.md").read_text()
     (rule,) = load(tmp_path, page.split("```yaml\n")[1].split("```")[0])
     assert rule.task == "soma:Pouring"
     assert len(rule.clauses) == 6

@@ -16,7 +16,7 @@ from cramlite.ontology.prefixes import PREFIXES
 from cramlite.ontology.taxonomy import Taxonomy, load_taxonomy
 from cramlite.plugin import UserError
 
-ORIGINALS = Path(__file__).resolve().parents[2] / "shared" / "data" / "soma"
+ORIGINALS = Path(__file__).resolve().parents[3] / "shared" / "data" / "soma"
 OURS = data_folder("ontologies")
 HEAD = "\n".join(f"@prefix {p}: <{n}> ." for p, n in PREFIXES.items()) + "\n"
 

@@ -16,7 +16,8 @@ from page_checks import faults
 from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
 from cramlite.base.run_directory import RunDirectory
 from cramlite.model import Plan
-from cramlite.report import template, write_report
+from cramlite.plugin import html_template
+from cramlite.report import write_report
 from cramlite_plugins.reports.shared import anchor
 
 HOSTILE = "<script>alert('x')</script>\"onload=\"y"
@@ -166,4 +167,4 @@ def test_text_that_cannot_run_here_is_said_to(tmp_path: Path, solution: Solution
 
 
 def test_templates_escape() -> None:
-    assert template("{{ x }}").render(x="<b>") == "&lt;b&gt;"
+    assert html_template("{{ x }}").render(x="<b>") == "&lt;b&gt;"

@@ -19,7 +19,7 @@ from cramlite.model import Action, Motion, Object, Pose, World
 from cramlite.perception.recognition import renamed
 from cramlite.plugin import UserError
 
-SCENARIOS = Path(__file__).parents[1] / "scenarios"
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
 FETCH = SCENARIOS / "fetch_from_hanger_camera.yaml"
 variant = partial(changed, FETCH)
 

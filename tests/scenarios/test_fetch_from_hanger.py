@@ -14,7 +14,7 @@ from as_a_user import changed, cramlite
 
 ROBOT = "robot: {type: ur5e}"
 HOOK = "at: {position: [0.87, 0, 0.45], yaw: 180 deg}\n"
-SCENARIO = Path(__file__).parents[1] / "scenarios" / "fetch_from_hanger.yaml"
+SCENARIO = Path(__file__).parents[2] / "scenarios" / "fetch_from_hanger.yaml"
 variant = partial(changed, SCENARIO)
 
 

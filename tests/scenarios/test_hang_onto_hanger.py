@@ -19,7 +19,7 @@ from cramlite import read_scenario
 from cramlite.model import Thing, World
 from cramlite.scenario.worlds import real_world
 
-SCENARIO = Path(__file__).parents[1] / "scenarios" / "hang_onto_hanger.yaml"
+SCENARIO = Path(__file__).parents[2] / "scenarios" / "hang_onto_hanger.yaml"
 variant = partial(changed, SCENARIO)
 ROBOT = "robot: {type: ur5e}"
 ONCE = (ROBOT, ROBOT + "\nbudget: {proofs: 1, sequences: 1}")

@@ -9,7 +9,7 @@ import pytest
 from cramlite import Budget, Engine, Trace, read_scenario
 from cramlite.model import Rollout, SpiralSearch, walk
 
-SHIPPED = Path(__file__).parents[1] / "scenarios" / "retry_on_hanger.yaml"
+SHIPPED = Path(__file__).parents[2] / "scenarios" / "retry_on_hanger.yaml"
 SLIDE = """
 scenario: slide
 tasks:

@@ -22,7 +22,7 @@ from cramlite.plugin.registry import Registry
 from cramlite_plugins.robots.fr3 import FR3
 from cramlite_plugins.simulation.execute import execute_file
 
-SCENARIOS = Path(__file__).parents[1] / "scenarios"
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
 LINE = "robot: {type: ur5e}"
 MINE = """
 from msgspec.structs import replace

@@ -49,7 +49,7 @@ def test_it_is_proven(name: str, tmp_path: Path) -> None:
 
 
 def test_a_shelf_that_is_too_high_is_refused(tmp_path: Path) -> None:
-    shipped = Path(__file__).parents[1] / "scenarios" / "place_on_shelf.yaml"
+    shipped = Path(__file__).parents[2] / "scenarios" / "place_on_shelf.yaml"
     scenario = tmp_path / "high.yaml"
     scenario.write_text(shipped.read_text().replace("[0.45, -0.35, 0.15]", "[0.45, -0.35, 1.05]"))
     done = resolve(scenario, tmp_path / "run")

@@ -20,7 +20,7 @@ from cramlite.testing.plugin_checks import check_backend, check_expert, check_pr
 from cramlite.testing.task_checks import KINDS, RELATIONS, check_task_type, sample_belief
 from cramlite_plugins.motions.motion_kinds import KINDS as SHIPPED
 
-MOTIONS = Path(__file__).parent.parent / "docs" / "reference" / "motions.md"
+MOTIONS = Path(__file__).parents[2] / "docs" / "reference" / "motions.md"
 WORDS = {"corner", "end", "stage", "to", "expect", "after"}
 """Parameters of motions that say what is meant rather than how much."""
 

@@ -111,5 +111,5 @@ class Place:
         world = here.real or here.world
         rollout = self._engine.knowledge.simulator.execute(solution.code, world, robots, mount=mount, seed=here.seed)
         if rollout.outcome == "finished":
-            self._setting = here.after(solution)
+            self._setting = solution.setting_after()
         return rollout.outcome == "finished"

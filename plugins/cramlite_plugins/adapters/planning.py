@@ -9,22 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from cramlite import Engine, Goal, Setting, Solution, Trace, nearest_miss
+from cramlite import Engine, Goal, Operator, PlanningProblem, Setting, Solution, Trace, nearest_miss, planning_problem
 from cramlite.model import Value
-from cramlite.planning.goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
-from cramlite.planning.operators import Fact, Grounder, Operator, Pattern, facts_of, matches
 from cramlite.plugin import UserError
 
 Planner = Callable[[Any], "list[str] | None"]
 """From a unified-planning problem to the names of the actions of a plan; None where there is none."""
-
-
-class Problem(Value):
-    """What holds, what is wanted, and what could be done."""
-
-    facts: frozenset[Fact]
-    wanted: Wanted
-    operators: tuple[Operator, ...]
 
 
 class Planned(Value):
@@ -41,20 +31,16 @@ class Planned(Value):
     refused: dict[str, str]
 
 
-def problem_of(engine: Engine, setting: Setting, goal: Goal) -> Problem:
-    """The planning problem of a goal in a setting.
+def problem_of(engine: Engine, setting: Setting, goal: Goal) -> PlanningProblem:
+    """Return the planning problem of a goal in a setting.
 
     Raises:
         UserError: the goal is none, or names what there is not.
     """
-    grounder = Grounder(setting.world, engine.knowledge.taxonomy)
-    operators = grounder.ground(engine.knowledge.goal_rules, engine.knowledge.tasks)
-    (meaning,) = meant(goal, {}, grounder)
-    target = wanted(meaning.says, grounder)
-    return Problem(facts_of(setting.world, setting.relations), target, with_sides(target, operators, engine.knowledge.tasks))
+    return planning_problem(goal, setting.world, setting.relations, engine.knowledge)
 
 
-def to_unified_planning(problem: Problem, impossible: Iterable[str] = ()) -> Any:
+def to_unified_planning(problem: PlanningProblem, impossible: Iterable[str] = ()) -> Any:
     """The problem for unified-planning: one fluent a fact, one action an operator.
 
     Args:
@@ -63,7 +49,7 @@ def to_unified_planning(problem: Problem, impossible: Iterable[str] = ()) -> Any
     from unified_planning.shortcuts import BoolType, Fluent, InstantaneousAction, Not
     from unified_planning.shortcuts import Problem as UpProblem
 
-    universe = problem.facts | {f for o in problem.operators for f in o.adds} | problem.wanted.needs
+    universe = problem.universe
     fluents = {fact: Fluent("_".join(fact).replace("/", "__"), BoolType()) for fact in sorted(universe)}
     made = UpProblem("cramlite")
     for fact, fluent in fluents.items():
@@ -77,7 +63,7 @@ def to_unified_planning(problem: Problem, impossible: Iterable[str] = ()) -> Any
         action.add_precondition(possible)
         for fact in sorted(operator.needs):
             action.add_precondition(fluents[fact])
-        for fact in _matched(operator.without, universe) - operator.needs:
+        for fact in problem.forbidden(operator.without) - operator.needs:
             action.add_precondition(Not(fluents[fact]))
         for fact in sorted(universe - operator.apply(universe)):
             action.add_effect(fluents[fact], False)
@@ -86,13 +72,9 @@ def to_unified_planning(problem: Problem, impossible: Iterable[str] = ()) -> Any
         made.add_action(action)
     for fact in sorted(problem.wanted.needs):
         made.add_goal(fluents[fact])
-    for fact in sorted(_matched(problem.wanted.without, universe)):
+    for fact in sorted(problem.forbidden(problem.wanted.without)):
         made.add_goal(Not(fluents[fact]))
     return made
-
-
-def _matched(patterns: Iterable[Pattern], facts: Iterable[Fact]) -> set[Fact]:
-    return {f for f in facts for p in patterns if matches(f, p)}
 
 
 def pyperplan(problem: Any) -> list[str] | None:
@@ -130,14 +112,14 @@ def resolve_planned(
         if names is None:
             return Planned(None, steps, refused)
         steps = _checked(problem, names)
-        solution, failed, why = _step_by_step(engine, setting, steps, problem.wanted)
+        solution, failed, why = _step_by_step(engine, setting, steps, problem)
         if solution is not None:
             return Planned(solution, steps, refused)
         refused[str(failed)] = why
     return Planned(None, steps, refused)
 
 
-def _checked(problem: Problem, names: Iterable[str]) -> tuple[Operator, ...]:
+def _checked(problem: PlanningProblem, names: Iterable[str]) -> tuple[Operator, ...]:
     """The operators of a plan, each applicable where it stands, and the goal met after the last."""
     steps = tuple(problem.operators[int(name.removeprefix("a"))] for name in names)
     facts = problem.facts
@@ -151,14 +133,13 @@ def _checked(problem: Problem, names: Iterable[str]) -> tuple[Operator, ...]:
 
 
 def _step_by_step(
-    engine: Engine, setting: Setting, steps: tuple[Operator, ...], goal: Wanted
+    engine: Engine, setting: Setting, steps: tuple[Operator, ...], problem: PlanningProblem
 ) -> tuple[Solution | None, Operator | None, str]:
     """The whole plan's solution, or the first task with which no program can be proven, and why."""
     solution = None
     for count in range(1, len(steps) + 1):
         trace = Trace()
-        tasks = as_tasks(TaskPlan(steps[:count], ()), engine.knowledge.tasks, goal)
-        solution = next(engine.resolve(tasks, world=setting, seed=setting.seed, trace=trace), None)
+        solution = next(engine.resolve(problem.tasks(steps[:count]), world=setting, seed=setting.seed, trace=trace), None)
         if solution is None:
             miss = nearest_miss(trace.entries)
             return None, steps[count - 1], miss.reason if miss else "nothing was found"

@@ -66,7 +66,7 @@ def render(done: Finished) -> str:
 
 
 def _shot(number: int, picture: Picture, products: tuple[Thing, ...]) -> Shot:
-    from cramlite.report.perception_page import depth_image, overlay
+    from cramlite import depth_image, overlay
 
     found, view = picture.perceived, picture.view
     drawn = overlay(found, view, products) if found is not None else view.rgb

@@ -8,7 +8,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
 from cramlite.model import Value
-from cramlite.report import template
+from cramlite.plugin import html_template
 
 from .links import target
 
@@ -31,7 +31,7 @@ class Span(Value):
 def fill(name: str, **values: Any) -> str:
     """One of this package's templates with values; every value is escaped."""
     text = (files(__package__) / "templates" / f"{name}.html.j2").read_text("utf-8")
-    return template(text).render(colour=colour, anchor=anchor, target=target, short=short, words=words, **values)
+    return html_template(text).render(colour=colour, anchor=anchor, target=target, short=short, words=words, **values)
 
 
 def script(name: str) -> Any:

@@ -171,10 +171,10 @@ def _head(program: Program, robot: Robot) -> list[str]:
 def _carried(program: Program) -> list[str]:
     """The text of the modules that this program needs."""
     steps = list(walk(program.steps))
-    needed = ["ur_rtde_arm"]
-    needed += ["ur_rtde_forces"] if any(isinstance(s, FORCES) for s in steps) else []
-    needed += ["ur_rtde_flow"] if any(isinstance(s, Control) for s in steps) else []
-    texts = [(files("cramlite_plugins.backends") / f"{name}.py").read_text(encoding="utf-8") for name in needed]
+    needed = ["runtime_arm"]
+    needed += ["runtime_forces"] if any(isinstance(s, FORCES) for s in steps) else []
+    needed += ["runtime_flow"] if any(isinstance(s, Control) for s in steps) else []
+    texts = [(files(__package__) / f"{name}.py").read_text(encoding="utf-8") for name in needed]
     own = ["# ---- " + text.split("\n# ---- ", 1)[1].rstrip() for text in texts]
     return [*"\n\n\n".join(own).split("\n"), ""]
 

@@ -1,0 +1,63 @@
+"""A goal in a setting as a symbolic planning problem: facts, a goal condition and ground operators, for planners of others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from ..base.value import Value
+from .goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
+from .operators import Fact, Grounder, Operator, Pattern, facts_of, matches
+
+if TYPE_CHECKING:
+    from ..model.belief import Relation
+    from ..model.world import World
+    from ..plugin.catalogue import Knowledge
+    from ..scenario.task_specs import TaskSpec
+    from .task_goals import Goal
+
+
+class PlanningProblem(Value):
+    """A symbolic planning problem (STRIPS with negative preconditions; Fikes and Nilsson 1971).
+
+    Args:
+        facts: what holds at first, e.g. ``("on", "coffee", "hook")``.
+        wanted: what must hold in the end, and what may not.
+        operators: ground tasks with preconditions and effects.
+        knowledge: of the engine, which has the task types.
+    """
+
+    facts: frozenset[Fact]
+    wanted: Wanted
+    operators: tuple[Operator, ...]
+    knowledge: Knowledge
+
+    @property
+    def universe(self) -> frozenset[Fact]:
+        """Every fact that the problem speaks of."""
+        return self.facts | {fact for operator in self.operators for fact in operator.adds} | self.wanted.needs
+
+    def forbidden(self, patterns: Iterable[Pattern]) -> set[Fact]:
+        """Return the facts of the problem that match one of the patterns: those that a negative condition forbids."""
+        return {fact for fact in self.universe for pattern in patterns if matches(fact, pattern)}
+
+    def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:
+        """Return the tasks of a plan, as a scenario would list them, for ``Engine.resolve``."""
+        return as_tasks(TaskPlan(tuple(steps), ()), self.knowledge.tasks, self.wanted)
+
+
+def planning_problem(goal: Goal, world: World, relations: Iterable[Relation], knowledge: Knowledge) -> PlanningProblem:
+    """Ground the task rules in a world, as the planning problem of a goal.
+
+    Args:
+        relations: what is known to hold in the world, e.g. of a ``Setting``.
+        knowledge: of the engine.
+
+    Raises:
+        UserError: the goal cannot be read, or names what there is not.
+    """
+    grounder = Grounder(world, knowledge.taxonomy)
+    operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
+    (meaning,) = meant(goal, {}, grounder)
+    target = wanted(meaning.says, grounder)
+    return PlanningProblem(facts_of(world, relations), target, with_sides(target, operators, knowledge.tasks), knowledge)
