@@ -135,6 +135,5 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    pass  # moved here
 
     return check_file(arguments.file, plugins=plugin_choice(arguments))

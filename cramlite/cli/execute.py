@@ -214,7 +214,6 @@ def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: b
 
 
 def _execute(arguments: argparse.Namespace) -> int:
-    pass  # moved here
 
     if arguments.replan:
         return execute_and_replan(
@@ -240,7 +239,6 @@ def _execute(arguments: argparse.Namespace) -> int:
 
 
 def _controller(arguments: argparse.Namespace) -> int:
-    pass  # moved here
 
     return serve_controller(
         world=arguments.world,

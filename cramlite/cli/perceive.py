@@ -91,7 +91,6 @@ def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Pi
 
 
 def _perceive(arguments: argparse.Namespace) -> int:
-    pass  # moved here
 
     return perceive_view(
         arguments.view,

@@ -263,7 +263,6 @@ class Progress:
 
 
 def _resolve(arguments: argparse.Namespace) -> int:
-    pass  # moved here
 
     return resolve_scenario(
         arguments.scenario,

@@ -309,6 +309,5 @@ def _close_quietly(out: IO[str]) -> None:
 
 
 def _serve(arguments: argparse.Namespace) -> int:
-    pass  # moved here
 
     return serve(Engine.with_plugins(plugin_choice(arguments)))

@@ -116,8 +116,6 @@ def to_json(answer: Answer) -> dict[str, Any]:
 
 def _query(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
-    pass  # moved here
-
     from ..engine.engine import Engine
 
     engine = Engine.with_plugins(plugin_choice(arguments))

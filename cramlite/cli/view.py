@@ -171,7 +171,6 @@ def no_browser(url: str) -> str:
 
 
 def _view(arguments: argparse.Namespace) -> int:
-    pass  # moved here
 
     return view_run(
         arguments.directory,

@@ -77,7 +77,6 @@ def _eyes(target: Floats) -> Iterator[tuple[str, Floats]]:
 
 
 def _optical(eye: Floats, target: Floats) -> Pose:
-    pass  # moved here
 
     return looking_at(
         (float(eye[0]), float(eye[1]), float(eye[2])), (float(target[0]), float(target[1]), float(target[2]))

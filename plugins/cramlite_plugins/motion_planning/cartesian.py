@@ -31,7 +31,6 @@ def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
     on its way is up to the motion that follows.
     """
-    pass  # moved here
     from .space import Refusal
 
     if near(place.before, place.pose):
@@ -47,8 +46,6 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
         Unresolvable: out of reach, singular, or something is in the way.
     """
     from .reach import make_scene, touched
-
-    pass  # moved here
     from .space import Refusal
 
     scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)

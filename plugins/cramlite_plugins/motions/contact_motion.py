@@ -39,7 +39,6 @@ GRAVITY = 9.81
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
-    pass  # moved here
 
     kinds: Mapping[str, Kind] = {
         "force_path": _force_path, "until_contact": _until_contact, "zero_sensor": _zero, "hold": _hold,
@@ -205,7 +204,6 @@ def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tu
 
 def force_insert(motion: Motion, belief: Belief, context: Context) -> Found:
     """As deep as the place says, beyond the corner that the tool has reached; the peg leads the hole."""
-    pass  # moved here
     from ..motion_planning.cartesian import line
     from .free_motion import place_of
 
@@ -223,10 +221,8 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Found:
 
 def force_extract(motion: Motion, belief: Belief, context: Context) -> Found:
     """Off along the path of the place: its end says how far, the peg says where along."""
-    from ..motion_planning.reach import tcp
-
-    pass  # moved here
     from ..motion_planning.cartesian import line
+    from ..motion_planning.reach import tcp
     from .free_motion import place_of
 
     place = place_of(motion, context)

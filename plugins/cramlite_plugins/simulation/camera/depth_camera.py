@@ -62,7 +62,6 @@ def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int
     Raises:
         UserError: the joints are not the robot's.
     """
-    pass  # moved here
     from .noise import Noise
 
     compiled = compile_world(world, robots)
