@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import subprocess
 import sys
 from collections.abc import Callable
@@ -10,9 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from cramlite.cli.main import main
+from cramlite.cli.main import main, parser
 
 ROOT = Path(__file__).parent.parent
+(_COMMANDS,) = (a for a in parser()._actions if isinstance(a, argparse._SubParsersAction))
+COMMANDS = sorted(_COMMANDS.choices)
+"""Every command of the command line."""
 TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
 
 

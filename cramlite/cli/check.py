@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.errors import UserError
 from ..base.resources import find_scenario
 from ..plugin.selection import INSTALLED, PluginChoice
-from .arguments import plugin_choice
+from .arguments import Add, plugin_choice
 
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
@@ -137,3 +137,9 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
 def _check(arguments: argparse.Namespace) -> int:
 
     return check_file(arguments.file, plugins=plugin_choice(arguments))
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``check`` with their arguments."""
+    check = add("check", "check a scenario, a rule file or a program without running it", _check)
+    check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")

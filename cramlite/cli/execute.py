@@ -15,7 +15,7 @@ from ..model.rollout import save_rollout
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
-from .arguments import plugin_choice
+from .arguments import Add, plugin_choice
 from .texts import rollout_json, rollout_text
 
 if TYPE_CHECKING:
@@ -248,3 +248,30 @@ def _controller(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         plugins=plugin_choice(arguments),
     )
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``execute``, ``controller`` with their arguments."""
+    execute = add("execute", "run a program's text in a world", _execute)
+    execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
+    execute.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
+    execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
+    execute.add_argument(
+        "--replan", metavar="SCENARIO", help="where the program stops, look again and resolve the rest of this scenario"
+    )
+    execute.add_argument("--rounds", type=int, default=3, help="programs that may run with --replan (default 3)")
+    execute.add_argument("--out", type=Path, help="folder for the recorded run")
+    execute.add_argument("--no-episode", action="store_true", help="write no episode into it")
+    execute.add_argument("--json", action="store_true")
+    controller = add("controller", "open the ports of a virtual robot controller", _controller)
+    controller.add_argument(
+        "--world",
+        default="grasp_one_thing",
+        help="a run directory, its world.json, or a scenario (default grasp_one_thing)",
+    )
+    controller.add_argument("--host", default="127.0.0.1", help="a loopback address (default 127.0.0.1)")
+    controller.add_argument(
+        "--seconds", type=float, default=0.0, help="close after this time; 0 (default) for no limit"
+    )
+    controller.add_argument("--idle", type=float, default=600.0, help="close after this time without a client")
+    controller.add_argument("--seed", type=int, default=0)

@@ -5,17 +5,15 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from ..base.errors import CramliteError, PluginError
-from .arguments import parser, plugin_choice
-from .check import _check
-from .execute import _controller, _execute
-from .inspect import _explain, _interpret, _new, _ontology, _plugins, _schema, _tasks
-from .perceive import _perceive
-from .resolve import _resolve
-from .serve import _serve
-from .sparql import _query
-from .view import _view
+from ..version import VERSION
+from . import check, execute, experiment, inspect, perceive, resolve, serve, sparql, view
+from .arguments import Command, Parser, plugin_choice
+
+MODULES = (resolve, inspect, execute, check, experiment, perceive, view, sparql, serve)
+"""Each declares its commands with ``add_commands``."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -26,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     if argv is None:
         _start_lightly()
-    arguments = parser(COMMANDS).parse_args(argv)
+    arguments = parser().parse_args(argv)
     try:
         _heed(arguments)
         return int(arguments.run(arguments))
@@ -43,10 +41,32 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands."""
+    whole = Parser(
+        prog="cramlite", description="Demonstrations become robot programs whose text was proven in simulation."
+    )
+    whole.add_argument("--version", action="version", version=f"cramlite {VERSION}")
+    group = whole.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name: str, text: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
+        command = group.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
+        command.set_defaults(run=run, asks_plugins=asks_plugins)
+        command.add_argument(
+            "--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file"
+        )
+        command.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
+        command.add_argument("--prefer", action="append", default=[], metavar="NAME", help="ask this plugin first")
+        return command
+
+    for module in MODULES:
+        module.add_commands(add)
+    return whole
+
+
 def _heed(arguments: argparse.Namespace) -> None:
     """Plugins that are chosen can be had, also where a command asks none; the others see for themselves."""
-    asks_none = arguments.run in (COMMANDS["explain"], COMMANDS["new"], COMMANDS["schema"])
-    if asks_none and (arguments.plugin or arguments.block or arguments.prefer):
+    if not arguments.asks_plugins and (arguments.plugin or arguments.block or arguments.prefer):
         plugin_choice(arguments).registry()
 
 
@@ -90,52 +110,3 @@ def _bug(error: Exception) -> str:
 
 if __name__ == "__main__":
     sys.exit(main())
-
-
-def _record(arguments: argparse.Namespace) -> int:
-    from .resolve import record_demonstration
-
-    return record_demonstration(
-        arguments.scenario,
-        seed=arguments.seed,
-        out=arguments.out,
-        plugins=plugin_choice(arguments),
-    )
-
-
-def _experiment(arguments: argparse.Namespace) -> int:
-    from ..experiment.command import experiment_command
-
-    return experiment_command(
-        arguments.experiment,
-        set_name=arguments.set,
-        short=arguments.short,
-        without=arguments.without,
-        workers=arguments.workers,
-        out=arguments.out,
-        pictures=not arguments.no_pictures,
-        keep_baseline=arguments.keep_baseline,
-        json_output=arguments.json,
-        plugins=plugin_choice(arguments),
-    )
-
-
-COMMANDS = {
-    "check": _check,
-    "controller": _controller,
-    "execute": _execute,
-    "experiment": _experiment,
-    "explain": _explain,
-    "interpret": _interpret,
-    "new": _new,
-    "ontology": _ontology,
-    "perceive": _perceive,
-    "plugins": _plugins,
-    "query": _query,
-    "record": _record,
-    "resolve": _resolve,
-    "schema": _schema,
-    "serve": _serve,
-    "tasks": _tasks,
-    "view": _view,
-}

@@ -20,7 +20,7 @@ from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import build_world, real_world
-from .arguments import plugin_choice
+from .arguments import Add, plugin_choice
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
@@ -101,3 +101,16 @@ def _perceive(arguments: argparse.Namespace) -> int:
         plugins=plugin_choice(arguments),
         json_output=arguments.json,
     )
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``perceive`` with their arguments."""
+    perceive = add("perceive", "ask what a camera sees", _perceive)
+    perceive.add_argument("view", help="a scenario with a camera, or a recorded view (NPZ, ...)")
+    perceive.add_argument(
+        "--query", default="", help='e.g. "type=cram:TeaBox colour=red on=Hanger"; default everything'
+    )
+    perceive.add_argument("--wants", default="type,pose", help="values that answers have beside (default type,pose)")
+    perceive.add_argument("--seed", type=int, default=0, help="of the scenario's world and of the camera's noise")
+    perceive.add_argument("--out", type=Path, help="folder for perception.html")
+    perceive.add_argument("--json", action="store_true")

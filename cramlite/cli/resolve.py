@@ -24,7 +24,7 @@ from ..planning.trace import Trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..version import VERSION
-from .arguments import plugin_choice
+from .arguments import Add, plugin_choice
 from .texts import solution_text
 
 if TYPE_CHECKING:
@@ -274,3 +274,28 @@ def _resolve(arguments: argparse.Namespace) -> int:
         report=not arguments.no_report,
         json_output=arguments.json,
     )
+
+
+def _record(arguments: argparse.Namespace) -> int:
+    return record_demonstration(
+        arguments.scenario,
+        seed=arguments.seed,
+        out=arguments.out,
+        plugins=plugin_choice(arguments),
+    )
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``resolve``, ``record`` with their arguments."""
+    resolve = add("resolve", "make a proven robot program from a scenario", _resolve)
+    resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
+    resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")
+    resolve.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
+    resolve.add_argument("--backend", help="code writer; default the robot's native language")
+    resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
+    resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
+    resolve.add_argument("--json", action="store_true", help="print the result as JSON")
+    record = add("record", "let a simulated person demonstrate a scenario", _record)
+    record.add_argument("scenario")
+    record.add_argument("--seed", type=int, default=0)
+    record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")

@@ -24,7 +24,7 @@ from ..base.value import Value
 from ..engine.engine import Engine
 from ..engine.solution import Solution
 from ..planning.trace import Trace
-from .arguments import plugin_choice
+from .arguments import Add, plugin_choice
 
 LONGEST_LINE = 1_000_000
 """Characters: a scenario takes a few thousand."""
@@ -311,3 +311,8 @@ def _close_quietly(out: IO[str]) -> None:
 def _serve(arguments: argparse.Namespace) -> int:
 
     return serve(Engine.with_plugins(plugin_choice(arguments)))
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``serve`` with their arguments."""
+    add("serve", "answer requests of programs in other languages: JSON lines on standard input and output", _serve)

@@ -12,7 +12,7 @@ from ..base.value import Value
 from ..model.episode import Episode
 from ..ontology.prefixes import PREFIXES, curie
 from ..ontology.taxonomy import ontology_files
-from .arguments import plugin_choice
+from .arguments import Add, plugin_choice
 
 if TYPE_CHECKING:
     import rdflib
@@ -123,3 +123,13 @@ def _query(arguments: argparse.Namespace) -> int:
     found = ask(query_text(arguments.sparql), engine.knowledge.ontology_paths, episodes, engine.registry)
     print(as_json(to_json(found)) if arguments.json else table(found))
     return 0
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``query`` with their arguments."""
+    query = add("query", "run SPARQL over the ontologies and episodes", _query)
+    query.add_argument("sparql", metavar="SPARQL", help="a query, or @FILE that holds one")
+    query.add_argument(
+        "--episode", type=Path, action="append", default=[], metavar="PATH", help="a NEEM to ask about as well"
+    )
+    query.add_argument("--json", action="store_true")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 from ..model.rollout import load_rollout
 from ..plugin.selection import INSTALLED, PluginChoice
-from .arguments import plugin_choice
+from .arguments import Add, plugin_choice
 
 if TYPE_CHECKING:
     from ..model.rollout import Rollout
@@ -182,3 +182,15 @@ def _view(arguments: argparse.Namespace) -> int:
         seconds=arguments.seconds,
         plugins=plugin_choice(arguments),
     )
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``view`` with their arguments."""
+    view = add("view", "look at a run in an interactive 3D viewer", _view)
+    view.add_argument("directory", type=Path, metavar="RUN", help="a folder of 'resolve --out' or 'execute --out'")
+    view.add_argument("--world", help="a run directory, its world.json, or a scenario, where RUN holds no world; default RUN/world.json")
+    view.add_argument("--seed", type=int, default=0, help="of a scenario's world (default 0)")
+    view.add_argument("--host", default="127.0.0.1", help="address to serve at (default 127.0.0.1)")
+    view.add_argument("--port", type=int, default=8080, help="the first port to try (default 8080)")
+    view.add_argument("--no-browser", action="store_true", help="print the address and open no browser")
+    view.add_argument("--seconds", type=float, default=0.0, help="close after this time; 0 (default) for no limit")

@@ -32,18 +32,18 @@ def own(folder: Path, text: str) -> Path:
 def test_a_query_joins_an_episode_with_the_ontologies(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     query = "SELECT DISTINCT ?class WHERE { ?thing a ?class . ?class rdfs:subClassOf+ cram:Product }"
     (tmp_path / "q.rq").write_text(query)
-    assert cli.main(["query", f"@{tmp_path / 'q.rq'}", "--episode", EPISODE, "--json"]) == 0
+    assert main(["query", f"@{tmp_path / 'q.rq'}", "--episode", EPISODE, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["columns"] == ["class"]
     assert found["rows"]
-    assert cli.main(["query", query]) == 0
+    assert main(["query", query]) == 0
     assert capsys.readouterr().out.endswith("0 rows\n")
 
 
 def test_ask_and_construct(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["query", "ASK { soma:Placing rdfs:subClassOf soma:PhysicalTask }"]) == 0
+    assert main(["query", "ASK { soma:Placing rdfs:subClassOf soma:PhysicalTask }"]) == 0
     assert "True" in capsys.readouterr().out
-    assert cli.main(["query", "CONSTRUCT { ?c a owl:Thing } WHERE { ?c rdfs:subClassOf artm:Sliding }"]) == 0
+    assert main(["query", "CONSTRUCT { ?c a owl:Thing } WHERE { ?c rdfs:subClassOf artm:Sliding }"]) == 0
     assert "artm:SlidingObject" in capsys.readouterr().out
 
 
@@ -57,19 +57,19 @@ def test_ask_and_construct(capsys: pytest.CaptureFixture[str]) -> None:
     ],
 )
 def test_bad_queries_are_explained(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["query", *arguments]) == 2
+    assert main(["query", *arguments]) == 2
     shown = capsys.readouterr().err
     assert words in shown
     assert "Traceback" not in shown
 
 
 def test_the_check_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    assert cli.main(["ontology", "check", str(own(tmp_path, "cram:A rdfs:subClassOf cram:B ."))]) == 0
+    assert main(["ontology", "check", str(own(tmp_path, "cram:A rdfs:subClassOf cram:B ."))]) == 0
     assert "sound" in capsys.readouterr().out
     wrong = own(tmp_path, "cram:A owl:disjointWith cram:B . cram:x a cram:A , cram:B .")
-    assert cli.main(["ontology", "check", str(wrong), "--json"]) == 2
+    assert main(["ontology", "check", str(wrong), "--json"]) == 2
     assert json.loads(capsys.readouterr().out)["contradictions"]
-    assert cli.main(["ontology", "check", str(tmp_path / "absent.ttl")]) == 2
+    assert main(["ontology", "check", str(tmp_path / "absent.ttl")]) == 2
     assert "no such ontology" in capsys.readouterr().err
 
 
@@ -126,5 +126,5 @@ def test_users_add_ontologies_to_an_engine_as_a_scenario_does(tmp_path: Path) ->
 def test_a_huge_file_is_refused_before_it_is_read(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with (tmp_path / "huge.ttl").open("wb") as file:
         file.truncate(300_000_000)
-    assert cli.main(["ontology", "check", str(tmp_path / "huge.ttl")]) == 2
+    assert main(["ontology", "check", str(tmp_path / "huge.ttl")]) == 2
     assert "300 MB is more than" in capsys.readouterr().err

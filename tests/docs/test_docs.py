@@ -29,8 +29,7 @@ from msgspec.structs import fields
 from pydantic import BaseModel
 
 from cramlite import Budget, Engine, data_folder, read_scenario
-from cramlite.cli import main as cli
-from cramlite.cli.arguments import parser
+from cramlite.cli.main import parser
 from cramlite.cli.texts import tasks_json
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
@@ -108,7 +107,7 @@ def run(block: Block, space: dict[str, Any], where: str, capfd: pytest.CaptureFi
 def command(words: list[str]) -> int:
     """The exit code of one command; tests run in a process of their own."""
     if words[0] == "cramlite":
-        return cli.main(words[1:])
+        return main(words[1:])
     plain = ("-p", "no:cacheprovider", "-p", "no:xdist")
     return subprocess.run([sys.executable, "-m", *words, *plain], check=False).returncode
 
@@ -288,7 +287,7 @@ def test_every_task_is_documented() -> None:
 
 
 def _commands() -> dict[str, argparse.ArgumentParser]:
-    actions = parser(cli.COMMANDS)._actions
+    actions = parser()._actions
     return dict(next(a for a in actions if isinstance(a, argparse._SubParsersAction)).choices)
 
 
@@ -406,7 +405,7 @@ def test_the_examples_of_all_hooks_work_together(
         code = re.search(r"```python\n(.*?)```", example(hook), re.DOTALL)
         Path(f"example_{hook}.py").write_text(code[1] if code else "")
         arguments += ["--plugin", f"example_{hook}.py"]
-    assert cli.main(arguments) == 0, capfd.readouterr()
+    assert main(arguments) == 0, capfd.readouterr()
     said = "".join(capfd.readouterr())
     assert "Solved: Grasping -> Holding -> PickingUp -> Pausing" in said
     assert "tin (cram:Tin) = beans: weighs 0.20 kg" in said

@@ -11,7 +11,7 @@ from conftest import TASKS, Run
 from test_bad_plugins import EVERY_COMMAND, JUDGE, JUDGED
 
 from cramlite import Engine, find_scenario, read_scenario
-from cramlite.cli.main import COMMANDS
+from conftest import COMMANDS
 from cramlite.plugin import UserError
 
 Plugin = Callable[[str, str], Path]
@@ -41,7 +41,7 @@ def test_a_blocked_file_is_not_loaded(plugin: Plugin, run: Run, spoiled: Callabl
     assert "leaves out" not in judged.err
 
 
-@pytest.mark.parametrize("command", sorted(COMMANDS))
+@pytest.mark.parametrize("command", COMMANDS)
 def test_to_name_a_file_and_block_it_is_a_contradiction(command: str, plugin: Plugin, run: Run) -> None:
     file = plugin("strict", STRICT)
     ran = run(command, *EVERY_COMMAND.get(command, ()), "--plugin", file, "--block", "strict")
