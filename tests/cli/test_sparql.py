@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cramlite import Engine, data_folder
-from cramlite.cli import main as cli
+from cramlite.cli.main import main
 from cramlite.ontology.prefixes import PREFIXES
 
 EPISODE = str(data_folder("scenarios") / "fetch_from_hanger" / "demonstration")

@@ -9,10 +9,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from conftest import TASKS, Run
+from conftest import COMMANDS, TASKS, Run
 
 from cramlite import Engine
-from conftest import COMMANDS
 from cramlite.plugin import UserError
 from cramlite.plugin.registry import Registry
 

@@ -7,11 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import TASKS, Run
+from conftest import COMMANDS, TASKS, Run
 from test_bad_plugins import EVERY_COMMAND, JUDGE, JUDGED
 
 from cramlite import Engine, find_scenario, read_scenario
-from conftest import COMMANDS
 from cramlite.plugin import UserError
 
 Plugin = Callable[[str, str], Path]

@@ -9,7 +9,7 @@ import pytest
 from test_dropouts import shipped, unseen
 from test_from_motion import SAMPLES
 
-from cramlite.cli import main as cli
+from cramlite.cli.main import main
 from cramlite_plugins.episodes.formats.neem import write_neem
 
 
