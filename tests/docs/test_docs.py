@@ -29,7 +29,7 @@ from msgspec.structs import fields
 from pydantic import BaseModel
 
 from cramlite import Budget, Engine, data_folder, read_scenario
-from cramlite.cli.main import parser
+from cramlite.cli.main import main, parser
 from cramlite.cli.texts import tasks_json
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
