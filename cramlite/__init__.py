@@ -23,9 +23,12 @@ if TYPE_CHECKING:
     from .model.plan import Plan
     from .model.verdict import Verdict
     from .perception.active_perception import Picture
+    from .perception.pictures import depth_image, overlay
     from .perception.result import Percept
     from .planning.budget import Budget
     from .planning.diagnosis import failure_text, how_it_ended, nearest_miss
+    from .planning.operators import Operator
+    from .planning.planning_problem import PlanningProblem, planning_problem
     from .planning.task_goals import Goal
     from .planning.trace import Entry, Trace
     from .report import Finished
@@ -44,8 +47,11 @@ _HOMES = {
     ".model.plan": "Plan",
     ".model.verdict": "Verdict",
     ".perception.active_perception": "Picture",
+    ".perception.pictures": "depth_image overlay",
     ".perception.result": "Percept",
     ".planning.budget": "Budget",
+    ".planning.planning_problem": "PlanningProblem planning_problem",
+    ".planning.operators": "Operator",
     ".planning.diagnosis": "failure_text how_it_ended nearest_miss",
     ".planning.task_goals": "Goal",
     ".planning.trace": "Entry Trace",
@@ -65,9 +71,11 @@ __all__ = [
     "Goal",
     "Interpretation",
     "NoSolution",
+    "Operator",
     "Percept",
     "Picture",
     "Plan",
+    "PlanningProblem",
     "PluginError",
     "RuleSpec",
     "Scenario",
@@ -79,10 +87,13 @@ __all__ = [
     "UserError",
     "Verdict",
     "data_folder",
+    "depth_image",
     "failure_text",
     "find_scenario",
     "how_it_ended",
     "nearest_miss",
+    "overlay",
+    "planning_problem",
     "read_scenario",
     "task_entry",
     "trace_text",

@@ -12,6 +12,7 @@ from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
     from ..base.errors import CramliteError, Unresolvable, UserError, nearest
+    from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
     from ..base.yaml_file import load_yaml
     from ..interpretation.conditions import Compare, atoms
@@ -25,11 +26,12 @@ if TYPE_CHECKING:
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
-    from .protocols import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
+    from .protocols import Backend, Candidate, EpisodeRepair, ModelMaker, ReportSection, Simulator, Validator
     from .task_type import Decomposition, Parameter, Role, TaskType
 
 _HOMES = {
     "..base.errors": "CramliteError Unresolvable UserError nearest",
+    "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "load_yaml",
     "..interpretation.conditions": "Compare atoms",
@@ -43,7 +45,7 @@ _HOMES = {
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
-    ".protocols": "Backend Candidate ModelMaker ReportSection Simulator Validator",
+    ".protocols": "Backend Candidate EpisodeRepair ModelMaker ReportSection Simulator Validator",
     ".task_type": "Decomposition Parameter Role TaskType",
 }
 _NAMES = LazyNames(__name__, _HOMES)
@@ -64,6 +66,7 @@ __all__ = [
     "Cost",
     "CramliteError",
     "Decomposition",
+    "EpisodeRepair",
     "Expert",
     "Finding",
     "Grounding",
@@ -93,6 +96,7 @@ __all__ = [
     "Validator",
     "atoms",
     "hookimpl",
+    "html_template",
     "load_yaml",
     "nearest",
     "parse_quantity",

@@ -29,6 +29,7 @@ from msgspec.structs import fields
 from pydantic import BaseModel
 
 from cramlite import Budget, Engine, data_folder, read_scenario
+from cramlite.base.quantities import Force
 from cramlite.cli import main as cli
 from cramlite.cli.arguments import parser
 from cramlite.cli.texts import tasks_json
@@ -200,7 +201,7 @@ SPECS = {
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
 }
-KINDS = {Length: "length", Angle: "angle", Mass: "mass"}
+KINDS = {Length: "length", Angle: "angle", Mass: "mass", Force: "force"}
 PLAIN = {str: "text", float: "number", int: "whole number", bool: "true or false", Any: "anything"}
 
 

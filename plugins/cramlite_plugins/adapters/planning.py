@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from cramlite import Engine, Goal, Setting, Solution, Trace, nearest_miss
+from cramlite import Engine, Goal, Operator, Setting, Solution, Trace, nearest_miss
 from cramlite.model import Value
 from cramlite.planning.goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
-from cramlite.planning.operators import Fact, Grounder, Operator, Pattern, facts_of, matches
+from cramlite.planning.operators import Fact, Grounder, Pattern, facts_of, matches
 from cramlite.plugin import UserError
 
 Planner = Callable[[Any], "list[str] | None"]
@@ -158,7 +158,7 @@ def _step_by_step(
     for count in range(1, len(steps) + 1):
         trace = Trace()
         tasks = as_tasks(TaskPlan(steps[:count], ()), engine.knowledge.tasks, goal)
-        solution = next(engine.resolve(tasks, world=setting, seed=setting.seed, trace=trace), None)
+        solution = next(engine.resolve(tasks, setting=setting, seed=setting.seed, trace=trace), None)
         if solution is None:
             miss = nearest_miss(trace.entries)
             return None, steps[count - 1], miss.reason if miss else "nothing was found"
