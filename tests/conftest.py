@@ -52,7 +52,7 @@ def process() -> Run:
     """One command in a process of its own."""
 
     def go(*arguments: object) -> Ran:
-        command = [sys.executable, "-m", "cramlite.cli.main", *map(str, arguments)]
+        command = [sys.executable, "-m", "cramlite", *map(str, arguments)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         return Ran(done.returncode, done.stdout, done.stderr)
 

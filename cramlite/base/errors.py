@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 
 class CramliteError(Exception):
@@ -27,23 +27,48 @@ class PluginError(CramliteError):
     exit_code = 3
 
 
-EARLIER_TASKS = "earlier tasks"
-"""For ``Unresolvable(because=...)``: how the tasks before were carried out, whatever objects, places and motions were chosen."""
-
-
 class Unresolvable(Exception):
-    """A plugin's answer "mine, impossible".
+    """A plugin's answer "mine, impossible"; where it depends on what was done before, use ``because_of_earlier_tasks``.
 
     Args:
         reason: a short clause with numbers and units, e.g. "reach 0.91 m > 0.85 m of arm 'ur5e'".
-        because: names of the designators or roles whose choices this depends on, and ``EARLIER_TASKS``; empty means
-            all earlier ones.
+        because: names of the designators or roles whose choices this depends on; empty means all earlier ones.
+        numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
     """
 
-    def __init__(self, reason: str, because: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, reason: str, because: tuple[str, ...] = (), numbers: Mapping[str, float] | None = None
+    ) -> None:
         super().__init__(reason)
-        self.reason = reason
-        self.because = because
+        self.reason, self.because, self.numbers = reason, because, checked_numbers(numbers or {})
+        self.earlier_tasks = False
+
+    @classmethod
+    def because_of_earlier_tasks(cls, reason: str, also: tuple[str, ...] = ()) -> Unresolvable:
+        """Return an answer that depends on how the tasks before were carried out, whatever objects, places and motions were
+        chosen for them.
+
+        Args:
+            reason: as above.
+            also: names of the designators or roles whose choices it depends on beside that.
+        """
+        made = cls(reason, also)
+        made.earlier_tasks = True
+        return made
+
+
+def checked_numbers(numbers: Mapping[str, float]) -> Mapping[str, float]:
+    """The numbers of a reason as they are.
+
+    Raises:
+        TypeError: they are no mapping of names to numbers; the plugin that gives them is to blame.
+    """
+    if not isinstance(numbers, Mapping):
+        raise TypeError(f"numbers are a mapping such as {{'reach_m': 0.91}}, not {numbers!r}"[:200])
+    for name, value in numbers.items():
+        if not isinstance(name, str) or not isinstance(value, int | float) or isinstance(value, bool):
+            raise TypeError(f"numbers are by name, such as {{'reach_m': 0.91}}, not {{{name!r}: {value!r}}}"[:200])
+    return numbers
 
 
 LONGEST_LIST = 60

@@ -16,7 +16,7 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
 from .arguments import Add, plugin_choice
-from .texts import rollout_json, rollout_text
+from .texts import rollout_json, rollout_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
@@ -210,7 +210,8 @@ def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: b
     except OSError as error:
         raise UserError(f"'{out}' cannot be written: {error.strerror}.") from error
     if episode:
-        knowledge.simulator.save_episode(knowledge.simulator.episode(rollout, name), out / "episode")
+        knowledge.episodes.write(knowledge.episodes.detect(rollout, name), out / "episode")
+        warn_of(knowledge.registry.faults)
 
 
 def _execute(arguments: argparse.Namespace) -> int:

@@ -13,7 +13,7 @@ from .arguments import Add, plugin_choice
 def _interpret(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
     from ..engine.engine import Engine
-    from .texts import interpretation_text, repairs_json
+    from .texts import interpretation_text, repairs_json, warn_of
 
     engine = Engine.with_plugins(plugin_choice(arguments))
     episode = engine.read_episode(arguments.episode)
@@ -29,6 +29,7 @@ def _interpret(arguments: argparse.Namespace) -> int:
         repairs = episode.repairs
         data = found.to_json() | {"repairs": repairs_json(repairs)} if arguments.json else None
         print(as_json(data) if data is not None else interpretation_text(found, repairs))
+    warn_of(engine.registry.faults)
     return 0
 
 
@@ -83,18 +84,10 @@ def _plugins(arguments: argparse.Namespace) -> int:
 
 def _explain(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
-    from ..base.run_directory import read_json
-    from ..planning.trace import Trace
+    from ..planning.trace import read_trace
     from .trace_text import trace_text
 
-    path = arguments.directory / "trace.json"
-    data = read_json(path, "trace")
-    try:
-        trace = Trace.from_json(data["entries"])
-    except (KeyError, TypeError) as error:
-        raise UserError(
-            f"'{path}' is no trace of a run; give a directory that 'cramlite resolve --out' wrote."
-        ) from error
+    trace = read_trace(arguments.directory / "trace.json")
     entries = list(trace.about(arguments.designator)) if arguments.designator else trace.entries
     if not entries:
         names = ", ".join(dict.fromkeys(e.designator for e in trace.entries))

@@ -108,5 +108,3 @@ def _bug(error: Exception) -> str:
     return f"a defect at {place}: {type(error).__name__}: {said}. Set CRAMLITE_DEBUG=1 to see the calls that led to it, and report it."
 
 
-if __name__ == "__main__":
-    sys.exit(main())

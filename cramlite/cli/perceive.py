@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +20,7 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import build_world, real_world
 from .arguments import Add, plugin_choice
+from .texts import warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
@@ -58,8 +58,7 @@ def perceive_view(
 
     engine = Engine.with_plugins(plugins)
     knowledge = engine.knowledge
-    outputs = {o for e in knowledge.experts if e.scope != "view" for o in e.outputs}
-    query = replace(parse_query(text, knowledge.taxonomy, outputs), wanted=wants)
+    query = replace(parse_query(text, knowledge.taxonomy, knowledge.experts), wanted=wants)
     taken = picture_of(source, query, engine, seed)
     found = ask(query, taken.view, taken.fixtures, knowledge, robot=taken.robot)
     if out is not None:
@@ -67,8 +66,7 @@ def perceive_view(
 
         write_page(out, found, taken.view, knowledge.products)
     print(as_json(perceived_json(found)) if json_output else perceived_text(found))
-    for fault in dict.fromkeys(str(f) for f in engine.registry.faults):
-        print(f"cramlite: warning: {fault}", file=sys.stderr)
+    warn_of(engine.registry.faults)
     if not found.answers:
         raise NoSolution("Nothing was found; the reasons are above." if not json_output else found.remarks[0])
     return 0

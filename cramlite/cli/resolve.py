@@ -15,17 +15,17 @@ from msgspec.structs import replace
 from ..base.errors import NoSolution, PluginError, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
-from ..base.run_directory import RunDirectory, content_key, read_json
+from ..base.run_directory import RunDirectory, content_key
 from ..engine.engine import make_engine
 from ..engine.recording import record_episode
 from ..engine.scenario_doubts import doubts
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
-from ..planning.trace import Trace
+from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..version import VERSION
 from .arguments import Add, plugin_choice
-from .texts import solution_text
+from .texts import solution_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
@@ -95,7 +95,7 @@ def _first_solution(
             tried[:] = [judged]
 
     solutions = engine.resolve(
-        scenario, world=setting, seed=setting.seed, trace=trace, progress=say,
+        scenario, setting=setting, seed=setting.seed, trace=trace, progress=say,
         skip=run.refused, refused=refused, failed=failed,
     )  # fmt: skip
     try:
@@ -122,8 +122,7 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
         write_report(run, solution, engine)
     run.finish()
     say.done()
-    for fault in engine.registry.faults:
-        print(f"cramlite: warning: {fault}", file=sys.stderr)
+    warn_of(engine.registry.faults)
 
 
 def _report_refusal(
@@ -155,10 +154,12 @@ def record_demonstration(
     scenario = read_scenario(find_scenario(name))
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
-    episode = record_episode(scenario, make_engine(scenario, plugins), seed=seed, out=out)
+    engine = make_engine(scenario, plugins)
+    episode = record_episode(scenario, engine, seed=seed, out=out)
     print(
         f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
     )
+    warn_of(engine.registry.faults)
     return 0
 
 
@@ -186,7 +187,7 @@ def _earlier_trace(run: RunDirectory) -> Trace:
     """What an interrupted run found out about the candidates that it refused; they come first and are not tried again."""
     if not run.refused:
         return Trace()
-    entries = Trace.from_json(read_json(run.path / "trace.json", "trace")["entries"]).entries
+    entries = read_trace(run.path / "trace.json").entries
     return Trace(list(takewhile(lambda e: e.candidate in run.refused, entries)))
 
 
@@ -215,7 +216,7 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     if solution.interpretation is not None:
         run.write("interpretation.json", as_json(solution.interpretation.to_json()))
     if candidate.episode is not None and not (run.path / "episode").exists():
-        engine.knowledge.simulator.save_episode(candidate.episode, run.path / "episode")
+        engine.knowledge.episodes.write(candidate.episode, run.path / "episode")
 
 
 def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:

@@ -117,11 +117,13 @@ def to_json(answer: Answer) -> dict[str, Any]:
 def _query(arguments: argparse.Namespace) -> int:
     from ..base.json_text import as_json
     from ..engine.engine import Engine
+    from .texts import warn_of
 
     engine = Engine.with_plugins(plugin_choice(arguments))
     episodes = [engine.read_episode(path) for path in arguments.episode]
     found = ask(query_text(arguments.sparql), engine.knowledge.ontology_paths, episodes, engine.registry)
     print(as_json(to_json(found)) if arguments.json else table(found))
+    warn_of(engine.registry.faults)
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -35,6 +36,12 @@ def solution_text(solution: Solution, folder: str) -> str:
     lines += [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in solution.verdict.findings]
     lines += [f"    --  {solution.verdict.not_judged}"] if solution.verdict.left_out else []
     return "\n".join([*lines, f"  Files: {folder}"])
+
+
+def warn_of(faults: Iterable[object]) -> None:
+    """Print each fault of a plugin that did not end the command, once, as a warning on standard error."""
+    for fault in dict.fromkeys(str(f) for f in faults):
+        print(f"cramlite: warning: {fault}", file=sys.stderr)
 
 
 def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:

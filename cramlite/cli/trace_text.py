@@ -103,7 +103,7 @@ def _ends(entries: Sequence[Entry]) -> dict[int, int]:
     ends: dict[int, int] = {}
     open_: list[Entry] = []
     for entry in entries:
-        while open_ and entry.designator != "proof" and entry.parent <= open_[-1].parent:
+        while open_ and entry.kind != "proof" and entry.parent <= open_[-1].parent:
             ends[open_.pop().number] = entry.number
         if entry.outcome == "chosen" and entry.parent:
             open_.append(entry)
@@ -113,7 +113,7 @@ def _ends(entries: Sequence[Entry]) -> dict[int, int]:
 def _said(entry: Entry) -> str:
     """Alternative and reason, each said once."""
     name = entry.text if entry.outcome in ("asked", "chosen", "refused", "nogood") else ""
-    name = re.sub(r"^\d+:(?=\()", "", name.removeprefix(f"{entry.designator}: "))
+    name = re.sub(r"^\d+:(?=\()", "", name)
     return rounded(": ".join(x for x in ("" if _repeats(name, entry) else name, entry.reason) if x))
 
 

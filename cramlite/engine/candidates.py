@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from ..planning.budget import STOPPED, Budget
+from ..planning.budget import Budget
 from ..planning.search import Search
 from ..plugin.grounding import Context
 from .late_poses import parametric
@@ -42,19 +42,21 @@ def attempts(
         except StopIteration:
             return
         if stop():
-            trace.add(0, "proof", str(plan), "capped", "engine", STOPPED)
+            trace.stopped()
             return
         candidate = _candidate(plan, state, setting, knowledge)
         progress(f"candidate program {number} of {len(candidate.program.steps)} steps: running its text")
         candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed, setting.real)
-        by = setting.backend.name
-        trace.add(0, "proof", str(plan), "proven" if verdict.passed else "failed", by, verdict.reason)
+        trace.add(
+            0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,
+            kind="proof", numbers=verdict.measured,
+        )  # fmt: skip
         if not verdict.passed:
             progress(f"refused: {verdict.reason}")
         yield candidate, verdict
         conflict = None if verdict.passed else conflict_of(verdict, state)
     reason = f"proofs = {budget.proofs}: so many programs were made, the budget of one task sequence"
-    trace.add(0, "budget", f"proofs = {budget.proofs}", "capped", "engine", reason)
+    trace.spent("proofs", budget.proofs, reason)
 
 
 def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
@@ -68,7 +70,7 @@ def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:
 
 def _candidate(plan: Plan, state: State, setting: Setting, knowledge: Knowledge) -> Candidate:
     """The program of a fully grounded state; plugins are told of each of its steps."""
-    candidate = assemble(setting.name, plan, setting.belief(), state, setting.robot, setting.world, knowledge)
+    candidate = assemble(plan, state, setting, knowledge)
     candidate = parametric(candidate, setting.late)
     for step in candidate.program.steps:
         knowledge.registry.notify("on_step", step=step, candidate=candidate)

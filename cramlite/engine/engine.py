@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Never
 
 from ..base.errors import UserError
 from ..base.seeds import whole_seed
-from ..planning.budget import STOPPED, Budget, budget_of
+from ..planning.budget import Budget, budget_of
 from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
 from ..plugin.registry import Registry
@@ -93,23 +93,19 @@ class Engine:
         return found
 
     def read_episode(self, path: Path) -> Episode:
-        """Read an episode in any format that a plugin reads.
+        """Read an episode in any format that a plugin reads, repaired, in the words of the loaded ontologies.
 
         Raises:
             UserError: no such path, no reader, or a file that cannot be used.
+            PluginError: no reader answered, and one failed.
         """
         if not path.exists():
             raise UserError(
                 f"There is no episode at '{path}'; give the folder of a NEEM, or record one with 'cramlite record'."
             )
-        episode = self.registry.first("read_episode", path=path)
-        if episode is None:
-            raise UserError(
-                f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'."
-            )
         from ..interpretation.class_alignment import aligned
 
-        return aligned(episode, self.knowledge.taxonomy)
+        return aligned(self.knowledge.episodes.read(path), self.knowledge.taxonomy)
 
     def interpret(self, episode: Episode) -> Interpretation:
         """Every task that each action of the episode may execute.
@@ -153,7 +149,7 @@ class Engine:
         self,
         goal: Scenario | Episode | Goal | Sequence[TaskSpec | RuleSpec] | TaskSpec | RuleSpec,
         *,
-        world: Setting | None = None,
+        setting: Setting | None = None,
         seed: int = 0,
         budget: Budget | None = None,
         trace: Trace | None = None,
@@ -162,12 +158,13 @@ class Engine:
         refused: Callable[[int], None] = lambda _: None,
         failed: Callable[[Solution], None] = lambda _: None,
         stop: Callable[[], bool] = lambda: False,
+        **unknown: Never,
     ) -> Iterator[Solution]:
         """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
 
         Args:
-            goal: a scenario, an episode, a ``Goal``, tasks, or one task; all but a scenario with ``world``.
-            world: the setting, where the goal does not bring one.
+            goal: a scenario, an episode, a ``Goal``, tasks, or one task; all but a scenario with ``setting``.
+            setting: where, and from which state, the goal is to be achieved; by default a scenario's own.
             seed: the same one gives the same programs.
             budget: counted work; by default the scenario's.
             trace: is filled while the search runs, also when nothing is found.
@@ -180,17 +177,19 @@ class Engine:
 
         Raises:
             UserError: the goal cannot be used.
+            TypeError: an argument that there is not, such as ``world``, the old name of ``setting``.
         """
         from .candidates import attempts
 
+        _refuse(unknown)
         engine, seed = self._for(goal), whole_seed(seed)
-        world, trace, budget = engine._setting(goal, world, seed), trace or Trace(), budget or _budget(goal)
-        plans = engine.plans(goal, world, trace, progress)
+        setting, trace, budget = engine._setting(goal, setting, seed), trace or Trace(), budget or _budget(goal)
+        plans = engine.plans(goal, setting, trace, progress)
         for number, plan, source in _to_try(plans, budget.sequences, trace, skip, stop):
             progress(f"candidate {number}: {plan}")
             proven = False
-            for candidate, verdict in attempts(plan, world, engine.knowledge, budget, trace, progress, stop):
-                solution = Solution(number, candidate, verdict, trace, world, *source)
+            for candidate, verdict in attempts(plan, setting, engine.knowledge, budget, trace, progress, stop):
+                solution = Solution(number, candidate, verdict, trace, setting, *source)
                 if verdict.passed:
                     proven = True
                     yield solution
@@ -205,27 +204,28 @@ class Engine:
 
         return self.suited(goal) if isinstance(goal, Scenario) else self
 
-    def _setting(self, goal: object, world: Setting | None, seed: int) -> Setting:
+    def _setting(self, goal: object, setting: Setting | None, seed: int) -> Setting:
         """Where a goal is to be achieved."""
         from ..scenario.scenario import Scenario
 
         if isinstance(goal, Scenario):
-            return world or self.setting(goal, seed=seed)
+            return setting or self.setting(goal, seed=seed)
         if isinstance(goal, str | Path):
-            raise UserError(f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with a world.")
-        if world is None:
-            raise UserError("A goal that is not a scenario needs a world: pass world=engine.setting(scenario).")
-        return world
+            raise UserError(f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with a setting.")
+        if setting is None:
+            raise UserError("A goal that is not a scenario needs a setting: pass setting=engine.setting(scenario).")
+        return setting
 
     def plans(
-        self, goal: Any, world: Setting, trace: Trace, progress: Progress = lambda _: None
+        self, goal: Any, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
     ) -> Iterator[tuple[Plan, Source]]:
-        """The task sequences of a goal, best first, each with what it came from."""
+        """The task sequences of a goal, best first, each with what it came from; arguments and errors as for ``resolve``."""
         from ..model.episode import Episode
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
         from ..scenario.scenario import Scenario
 
+        _refuse(unknown)
         engine = self._for(goal)
         knowledge = engine.knowledge
         if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
@@ -233,12 +233,19 @@ class Engine:
         if isinstance(goal, Episode):
             found = engine.interpret(goal)
             progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
-            plans = plans_from_interpretation(world.name, found, goal, knowledge.tasks, trace)
+            plans = plans_from_interpretation(setting.name, found, goal, knowledge.tasks, trace)
             yield from ((plan, (found, goal)) for plan in plans)
         elif isinstance(goal, Goal) or (isinstance(goal, Scenario) and goal.spec.goal is not None):
-            yield from ((plan, (None, None)) for plan in plans_for_goal(goal, world, knowledge, trace))
+            yield from ((plan, (None, None)) for plan in plans_for_goal(goal, setting, knowledge, trace))
         else:
-            yield plan_from_tasks(world.name, goal, knowledge.tasks, world.world), (None, None)
+            yield plan_from_tasks(setting.name, goal, knowledge.tasks, setting.world), (None, None)
+
+
+def _refuse(unknown: Mapping[str, object]) -> None:
+    """Raise TypeError at an argument that there is not; 'setting' was called 'world' before."""
+    for name in unknown:
+        instead = "; the setting is given as setting=engine.setting(scenario)" if name == "world" else ""
+        raise TypeError(f"there is no argument '{name}'{instead}")
 
 
 def _budget(goal: object) -> Budget:
@@ -252,13 +259,15 @@ def _to_try(
 ) -> Iterator[tuple[int, Plan, Source]]:
     """The first so many task sequences, numbered from 1, without those to skip; why others are left out is traced."""
     for number, (plan, source) in enumerate(plans, 1):
-        if number > most or stop():
-            spent = (f"sequences = {most}", f"{most} task sequences were tried, the rest left out") if number > most else ("", STOPPED)
-            trace.add(0, "budget", spent[0], "capped", "engine", spent[1])
+        if number > most:
+            trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
+            return
+        if stop():
+            trace.stopped()
             return
         trace.candidate = number
         if number in skip:
-            trace.add(0, "sequence", str(plan), "refused", "engine", "refused before this run was resumed")
+            trace.add(0, "sequence", str(plan), "refused", "engine", "refused before this run was resumed", kind="sequence")
         else:
             yield number, plan, source
 

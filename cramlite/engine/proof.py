@@ -9,11 +9,9 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import UserError
-from ..model.belief import Belief
 from ..model.plan import Plan
 from ..model.program import Program, Snapshot
 from ..model.program_json import typed_code
-from ..model.robot import Robot
 from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
 from ..planning.choice_point import Conflict
@@ -22,19 +20,19 @@ from ..plugin.catalogue import Knowledge
 from ..plugin.protocols import Backend, Candidate, Validator
 from ..plugin.validation import WrongAnswer
 from .late_poses import edges
+from .setting import Setting
 
 
-def assemble(
-    name: str, plan: Plan, belief: Belief, end: State, robot: Robot, world: World, knowledge: Knowledge
-) -> Candidate:
-    """The typed program of a fully grounded state; ``belief`` is that of the beginning."""
+def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:
+    """The typed program of a fully grounded state of a plan in a setting."""
+    belief, robot = setting.belief(), setting.robot
     used = sorted({str(v).split("/")[0] for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
         Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses
     )
     gripper = robot.gripper
     program = Program(
-        name=re.sub(r"\W", "_", name),
+        name=re.sub(r"\W", "_", setting.name),
         robot=belief.robot,
         robot_type=robot.type,
         tcp=gripper.tcp,
@@ -42,12 +40,15 @@ def assemble(
         steps=end.steps,
         sections=end.sections,
         snapshots=snapshots,
+        force_limit=robot.force_limit if setting.force_limit is None else setting.force_limit,
+        force_limit_of="robot" if setting.force_limit is None else "scenario",
         mass=gripper.mass,
         center=(0.0, 0.0, gripper.tcp.position[2] / 2),
     )
     return Candidate(
-        plan, program, None, end.bindings, end.belief, end.actions, robot, world, knowledge.rules, knowledge.taxonomy
-    )
+        plan, program, None, end.bindings, end.belief, end.actions, robot, setting.world, knowledge.rules,
+        knowledge.taxonomy,
+    )  # fmt: skip
 
 
 def prove(
@@ -89,7 +90,7 @@ def _prove(
     rollout = knowledge.simulator.execute(
         ran.text, real or candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
     )
-    episode = knowledge.simulator.episode(rollout, candidate.program.name)
+    episode = knowledge.episodes.detect(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
     judged = replace(candidate, code=ran, rollout=rollout, episode=episode)  # lines of a rollout are those of what ran
@@ -106,7 +107,7 @@ def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed
     for said, moved in edges(world, candidate.program, candidate.world):
         name = candidate.program.robot
         rollout = knowledge.simulator.execute(candidate.code.text, moved, knowledge.robots, mount=name, seed=seed)
-        episode = knowledge.simulator.episode(rollout, candidate.program.name)
+        episode = knowledge.episodes.detect(rollout, candidate.program.name)
         episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
         there = judge(replace(candidate, rollout=rollout, episode=episode, world=moved), knowledge, rollout=True)
         wrong = [f for f in there if not f.passed]

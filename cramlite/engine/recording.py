@@ -27,8 +27,8 @@ def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) 
     if recipe is None:
         raise UserError(f"{scenario.path}: has no 'record' section, which says what a person should do in which world.")
     world, _ = build_world(scenario, recipe.things, recipe.vary, engine.knowledge.models, seed)
-    simulator = engine.knowledge.simulator
-    rollout = simulator.demonstrate(replace(world, robots=()), recipe.script, seed=seed)
-    episode = simulator.episode(rollout, scenario.name)
-    simulator.save_episode(episode, out)
+    knowledge = engine.knowledge
+    rollout = knowledge.simulator.demonstrate(replace(world, robots=()), recipe.script, seed=seed)
+    episode = knowledge.episodes.detect(rollout, scenario.name)
+    knowledge.episodes.write(episode, out)
     return episode

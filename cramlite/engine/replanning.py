@@ -269,4 +269,4 @@ def _furniture(scenario: Scenario, engine: Engine, seed: int) -> Setting:
     world, _ = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
     robot = knowledge.robots[spec.robot.type]
     fixed = replace(world, things=tuple(t for t in world.things if not t.movable))
-    return Setting(scenario.name, fixed, (), robot, knowledge.backends[robot.backend], seed)
+    return Setting(scenario.name, fixed, (), robot, knowledge.backends[robot.backend], seed, force_limit=spec.force_limit)

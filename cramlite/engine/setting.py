@@ -1,4 +1,4 @@
-"""A setting: where a plan is to be carried out, and from which state."""
+"""Setting of a plan: where it is to be carried out, and from which state."""
 
 from __future__ import annotations
 
@@ -25,18 +25,22 @@ if TYPE_CHECKING:
 
 
 class Setting(Value):
-    """Where a plan is to be carried out.
+    """World, robot and backend that a goal is to be achieved with: what ``Engine.resolve`` needs beside a goal.
+
+    ``Engine.setting`` makes one from a scenario; ``cramlite.replace`` changes a field, and ``after`` goes on from where a
+    program ended.
 
     Args:
-        name: of the program.
-        world: the robot's world.
-        relations: what is known to hold in it.
-        robot: the robot's model; the first mount of the world acts.
-        backend: who writes the code.
-        seed: of everything that is drawn.
+        name: of the programs; what is no letter, digit or underscore in it becomes an underscore in their texts.
+        world: the robot's world, as it is believed to be; poses in the world's frame, z up [m].
+        relations: what is known to hold in it at the start: (predicate, thing, place).
+        robot: the robot's model; the first mount of ``world`` acts.
+        backend: writes the code.
+        seed: of everything that is drawn, a whole number of at least 0; the same one gives the same programs.
         real: the world that programs run in, where it differs from what is believed; never shown to plugins.
-        look: the picture that the belief comes from, where poses come from a camera.
-        late: things whose poses are asked for when the program runs, and how far off they may be then [m, rad].
+        look: the pictures that the belief comes from, where poses come from a camera; None where they are known.
+        late: name of each thing whose pose is asked for when the program runs, and how far off it may be then [m, rad].
+        force_limit: protective limit on the TCP force of its programs [N]; None for the robot's.
     """
 
     name: str
@@ -48,15 +52,18 @@ class Setting(Value):
     real: World | None = None
     look: Look | None = None
     late: Mapping[str, Tolerance] = field(default_factory=dict)
+    force_limit: float | None = None
 
     def belief(self) -> Belief:
+        """Return what is believed at the start: poses, relations, joint values and the empty hand."""
         mount = self.world.robots[0]
         at = self.robot.arm_at(mount.base) if self.robot.platform else None
         belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
         return replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
 
     def start(self, plan: Plan) -> State:
-        """Where the search begins: at home, or where the robot stands since it looked, with the steps that led there."""
+        """Return the state that the search for a plan begins at: at home, or where the robot stands since it looked, with the
+        steps that led there."""
         agenda: tuple[Item, ...] = (*plan.objects, *plan.actions)
         done = self.look.state if self.look else None
         if done is None:

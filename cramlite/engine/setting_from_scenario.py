@@ -35,7 +35,7 @@ def setting_of(
         now: the world as it really is by now.
 
     Raises:
-        UserError: an unknown robot, model, backend or thing.
+        UserError: an unknown robot, model, backend or thing; a query that a camera cannot answer.
     """
     robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
     name = backend or scenario.spec.backend or robot.backend
@@ -46,37 +46,42 @@ def setting_of(
     if now is not None:
         world = replace(world, robots=now.robots)
     real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
-    setting = Setting(scenario.name, world, relations, robot, writer, seed, real)
+    setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=scenario.spec.force_limit)
+    told = _told(scenario, knowledge)
     if scenario.spec.poses == "camera":
-        setting = _seen(scenario, setting, knowledge, likeliest, now)
+        setting = _seen(scenario, setting, knowledge, told, likeliest, now)
         if now is not None:
             return setting  # what was late has been looked at since
     return replace(setting, late=_late(scenario, setting.world))
 
 
 def _seen(
-    scenario: Scenario, written: Setting, knowledge: Knowledge, likeliest: Likeliest, now: World | None
+    scenario: Scenario, written: Setting, knowledge: Knowledge, told: Queries, likeliest: Likeliest, now: World | None
 ) -> Setting:
-    """What the scenario's camera sees of the setting: all that is believed of things that can be moved."""
+    """What the scenario's camera sees of the setting: all that is believed of things that can be moved. It looks for what
+    it was ``told``, else for what the likeliest plan is about."""
     from ..perception.active_perception import look
+    from ..perception.view_queries import queries_of
 
     world, real = replace(written.world, poses="camera"), replace(now or written.real or written.world, poses="camera")
     furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
-    wanted = _wanted(scenario, replace(written, world=furniture, relations=(), real=None), knowledge, likeliest)
+    plan = None if told else likeliest(replace(written, world=furniture, relations=(), real=None))
+    wanted = queries_of(plan, furniture, knowledge.taxonomy) if plan else told
     seen = look(scenario, wanted, world, real, written.robot, knowledge, written.seed)
     return replace(written, world=seen.world, relations=seen.relations, real=seen.real, look=seen)
 
 
-def _wanted(scenario: Scenario, before: Setting, knowledge: Knowledge, likeliest: Likeliest) -> Queries:
-    """What is to be looked for: what the scenario's camera is told, else what the likeliest plan is about."""
-    from ..perception.query import parse_query
-    from ..perception.view_queries import queries_of
+def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:
+    """What the scenario's camera is told to look for; checked also where poses are known and nobody looks.
 
-    camera, taxonomy = scenario.spec.camera, knowledge.taxonomy
-    if camera is not None and camera.look:
-        return tuple((parse_query(text, taxonomy),) for text in camera.look)
-    plan = likeliest(before)
-    return queries_of(plan, before.world, taxonomy) if plan else ()
+    Raises:
+        UserError: a query that is wrong, or asks for what no expert says; with file and line.
+    """
+    from ..perception.query import parse_query
+
+    told = scenario.spec.camera.look if scenario.spec.camera is not None else ()
+    places = (scenario.where("camera", "look", k) for k in range(len(told)))
+    return tuple((parse_query(t, knowledge.taxonomy, knowledge.experts, p),) for t, p in zip(told, places, strict=True))
 
 
 def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None:

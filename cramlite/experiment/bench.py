@@ -65,7 +65,8 @@ def bench(
     rules = experiment.beside(ablation.rules) if ablation.rules else None
     engine = Engine.with_plugins(replace(chosen, files=(*chosen.files, *taken)), scenario.ontologies, rules)
     watch = Stopwatch()
-    engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate", episode="detect")
+    engine.knowledge.simulator = watch.around(engine.knowledge.simulator, execute="simulate")
+    engine.knowledge.episodes = watch.around(engine.knowledge.episodes, detect="detect")
     return Bench(experiment, scenario, engine, Executor(chosen), watch)
 
 

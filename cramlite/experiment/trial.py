@@ -163,7 +163,7 @@ def _attempts(
         TaskCall(engine.knowledge.tasks[m.task], m.roles) for m in sequence.matches if m.task in engine.knowledge.tasks
     ]
     if len(calls) < len(sequence.matches):
-        trace.add(0, "sequence", "", "impossible", "engine", "no plugin offers one of the task types")
+        trace.add(0, "sequence", "", "impossible", "engine", "no plugin offers one of the task types", kind="sequence")
         return
     setting = replace(engine.setting(place.scenario, seed=0), seed=seed)
     plan = plan_from_episode(setting.name, calls, episode)

@@ -46,7 +46,7 @@ def execute_in_twin(
     if rollout is None:
         return Execution(False, f"executor: the process died {DEATHS} times (out of memory, or killed)", 0.0, 0.0)
     with place.watch("judge"):
-        episode = replace(place.engine.knowledge.simulator.episode(rollout, setting.name), extras={})
+        episode = replace(place.engine.knowledge.episodes.detect(rollout, setting.name), extras={})
         said = goal_missed(place, replace(candidate, rollout=rollout, episode=episode, world=world))
     picture = ""
     if trial.pictures:

@@ -25,15 +25,19 @@ PADDING = 0.2
 
 
 class Predicate(Value):
-    """A relation that rule conditions may ask for.
+    """Relation that conditions of rules may ask for; declared under the hook ``predicates``.
+
+    Two predicates of one name are refused when the rules are loaded (UserError); ``cramlite.testing.check_predicate`` checks a
+    declaration.
 
     Args:
-        name: as it is written in rules.
+        name: as it is written in rules: a lower-case word, e.g. "is_light".
         arity: number of arguments; of a value predicate, without the value.
-        function: ``function(phase, *arguments)`` yields the rows that hold in the phase; an argument is
-            None where it is open. Rows that contradict an argument are dropped by the caller. A value
-            predicate's rows end with the number.
-        phases: where it means something; a rule that asks elsewhere is refused when it is loaded.
+        function: ``function(phase, *arguments)`` yields the rows that hold in the phase: tuples of ``arity`` names of entities
+            or classes. An argument is None where it is open. Rows that contradict an argument are dropped by the caller. A
+            value predicate's rows end with the number, in SI units.
+        phases: where it means something, of "pre" (just before the action), "run" (all through it) and "post" (just after
+            it); a rule that asks elsewhere is refused when it is loaded.
         timeless: it asks about classes and parts only, so its rows hold at every time.
         steady: it asks only which states hold, by their classes and roles, and which things' poses are known
             (``Timeline.located``), not since when; so its rows are the same wherever the same states hold. Such a

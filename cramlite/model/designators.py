@@ -37,9 +37,14 @@ class Object(Value):
     entity: str | None = None
 
     def __str__(self) -> str:
+        return f"{self.name}: {self.wanted}"
+
+    @property
+    def wanted(self) -> str:
+        """What is asked for, in words."""
         what = " or ".join(self.types) or "anything"
         having = f" with {', '.join(self.features)}" if self.features else ""
-        return f"{self.name}: {self.entity or what}{having}"
+        return f"{self.entity or what}{having}"
 
     def merged(self, other: Object) -> Object:
         """One designator that asks for what both ask for."""

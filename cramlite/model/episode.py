@@ -169,8 +169,8 @@ class Episode(Value, dict=True):
             if name in self.tracks and len(self.tracks[name].times):
                 here: Pose | None = self.tracks[name].at(time)
                 return here if inside is None or here is None else here * inside
-            entity = self.entity(name)
-            if entity.pose is None:
+            entity = self.known(name)
+            if entity is None or entity.pose is None:
                 return None
             inside = entity.pose if inside is None else entity.pose * inside
             if entity.part_of is None:

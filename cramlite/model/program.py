@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from ..base.value import Value
 from .geometry import Pose, Vector3
+from .robot import FORCE_LIMIT
 from .steps import (
     AnyStep,
     Joints,
@@ -68,6 +71,7 @@ class Program(Value):
         force_limit: protective limit on the TCP force over the whole program [N].
         mass, center: the gripper's payload [kg, m in the flange frame].
         late: poses that are bound at run time.
+        force_limit_of: who set the force limit, "robot" or "scenario".
     """
 
     name: str
@@ -78,10 +82,16 @@ class Program(Value):
     steps: tuple[AnyStep, ...]
     sections: tuple[Section, ...]
     snapshots: tuple[Snapshot, ...] = ()
-    force_limit: float = 60.0
+    force_limit: float = FORCE_LIMIT
     mass: float = 0.0
     center: Vector3 = (0.0, 0.0, 0.0)
     late: tuple[LatePose, ...] = ()
+    force_limit_of: Literal["robot", "scenario"] = "robot"
+
+    @property
+    def force_limit_source(self) -> str:
+        """Who set the force limit, for people: "of robot 'ur5e'", or "of the scenario"."""
+        return "of the scenario" if self.force_limit_of == "scenario" else f"of robot '{self.robot_type}'"
 
 
 class Code(Value):

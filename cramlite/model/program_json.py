@@ -23,8 +23,8 @@ from .steps import Step, walk
 
 FORMAT = "cramlite program 1"
 TAG = "step"
-SILENT = ("origin", "comment", "relative", "late")
-"""Left out where they are empty; every number is there."""
+SILENT: Mapping[str, object] = {"origin": "", "comment": "", "relative": "", "late": (), "force_limit_of": "robot"}
+"""Left out where they have these values; every number is there."""
 
 
 class ProgramText(Value):
@@ -81,7 +81,7 @@ def read_program(text: str) -> ProgramText:
 
 def _encode(value: Any) -> Any:
     if isinstance(value, Struct):
-        own = {k: _encode(v) for k, v in asdict(value).items() if v or k not in SILENT}
+        own = {k: _encode(v) for k, v in asdict(value).items() if k not in SILENT or v != SILENT[k]}
         return {TAG: type(value).__name__, **own} if isinstance(value, Step) else own
     if isinstance(value, tuple | list):
         return [_encode(v) for v in value]

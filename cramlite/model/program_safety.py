@@ -2,7 +2,7 @@
 
 Every rule gives the steps that break it, with numbers and units. Limits without a robot of their own:
 TCP speed 1.5 m/s (Universal Robots' factory preset of the e-Series' safety configuration); 0.25 m/s while feeling (reduced
-speed of ISO 10218-1, 3.22); TCP force 150 N (as the controller model's safety configuration, docs/reference/robot_code.md).
+speed of ISO 10218-1, 3.22). The highest force limit is that of ``cramlite.model.robot``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 
 from ..base.value import Value
 from .program import Program
-from .robot import Robot
+from .robot import HIGHEST_FORCE_LIMIT, Robot
 from .steps import (
     AnyStep,
     CompliantSlide,
@@ -34,7 +34,7 @@ from .steps import (
     walk,
 )
 
-FASTEST, FEELING, STRONGEST = 1.5, 0.25, 150.0
+FASTEST, FEELING = 1.5, 0.25
 LONGEST = 600.0  # no single step of a handling task waits longer [s]
 MOST = 1000  # repetitions
 SLACK = 1e-6
@@ -63,8 +63,8 @@ def objections(program: Program, robot: Robot) -> Iterator[Objection]:
 
 def _start(program: Program, robot: Robot) -> Iterator[str]:
     yield from _outside(program.start, robot, "the start posture")
-    if not 0 < program.force_limit <= STRONGEST:
-        yield f"the force limit of {program.force_limit:g} N is not in 0 .. {STRONGEST:g} N"
+    if not 0 < program.force_limit <= HIGHEST_FORCE_LIMIT:
+        yield f"the force limit of {program.force_limit:g} N is not in 0 .. {HIGHEST_FORCE_LIMIT:g} N ({program.force_limit_source})"
 
 
 def _first_load(program: Program, robot: Robot) -> Iterator[str]:
@@ -126,7 +126,7 @@ def _workspace(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 def _force(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
     limit = getattr(step, "force_limit", program.force_limit)
     if not 0 < limit <= program.force_limit + SLACK:
-        yield f"its force limit of {limit:g} N is not in 0 .. {program.force_limit:g} N, the program's"
+        yield f"its force limit of {limit:g} N is not in 0 .. {program.force_limit:g} N, the program's ({program.force_limit_source})"
     if isinstance(step, Felt):
         wanted = math.hypot(*step.wrench[:3]) if isinstance(step, ForceMove) else abs(step.force)
         if wanted >= limit:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,11 @@ from .geometry import Pose
 
 if TYPE_CHECKING:
     from .world import RobotMount
+
+FORCE_LIMIT, HIGHEST_FORCE_LIMIT = 60.0, 150.0
+"""Protective limit on the TCP force where nobody declares another, and the highest that may be declared [N]. The first is
+ours: force-controlled steps stop at 25 N, jammed ones reached 31 N in simulation. The second is the safety configuration of the
+controller model (docs/reference/robot_code.md)."""
 
 
 class Gripper(Value):
@@ -79,6 +85,15 @@ class Robot(Value):
             ``joints``; bodies as the links; actuator "gripper" (0 open .. 255 closed); sites "flange", "tcp", "ft";
             sensors "ft_force", "ft_torque"; pad geoms "left_pad*" and "right_pad*".
         platform: what drives the arm around; None for one that is bolted down.
+        axis_zeros: angle of each joint, as ``joints`` and ``dh`` count it, at which the maker counts zero [rad]; a backend whose
+            language takes the maker's angles subtracts it. None where nobody needs it: such a backend then refuses the robot.
+        controller: generation of its controller, in the words of the backend that writes for it, e.g. "CB3", "e-Series"; "" where
+            no backend asks.
+        force_limit: protective limit on the TCP force of its programs, unless a scenario sets another [N], up to
+            ``HIGHEST_FORCE_LIMIT``.
+
+    Raises:
+        ValueError: ``axis_zeros`` is not a finite angle for each joint, or ``force_limit`` is out of its range.
     """
 
     type: str
@@ -95,6 +110,16 @@ class Robot(Value):
     backend: str
     mjcf: Callable[[], str]
     platform: Platform | None = None
+    axis_zeros: tuple[float, ...] | None = None
+    controller: str = ""
+    force_limit: float = FORCE_LIMIT
+
+    def __post_init__(self) -> None:
+        zeros = self.axis_zeros
+        if zeros is not None and (len(zeros) != len(self.joints) or not all(map(math.isfinite, zeros))):
+            raise ValueError(f"robot '{self.type}': axis_zeros is a finite angle for each of {len(self.joints)} joints, not {zeros}")
+        if not 0 < self.force_limit <= HIGHEST_FORCE_LIMIT:
+            raise ValueError(f"robot '{self.type}': force_limit {self.force_limit:g} N is not in 0 .. {HIGHEST_FORCE_LIMIT:g} N")
 
     def start(self, mount: RobotMount) -> tuple[tuple[float, ...], float]:
         """Joints and opening of the gripper at the start, where the robot is mounted: at home and open, else as the mount says."""

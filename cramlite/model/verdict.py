@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Literal
 
 from ..base.value import Value
@@ -53,6 +54,16 @@ class Verdict(Value):
     def reason(self) -> str:
         """The objections in one line."""
         return "; ".join(f"{f.validator}: {f.reason}" for f in self.objections) or "passed"
+
+    @property
+    def measured(self) -> dict[str, float]:
+        """What was measured where somebody objects, and the limits: {"slip_m": 0.03, "slip_limit_m": 0.012}."""
+        found: dict[str, float] = {}
+        for f in self.objections:
+            unit = re.sub(r"\W+", "_", f.unit)
+            named = ((f.validator, f.value), (f"{f.validator}_limit", f.limit))
+            found |= {"_".join(filter(None, (name, unit))): v for name, v in named if v is not None}
+        return found
 
     @property
     def not_judged(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 from msgspec.structs import replace
@@ -11,14 +11,13 @@ from msgspec.structs import replace
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.designators import Object
-from ..plugin.expert import RELATIONS, SEGMENTS, UNKNOWN, Judged
+from ..plugin.expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Judged
 
 if TYPE_CHECKING:
     from ..ontology.taxonomy import Taxonomy
 
 
 Check = Literal["EQUAL", "CLASS", "GEQ", "LEQ", "CONTAINS"]
-ATTRIBUTES = ("type", "colour", "shape", "size", "size_word", "material", "model", "instance", "features")
 ALIASES = {
     "class": "type", "color": "colour", "id": "instance", "cad-model": "model", "feature": "features",
     "hanging_from": "hangs_on",
@@ -100,18 +99,19 @@ def query_from(designator: Object, **more: str | float) -> ObjectQuery:
     return ObjectQuery(tuple(Condition(k, DEFAULTS.get(k, "EQUAL"), v) for k, v in (*pairs, *more.items())))
 
 
-def parse_query(text: str, taxonomy: Taxonomy, more: Iterable[str] = ()) -> ObjectQuery:
-    """A query as people write it: ``type=cram:TeaBox colour=red size>=100mm on=Hanger confidence>=0.5``.
+def parse_query(text: str, taxonomy: Taxonomy, experts: Iterable[Expert], where: str = "") -> ObjectQuery:
+    """Parse a query as people write it: ``type=cram:TeaBox colour=red size>=100mm on=Hanger confidence>=0.5``.
 
     Args:
-        more: further attributes that experts can say.
+        experts: all that are loaded: what they say of objects can be asked for.
+        where: "file:line" of the text, if it is in a file; it begins each error.
 
     Raises:
         UserError: not of this form, an unknown key or an unknown class; the nearest right ones are named.
     """
-    query = ObjectQuery()
+    query, known = ObjectQuery(), {o for e in experts if e.scope != "view" for o in e.outputs}
     for word in text.split():
-        condition = _condition(word, taxonomy, tuple(more))
+        condition = _condition(word, taxonomy, known, f"{where}: '{word}'" if where else f"'{word}'")
         if condition.key == "confidence":
             query = replace(query, confidence=float(condition.value))
         else:
@@ -119,27 +119,29 @@ def parse_query(text: str, taxonomy: Taxonomy, more: Iterable[str] = ()) -> Obje
     return query
 
 
-def _condition(word: str, taxonomy: Taxonomy, more: tuple[str, ...]) -> Condition:
+def _condition(word: str, taxonomy: Taxonomy, known: Collection[str], where: str) -> Condition:
+    """One condition; ``known`` are the attributes that somebody gives, ``where`` says what is wrong."""
     found = re.fullmatch(r"([\w-]+)(>=|<=|==|=|~)(.+)", word)
     if found is None:
-        raise UserError(f"'{word}' is no condition of a query; write KEY=VALUE, e.g. colour=red, or KEY>=NUMBER.")
+        raise UserError(f"{where} is no condition of a query; write KEY=VALUE, e.g. colour=red, or KEY>=NUMBER.")
     key, sign, value = ALIASES.get(found[1], found[1]), found[2], found[3]
-    valid = dict.fromkeys((*ATTRIBUTES, *RELATIONS, *ALIASES, *more, "confidence"))
+    valid = {*known, *RELATIONS, "confidence"}
     if key not in valid:
-        raise UserError(f"'{word}': a query cannot ask for '{found[1]}'; {nearest(found[1], valid)}.")
+        written = valid | {alias for alias, of in ALIASES.items() if of in valid}
+        raise UserError(f"{where}: a query cannot ask for '{found[1]}'; {nearest(found[1], written)}.")
     check = OPERATORS.get(sign) or DEFAULTS.get(key, "EQUAL")
     if check in ("GEQ", "LEQ"):
-        return Condition(key, check, _number(word, value))
+        return Condition(key, check, _number(value, where))
     if key in ("type", "features") and value != UNKNOWN:
-        value = taxonomy.known(value, f"'{word}'")
+        value = taxonomy.known(value, where)
     if key == "size":  # a length, or a word for one
         return (
-            Condition(key, check, _number(word, value)) if value[0].isdigit() else Condition("size_word", check, value)
+            Condition(key, check, _number(value, where)) if value[0].isdigit() else Condition("size_word", check, value)
         )
     return Condition(key, check, value)
 
 
-def _number(word: str, text: str) -> float:
+def _number(text: str, where: str) -> float:
     from pydantic import TypeAdapter, ValidationError
 
     from ..base.quantities import Length
@@ -147,7 +149,7 @@ def _number(word: str, text: str) -> float:
     try:
         return float(text) if re.fullmatch(r"[\d.eE+-]+", text) else float(TypeAdapter(Length).validate_python(text))
     except (ValueError, ValidationError):
-        raise UserError(f"'{word}': '{text}' is no number; write e.g. size>=0.1 or size>=100mm.") from None
+        raise UserError(f"{where}: '{text}' is no number; write e.g. size>=0.1 or size>=100mm.") from None
 
 
 def _contains(value: Any, condition: Condition, taxonomy: Taxonomy) -> bool:

@@ -8,7 +8,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
-from ..base.errors import EARLIER_TASKS, Unresolvable, nearest
+from ..base.errors import Unresolvable, nearest
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.control_flow import Compound, Mark, ways
@@ -95,7 +95,7 @@ class Alternatives(Value):
                 point.conflict |= point.domain
                 if isinstance(answer, Refused):
                     point.conflict |= made & set(answer.because)
-                    point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed)
+                    point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed, numbers=answer.numbers)
                 elif isinstance(answer, Grounding):
                     yield plugin, answer
                 else:
@@ -104,9 +104,8 @@ class Alternatives(Value):
                     return
             point.conflict |= point.domain
         except Unresolvable as impossible:
-            point.say("impossible", plugin, impossible.reason)
-            earlier = set(point.state.opened) if EARLIER_TASKS in impossible.because else set()
-            said = set(impossible.because) | earlier
+            point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers)
+            said = {*impossible.because, *(point.state.opened if impossible.earlier_tasks else ())}
             point.conflict |= (made & said) if said else made
 
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:

@@ -51,17 +51,9 @@ def budget_of(scenario: Scenario) -> Budget:
     return Budget(**asked)
 
 
-STOPPED = "stopped by the caller"
-
-
 class BudgetSpent(Exception):
-    """The counted budget of a search is used up.
+    """The counted budget of a search is used up."""
 
-    Args:
-        reason: for the trace.
-        spent: which one, e.g. "asks = 3"; empty if the caller stopped it.
-    """
 
-    def __init__(self, reason: str, spent: str = "") -> None:
-        super().__init__(reason)
-        self.spent = spent
+class Stopped(Exception):
+    """The caller has had enough."""

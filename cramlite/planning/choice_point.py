@@ -7,6 +7,7 @@ which grows while its alternatives are looked at.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from typing import Any
 
 from msgspec import Struct, field
@@ -14,7 +15,7 @@ from msgspec import Struct, field
 from ..model.control_flow import Compound
 from ..model.designators import Action, Designator, Late, Location, Motion, Object
 from .state import State
-from .trace import Outcome, Trace
+from .trace import Kind, Outcome, Trace
 
 Conflict = frozenset[str]
 """Names of the choices that a failure depends on."""
@@ -46,6 +47,10 @@ Choice = tuple[str, str]
 """The name of a designator, and the key of the alternative that was taken."""
 CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
 """How many alternatives of a designator are tried."""
+KINDS: dict[type, Kind] = {
+    Action: "action", Compound: "compound", Object: "object", Late: "object", Location: "location", Motion: "motion",
+}  # fmt: skip
+"""What the trace calls a designator."""
 
 
 class ChoicePoint(Struct):
@@ -70,6 +75,13 @@ class ChoicePoint(Struct):
         if self.state.stand:  # what the arm can do depends on where the robot stands
             self.conflict.add(self.state.stand)
 
+    @classmethod
+    def asked(cls, item: Designator, state: State, trace: Trace, parent: int, numbers: Mapping[str, int]) -> ChoicePoint:
+        """The choice point of a designator that comes up, which the trace is told below the entry ``parent``."""
+        what = item.wanted if isinstance(item, Object) else str(item)
+        node = trace.add(parent, item.name, what, "asked", "engine", "", kind=KINDS[type(item)], numbers=numbers)
+        return cls(item, state, trace, node)
+
     @property
     def cap(self) -> int:
         """How many alternatives are tried; those of a compound were written down and are all meant."""
@@ -92,17 +104,21 @@ class ChoicePoint(Struct):
         return {name for name, _ in self.state.choices if self.item.name.startswith(f"{name}/")}
 
     def say(
-        self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0
-    ) -> int:
+        self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,
+        numbers: Mapping[str, float] | None = None,
+    ) -> int:  # fmt: skip
         """Add to the trace what became of the designator, or of the alternative that ``text`` stands for."""
         text = str(self.item) if text is None else text
-        return self.trace.add(self.node, self.item.name, text, outcome, plugin, reason, cost, passed)
+        kind = KINDS[type(self.item)]
+        return self.trace.add(
+            self.node, self.item.name, text, outcome, plugin, reason, cost, passed, kind=kind, numbers=numbers
+        )
 
     def exhausted(self, tried: int) -> None:
         """Say that none of its alternatives led on."""
         causes = ", ".join(sorted(self.conflict)) or "nothing before it"
         what = "1 alternative" if tried == 1 else f"{tried} alternatives"
-        self.say("failed", "engine", f"{what} failed; it depends on {causes}")
+        self.say("failed", "engine", f"{what} failed; it depends on {causes}", numbers={"tried": tried})
 
 
 def key_of(value: Any) -> str:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from .budget import STOPPED
-from .trace import Entry, Trace
+from .trace import STOPPED, Entry, Trace
 
 if TYPE_CHECKING:
     pass
@@ -30,14 +29,16 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
 def how_it_ended(entries: Sequence[Entry]) -> str:
     """Whether all alternatives were refused, or what ended the search before, and how to raise it."""
     capped = [e for e in entries if e.outcome == "capped"]
-    if any(e.reason == STOPPED for e in capped):
+    if any(e.kind == "stop" for e in capped):
         return f"the search was {STOPPED} before every alternative was tried"
-    spent = list(dict.fromkeys(e.text for e in capped if e.designator == "budget"))
+    spent = {name: limit for e in capped if e.kind == "budget" for name, limit in e.numbers.items()}
     if spent:
-        more = ", ".join(f"{s.split()[0]}: {2 * int(s.split()[-1])}" for s in spent)
+        limits = " and ".join(f"{name} = {limit}" for name, limit in spent.items())
+        raised = ", ".join(f"{name}: {2 * limit}" for name, limit in spent.items())
+        called = ", ".join(f"{name}={2 * limit}" for name, limit in spent.items())
         return (
-            f"the search was cut short by its budget {' and '.join(spent)}, other alternatives may do; "
-            f"raise it with 'budget: {{{more}}}' in the scenario, or Budget({more.replace(': ', '=')}) in Python"
+            f"the search was cut short by its budget {limits}, other alternatives may do; "
+            f"raise it with 'budget: {{{raised}}}' in the scenario, or Budget({called}) in Python"
         )
     if capped:
         return "every alternative that was tried was refused; limits left others out, marked '!' in the trace"
@@ -54,11 +55,11 @@ def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
     reasons = [
         e
         for e in entries
-        if e.outcome in ("refused", "impossible") or (e.designator == "proof" and e.outcome == "failed")
+        if e.outcome in ("refused", "impossible") or (e.kind == "proof" and e.outcome == "failed")
     ]
     return max(
         reasons,
-        key=lambda e: (e.designator == "proof", _depth(known, e), e.outcome == "impossible", e.passed, -e.number),
+        key=lambda e: (e.kind == "proof", _depth(known, e), e.outcome == "impossible", e.passed, -e.number),
         default=None,
     )
 

@@ -19,7 +19,7 @@ from ..plugin.grounding import Context
 from ..plugin.registry import Registry
 from ..plugin.task_type import TaskType
 from .alternatives import Alternatives
-from .budget import STOPPED, Budget, BudgetSpent
+from .budget import Budget, BudgetSpent, Stopped
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import passed
 from .state import Effect, State, chosen, closed, renewed
@@ -51,16 +51,19 @@ class Search(Struct, dict=True):
     stop: Callable[[], bool] = lambda: False
 
     def __post_init__(self) -> None:
-        self._asks = 0
+        self._asks = self._planned = 0
         self._nogoods = Nogoods()
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
 
     def solve(self, state: State) -> Generator[State, Conflict | None, None]:
         """Fully grounded states, lazily. Send the conflict of one that could not be proven, or nothing to go on."""
+        self._planned = sum(isinstance(i, Action) for i in state.agenda)
         try:
             yield from self._descend(state, 0)
         except BudgetSpent as spent:
-            self.trace.add(0, "budget", spent.spent, "capped", "engine", str(spent))
+            self.trace.spent("asks", self.budget.asks, str(spent))
+        except Stopped:
+            self.trace.stopped()
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
@@ -85,7 +88,7 @@ class Search(Struct, dict=True):
             after = closed(state, action, self.tasks)
         except Exception as error:
             fault = self.registry.fault(self.owners.get(action.task, "engine"), "effects", action.name, error)
-            self.trace.add(parent, action.name, str(action), "fault", fault.plugin, str(fault))
+            self.trace.add(parent, action.name, str(action), "fault", fault.plugin, str(fault), kind="action")
             return frozenset(name for name, _ in state.choices)
         return (yield from self._descend(after, parent))
 
@@ -94,13 +97,14 @@ class Search(Struct, dict=True):
         try:
             after = passed(state, mark)
         except Unresolvable as impossible:
-            self.trace.add(parent, mark.compound.name, str(mark.compound), "impossible", "engine", impossible.reason)
+            name, said = mark.compound.name, impossible.reason
+            self.trace.add(parent, name, str(mark.compound), "impossible", "engine", said, kind="compound")
             return frozenset(name for name, _ in state.choices)
         return (yield from self._descend(after, parent))
 
     def _choose(self, item: Designator, state: State, parent: int) -> Below:
         """Try the alternatives of one designator; return the choices that its failure depends on."""
-        point = ChoicePoint(item, state, self.trace, self.trace.add(parent, item.name, str(item), "asked", "engine", ""))
+        point = ChoicePoint.asked(item, state, self.trace, parent, self._within(item, state))
         if not isinstance(item, Compound):
             self._count()
         tried = 0
@@ -112,7 +116,7 @@ class Search(Struct, dict=True):
                 point.say("nogood", "engine", "the same combination failed before", key, answer.cost)
                 continue
             if tried == point.cap:
-                point.say("capped", "engine", f"{tried} alternatives tried, the rest left out", "")
+                point.say("capped", "engine", f"{tried} alternatives tried, the rest left out", "", numbers={"tried": tried})
                 break
             tried += 1
             node = point.say("chosen", plugin, answer.reason, key, answer.cost)
@@ -125,17 +129,25 @@ class Search(Struct, dict=True):
         point.exhausted(tried)
         return frozenset(point.conflict)
 
+    def _within(self, item: Designator, state: State) -> dict[str, int]:
+        """Of what comes up within a task of the plan, or is one: which task it is, and how many
+        actions are open around it, rules of the plan language not counted."""
+        behind = [k for k, i in enumerate(state.agenda, 1) if isinstance(i, Effect)]
+        if not behind and not isinstance(item, Action):
+            return {}
+        left = sum(isinstance(i, Action) for i in state.agenda[max(behind, default=0) :])
+        depth = sum(isinstance(i, Effect) and not isinstance(i.action, Compound) for i in state.agenda)
+        return {"task": self._planned - left, "depth": depth}
+
     def _count(self) -> None:
         """One more designator that plugins are asked about.
 
         Raises:
-            BudgetSpent: there are too many, or the caller has had enough.
+            BudgetSpent: there are too many.
+            Stopped: the caller has had enough.
         """
         self._asks += 1
         if self.stop():
-            raise BudgetSpent(STOPPED)
+            raise Stopped
         if self._asks > self.budget.asks:
-            raise BudgetSpent(
-                f"{self.budget.asks} designators were asked about, the budget of one task sequence",
-                f"asks = {self.budget.asks}",
-            )
+            raise BudgetSpent(f"{self.budget.asks} designators were asked about, the budget of one task sequence")

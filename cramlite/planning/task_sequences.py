@@ -33,7 +33,8 @@ def plans_from_interpretation(
         unknown = [m.task for m in sequence.matches if m.task not in tasks]
         if unknown:
             names = " -> ".join(m.task.split(":")[-1] for m in sequence.matches)
-            trace.add(0, "sequence", names, "refused", "engine", f"no plugin offers the task type {unknown[0]}")
+            why = f"no plugin offers the task type {unknown[0]}"
+            trace.add(0, "sequence", names, "refused", "engine", why, kind="sequence")
             continue
         calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
         yield plan_from_episode(name, calls, episode)
@@ -64,8 +65,8 @@ def plans_for_goal(goal: Goal | Scenario, setting: Setting, knowledge: Knowledge
         for plan in task_plans(target, facts, fit):
             found = True
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
-                trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}")
+                trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
             specs = as_tasks(plan, knowledge.tasks, target)
             yield plan_from_tasks(setting.name, specs, knowledge.tasks, setting.world)
         if not found:
-            trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit))
+            trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit), kind="goal")

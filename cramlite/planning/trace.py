@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, Literal
 
-from msgspec import Struct, field, to_builtins
+from msgspec import Struct, ValidationError, convert, field, to_builtins
 
+from ..base.errors import UserError
+from ..base.run_directory import read_json
 from ..base.value import Value
 
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven"]
+Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "proof", "budget", "stop"]
+STOPPED = "stopped by the caller"
 
 
 class Entry(Value):
@@ -19,8 +25,11 @@ class Entry(Value):
         number: position in the trace.
         parent: number of the choice that this hangs under; 0 for the root.
         candidate: which task sequence this belongs to, from 1.
-        designator: its name.
-        text: the designator, or the alternative, in words.
+        kind: what it is about: a "sequence" of tasks as a whole, a step towards a "goal", a designator ("action",
+            "compound", "object", "location", "motion"), the "proof" of a program, a "budget" that is used up, or a "stop"
+            by the caller.
+        designator: its name; where there is none, a word for people.
+        text: what is asked for, or the alternative, in words.
         outcome: "asked" (a designator is up), "chosen" (an alternative is tried), "refused" (a plugin considered and
             dropped it), "impossible" (a plugin says so for the whole designator), "failed" (tried, and what followed
             failed), "nogood" (skipped: the same combination failed before), "capped", "fault" (a plugin's bug),
@@ -29,11 +38,17 @@ class Entry(Value):
         reason: a clause with numbers and units.
         cost: of an alternative.
         passed: checks that a refused alternative passed before.
+        numbers: what readers count with, by name, with units in the names. Of what is asked within a task: "task", which
+            one of the plan it is, from 1, and "depth", how many actions are open around it (compounds not counted). Of a
+            designator that failed or was capped: "tried", alternatives. Of a budget: its name in ``Budget``, and what it
+            was. Of a failed proof: what was measured, and the limits. Of what plugins refuse: what they say, e.g.
+            {"reach_m": 0.91, "limit_m": 0.85}.
     """
 
     number: int
     parent: int
     candidate: int
+    kind: Kind
     designator: str
     text: str
     outcome: Outcome
@@ -41,6 +56,7 @@ class Entry(Value):
     reason: str
     cost: float | None = None
     passed: int = 0
+    numbers: Mapping[str, int | float] = field(default_factory=dict)
 
 
 class Trace(Struct):
@@ -56,13 +72,29 @@ class Trace(Struct):
 
     def add(
         self, parent: int, designator: str, text: str, outcome: Outcome, plugin: str, reason: str,
-        cost: float | None = None, passed: int = 0,
+        cost: float | None = None, passed: int = 0, *, kind: Kind, numbers: Mapping[str, float] | None = None,
     ) -> int:  # fmt: skip
+        """Append an entry and return its number; numbers that are not finite are left out, as JSON has none."""
         number = len(self.entries) + 1
+        finite = {k: v for k, v in (numbers or {}).items() if math.isfinite(v)}
         self.entries.append(
-            Entry(number, parent, self.candidate, designator, text, outcome, plugin, reason, cost, passed)
+            Entry(number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite)
         )
         return number
+
+    def spent(self, budget: str, limit: int, reason: str) -> None:
+        """Add that a budget is used up.
+
+        Args:
+            budget: its name in ``Budget``.
+            limit: what it was [work of that budget].
+        """
+        text = f"{budget} = {limit}"
+        self.add(0, "budget", text, "capped", "engine", reason, kind="budget", numbers={budget: limit})
+
+    def stopped(self) -> None:
+        """Add that the caller ended the search."""
+        self.add(0, "budget", "", "capped", "engine", STOPPED, kind="stop")
 
     def about(self, designator: str) -> Iterator[Entry]:
         """Entries of designators whose name contains the text."""
@@ -73,4 +105,27 @@ class Trace(Struct):
 
     @classmethod
     def from_json(cls, rows: list[dict[str, Any]]) -> Trace:
-        return cls([Entry(**row) for row in rows])
+        """The trace that ``to_json`` wrote.
+
+        Raises:
+            msgspec.ValidationError: an entry has no kind, or another field that is missing or wrong.
+        """
+        return cls(convert(rows, list[Entry]))
+
+
+def read_trace(path: Path) -> Trace:
+    """Read ``trace.json`` of a run directory.
+
+    Raises:
+        UserError: it is missing, broken, no trace, or of a version whose entries had no kind.
+    """
+    data = read_json(path, "trace")
+    try:
+        return Trace.from_json(data["entries"])
+    except (KeyError, TypeError) as error:
+        raise UserError(f"'{path}' is no trace of a run; give a directory that 'cramlite resolve --out' wrote.") from error
+    except ValidationError as error:
+        raise UserError(
+            f"'{path}' is no trace that this version of cramlite reads: {error}. "
+            "An older one may have written it; run 'cramlite resolve' again with another --out."
+        ) from error

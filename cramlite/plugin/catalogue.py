@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..model.robot import Robot
     from ..model.world import Thing
     from ..ontology.taxonomy import Taxonomy
+    from .episode_hooks import EpisodeHooks
     from .expert import Expert
     from .protocols import Backend, ModelMaker, Simulator, Validator
     from .registry import Registry
@@ -98,6 +99,12 @@ class Knowledge:
         for _, simulator in self.registry.collect("simulators"):
             return simulator  # type: ignore[no-any-return]
         raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
+
+    @cached_property
+    def episodes(self) -> EpisodeHooks:
+        from .episode_hooks import EpisodeHooks
+
+        return EpisodeHooks(self.registry)
 
     @cached_property
     def ontology_paths(self) -> list[Path]:

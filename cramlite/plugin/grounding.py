@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from msgspec import field
+
+from ..base.errors import checked_numbers
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.designators import Designator
@@ -44,12 +47,17 @@ class Refused(Value):
         passed: how many checks it passed before: the nearest miss passed most.
         because: designators whose choices are to blame, beyond those that the asked one refers to: without them the
             search would not go back and change them.
+        numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
     """
 
     value: str
     reason: str
     passed: int = 0
     because: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        checked_numbers(self.numbers)
 
 
 Answer = Grounding | Refused

@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     from ..model.designators import Action, Late, Location, Motion, Object
     from ..model.episode import Episode
     from ..model.robot import Robot
+    from ..model.rollout import Rollout
     from ..model.steps import AnyStep
     from ..model.view import View
     from .expert import Expert
     from .grounding import Answers, Context
-    from .protocols import Backend, Candidate, ModelMaker, ReportSection, Simulator, Validator
+    from .protocols import Backend, Candidate, EpisodeRepair, ModelMaker, ReportSection, Simulator, Validator
     from .task_type import TaskType
 
 hookspec = pluggy.HookspecMarker("cramlite")
@@ -67,6 +68,12 @@ def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
 
 
 @hookspec
+def episode_repairs() -> Iterable[EpisodeRepair]:  # type: ignore[empty-body]
+    """Repairs of recorded episodes. Called once at load; collected by ``name``; each episode that any plugin reads passes
+    through all of them, in order of their ``order``. Episodes that were detected in a rollout do not."""
+
+
+@hookspec
 def validators() -> Iterable[Validator]:  # type: ignore[empty-body]
     """Judges of programs and rollouts. Called once at load; everybody may object."""
 
@@ -88,10 +95,31 @@ def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
 
 @hookspec(firstresult=True)
 def read_episode(path: Path) -> Episode | None:
-    """The episode in a file or folder, or None if it is not of this reader's format. First answer wins.
+    """The episode in a file or folder, as it was recorded, or None if it is not of this reader's format. First answer wins.
+
+    A reader smooths nothing: the engine applies the ``episode_repairs`` to what any reader answers, and then says foreign
+    classes in the words of the loaded ontologies.
 
     Raises:
         UserError: it is of this format and cannot be used.
+    """
+
+
+@hookspec(firstresult=True)
+def detect_events(rollout: Rollout, name: str) -> Episode | None:
+    """The episode of a rollout: entities, states and tracks, called ``name``; None leaves it to others. First answer wins.
+
+    Asked for demonstrations and for runs of programs alike, so that a run is judged by what demonstrations are read by.
+    """
+
+
+@hookspec(firstresult=True)
+def write_episode(episode: Episode, path: Path) -> Path | None:
+    """Write an episode to a file or folder that does not exist yet, and return what was written; None if this writer does
+    not write to such a path. First answer wins.
+
+    Raises:
+        UserError: it cannot be written.
     """
 
 

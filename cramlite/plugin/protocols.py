@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..base.value import Value
@@ -118,14 +117,6 @@ class Simulator(Protocol):
         """Let a simulated person act."""
         ...
 
-    def episode(self, rollout: Rollout, name: str) -> Episode:
-        """The events of a rollout: the one detection for demonstrations and runs."""
-        ...
-
-    def save_episode(self, episode: Episode, folder: Path) -> None:
-        """Write an episode as a NEEM."""
-        ...
-
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
         """A picture of one sample of a rollout: (height, width, 3) uint8."""
         ...
@@ -152,6 +143,21 @@ class ModelMaker(Value):
     hung: Callable[..., Pose] | None = None
     files: tuple[str, ...] = ()
     product: bool = False
+
+
+class EpisodeRepair(Value):
+    """A repair of recorded episodes, applied to what any reader answers.
+
+    Args:
+        name: unique, for people.
+        order: lower is earlier; the shipped ones have 10 (dropouts), 20 (flicker) and 30 (two hands).
+        repair: gives the repaired episode, with a ``Repair`` for each change, or the very episode if nothing is to be
+            changed.
+    """
+
+    name: str
+    order: float
+    repair: Callable[[Episode], Episode]
 
 
 class ReportSection(Value):

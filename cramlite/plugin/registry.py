@@ -15,7 +15,7 @@ from ..base.errors import PluginError, Unresolvable, UserError, nearest
 from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
-from .validation import NAMED_BY, check_declared, check_hooks, said_with_place, why_not_loaded
+from .validation import NAMED_BY, check_answer, check_declared, check_hooks, said_with_place, why_not_loaded
 
 
 class PluginInfo(Value):
@@ -212,17 +212,21 @@ class Registry(Struct, dict=True):
         return {name: item for name, (_, item) in found.items()}
 
     def first(self, hook: str, **arguments: Any) -> Any:
-        """The first answer that is not None; user errors pass through, bugs are isolated."""
+        """The first answer that is not None; user errors pass through, bugs and wrong answers are isolated."""
+        about = next(iter(arguments.values()), "")
+        about = str(about) if isinstance(about, str | Path) else getattr(about, "name", "")
         for impl in self._implementations(hook):
             try:
                 answer = impl.function(*[arguments[a] for a in impl.argnames])
+                if answer is None:
+                    continue
+                check_answer(hook, answer)
             except UserError:
                 raise
             except Exception as error:
-                self.fault(impl.plugin_name, hook, str(next(iter(arguments.values()), "")), error)
+                self.fault(impl.plugin_name, hook, about, error)
                 continue
-            if answer is not None:
-                return answer
+            return answer
         return None
 
     def alternatives(

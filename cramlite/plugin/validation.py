@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib.metadata
 import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import get_args
+from typing import Any, get_args
 
 from ..base.errors import nearest
 from ..version import VERSION
@@ -21,6 +21,7 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "robots": ("type", "mjcf"),
     "object_models": ("name", "make"),
     "simulators": ("name", "execute"),
+    "episode_repairs": ("name", "repair", "order"),
     "validators": ("name", "check", "cost"),
     "backends": ("name", "emit", "executable"),
     "report_sections": ("title", "render", "order"),
@@ -33,8 +34,10 @@ _TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
     "predicates": {"arity": (int,), "phases": _MANY, "value": (bool,), "cost": _NUMBER},
     "validators": {"cost": (str,)},
     "experts": {"scope": (str,), "inputs": _MANY, "outputs": _MANY, "uses": _MANY, "cost_ms": _NUMBER, "parameters": _MANY},
+    "robots": {"axis_zeros": _MANY, "controller": (str,), "force_limit": _NUMBER},
     "object_models": {"files": _MANY, "product": (bool,)},
     "backends": {"executable": (bool,), "typed_stands_in": (bool,)},
+    "episode_repairs": {"order": _NUMBER},
     "report_sections": {"order": _NUMBER, "refused": (bool,)},
 }
 """Hook -> attributes that go wrong late, or unseen, where they are of another type: text is a sequence of letters, and true."""
@@ -94,6 +97,42 @@ def check_declared(hook: str, item: object) -> None:
         raise WrongDeclaration(f"{hook} gave the class {item.__name__}; declare an instance, {item.__name__}()")
     if hook in NAMED_BY:
         _check_values(hook, item)
+
+
+def check_answer(hook: str, answer: object) -> None:
+    """An answer that is not None has the type that its hook, or what was declared under it, has to give.
+
+    Raises:
+        WrongAnswer: it has not; names what it is, or what is in it that does not belong there.
+    """
+    wanted = _answer_type(hook)
+    if not isinstance(answer, wanted):
+        raise WrongAnswer(f"{hook} gives {wanted.__name__}, not {_short(answer)}")
+    if wanted.__name__ == "Episode":
+        _check_episode(hook, answer)
+
+
+def _answer_type(hook: str) -> type:
+    if hook == "read_view":
+        from ..model.view import View
+
+        return View
+    if hook in ("read_episode", "detect_events", "episode_repairs"):
+        from ..model.episode import Episode
+
+        return Episode
+    return {"write_episode": Path, "episode_triples": Iterable}[hook]
+
+
+def _check_episode(hook: str, episode: Any) -> None:
+    from ..model.episode import Entity, Event, Track
+
+    tracks = tuple(episode.tracks.values()) if isinstance(episode.tracks, Mapping) else episode.tracks
+    parts = {"entities": (episode.entities, Entity), "events": (episode.events, Event), "tracks": (tracks, Track)}
+    for name, (values, kind) in parts.items():
+        for value in values if isinstance(values, _MANY) else (values,):
+            if not isinstance(value, kind):
+                raise WrongAnswer(f"{hook} gives an Episode whose '{name}' have {_short(value)}, which is no {kind.__name__}")
 
 
 def _check_values(hook: str, item: object) -> None:

@@ -9,10 +9,11 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..base.errors import UserError, nearest
-from ..base.quantities import Angle, Length
+from ..base.quantities import Angle, Force, Length
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..model.geometry import Pose
+from ..model.robot import HIGHEST_FORCE_LIMIT
 from ..model.view import D435, Intrinsics
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
@@ -184,6 +185,7 @@ class ScenarioSpec(_Spec):
     goal: tuple[str, ...] | None = Field(default=None, min_length=1)
     objects: dict[str, ObjectSpec] = {}
     robot: RobotSpec
+    force_limit: Force | None = Field(None, gt=0, le=HIGHEST_FORCE_LIMIT)
     things: tuple[ThingSpec, ...]
     vary: tuple[VarySpec, ...] = ()
     unknown_error: UnknownErrorSpec | None = None

@@ -17,7 +17,7 @@ Path = tuple[str | int, ...]
 
 
 class WhereSpec(BaseModel):
-    """Where a task's place must be, beside what its roles say. Left and in front are as the robot's base looks, along x.
+    """Conditions on the place that a task chooses, beside what its roles say. Left and in front are as the robot's base looks, along x.
 
     Args:
         near, left_of, right_of, in_front_of, behind: things.
@@ -42,7 +42,20 @@ class WhereSpec(BaseModel):
 
 
 class TaskSpec(BaseModel):
-    """A task with its roles."""
+    """Task with its roles: what scenarios write under ``tasks``, and one goal of ``Engine.resolve``.
+
+    Whether there are such a task, roles, things and parameters is seen when it is planned: ``Engine.resolve`` and ``Engine.plans``
+    raise UserError with the nearest right name.
+
+    Args:
+        task: the task type's class, local name or alias, e.g. "soma:Grasping", "Grasping", "Grasp".
+        roles: role -> its filler: a thing ("tea"), a feature of one ("hook/peg"), or one of a scenario's ``objects``.
+        parameters: name -> value, in the unit that the name ends with, e.g. {"force_n": 40.0} [N].
+        where: conditions on the place that the task chooses, for tasks that put something down; also as a mapping.
+
+    Raises:
+        pydantic.ValidationError: a field that there is not, or of another type.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -53,16 +66,19 @@ class TaskSpec(BaseModel):
 
 
 class RuleSpec(BaseModel):
-    """Tasks under a rule.
+    """Tasks under a rule of the plan language, which may be nested: what ``task_entry`` makes of ``{RULE: ...}``.
 
     Args:
-        rule: one of ``RULES``.
-        do: the branches, each a list of tasks; sequence, repeat, retry and monitor have one.
-        paths: where each task of each branch stands, from the rule on.
+        rule: "sequence", "try_in_order", "try_all", "parallel", "repeat", "retry" or "monitor".
+        do: the branches, each a list of tasks or rules; sequence, repeat, retry and monitor have one.
+        paths: where each task of each branch stands in the YAML or Python data, from the rule on: for messages.
         at: of try_in_order: "plan" (the search decides) or "run" (the program does).
-        times: of repeat.
-        changes: of retry: the parameters that each further attempt changes.
+        times: of repeat, 1 to 1000.
+        changes: of retry, written ``with``: the parameters that each further attempt changes.
         force, slip, time: of monitor: what is watched, and how much is too much [N, m, s].
+
+    Raises:
+        pydantic.ValidationError: a field that there is not or of another type, or a rule without what it needs.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -146,7 +162,7 @@ RuleSpec.model_rebuild()
 
 
 def task_entry(value: Any) -> TaskSpec | RuleSpec:
-    """A task or rule from Python data as YAML would hold it, e.g. ``{"repeat": {"times": 3, "do": ["ParkArms"]}}``.
+    """Return the task or rule that Python data stands for, as YAML would hold it, e.g. ``{"repeat": {"times": 3, "do": ["ParkArms"]}}``.
 
     Raises:
         pydantic.ValidationError: it is none.

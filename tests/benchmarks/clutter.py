@@ -123,7 +123,7 @@ def rows(seed: int, engine: Engine) -> Iterator[Row]:
             continue
         text = f"type={kind} on={hook}"
         begin = time.process_time()
-        found = ask(parse_query(text, knowledge.taxonomy), sample.view, sample.fixtures, knowledge)
+        found = ask(parse_query(text, knowledge.taxonomy, knowledge.experts), sample.view, sample.fixtures, knowledge)
         spent = time.process_time() - begin
         frame = sum(r.ms for r in found.runs if r.expert != "registration") / 1000
         if not found.answers:

@@ -109,7 +109,7 @@ def spoiled(engine: Engine, candidate: Candidate, what: str, task: Action) -> Ca
     simulator, backend = engine.knowledge.simulator, engine.knowledge.backends[candidate.robot.backend]
     code = backend.emit(program, candidate.robot)
     rollout = simulator.execute(code.text, world, engine.knowledge.robots, mount=program.robot, seed=0)
-    return replace(candidate, code=code, rollout=rollout, episode=simulator.episode(rollout, program.name))
+    return replace(candidate, code=code, rollout=rollout, episode=engine.knowledge.episodes.detect(rollout, program.name))
 
 
 def one(engine: Engine, name: str, seed: int, tally: Counter[str], matrix: dict[str, Counter[str]]) -> None:

@@ -37,7 +37,7 @@ ROBOTS = {
 def ran(out: Path, *arguments: str) -> tuple[int, float]:
     """One command as a process of its own: its exit code and its CPU time [s]; what it prints goes to a file."""
     with out.open("wb") as said:
-        process = subprocess.Popen([sys.executable, "-m", "cramlite.cli.main", *arguments], stdout=said, stderr=said)
+        process = subprocess.Popen([sys.executable, "-m", "cramlite", *arguments], stdout=said, stderr=said)
         _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     return process.returncode, used.ru_utime + used.ru_stime

@@ -48,7 +48,7 @@ def one(scenario: str, seed: int, out: Path) -> Row:
 
 def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "cramlite.cli.main", *arguments], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "cramlite", *arguments], capture_output=True, text=True, check=False
     )
 
 

@@ -31,10 +31,10 @@ COMMANDS = {
     "import numpy": ["-c", "import numpy"],
     "what check imports of others": ["-c", OTHERS],
     "import cramlite": ["-c", "import cramlite"],
-    "cramlite --help": ["-m", "cramlite.cli.main", "--help"],
-    "cramlite tasks": ["-m", "cramlite.cli.main", "tasks"],
-    "cramlite check fetch_from_hanger": ["-m", "cramlite.cli.main", "check", "scenarios/fetch_from_hanger.yaml"],
-    "cramlite interpret, shipped episode": ["-m", "cramlite.cli.main", "interpret", "scenarios/fetch_from_hanger/demonstration"],
+    "cramlite --help": ["-m", "cramlite", "--help"],
+    "cramlite tasks": ["-m", "cramlite", "tasks"],
+    "cramlite check fetch_from_hanger": ["-m", "cramlite", "check", "scenarios/fetch_from_hanger.yaml"],
+    "cramlite interpret, shipped episode": ["-m", "cramlite", "interpret", "scenarios/fetch_from_hanger/demonstration"],
 }
 
 

@@ -32,7 +32,7 @@ end
 
 
 def cramlite(*words: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cramlite.cli.main", *map(str, words)]
+    command = [sys.executable, "-m", "cramlite", *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,16 @@ def test_the_check_of_imports_sees_an_import() -> None:
     script = IMPORTED.format(arguments=["plugins"], heavy=["pluggy"])
     out = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
     assert out.strip().splitlines()[-1] == "IMPORTED pluggy"
+
+
+@pytest.mark.parametrize(("arguments", "code"), [(["--version"], 0), (["check", "no_such_scenario"], 2)])
+def test_the_package_runs_as_a_module_as_its_script_does(arguments: list[str], code: int) -> None:
+    done = subprocess.run([sys.executable, "-m", "cramlite", *arguments], capture_output=True, text=True, check=False)
+    (script,) = entry_points(group="console_scripts", name="cramlite")
+    words = [sys.executable, "-c", f"import sys; from {script.module} import {script.attr}; sys.exit({script.attr}())", *arguments]
+    same = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == same.returncode == code
+    assert (done.stdout, done.stderr) == (same.stdout, same.stderr) != ("", "")
 
 
 def test_tasks(run: Run) -> None:

@@ -18,7 +18,7 @@ p()
 
 
 def execute(*words: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cramlite.cli.main", "execute", *map(str, words)]
+    command = [sys.executable, "-m", "cramlite", "execute", *map(str, words)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

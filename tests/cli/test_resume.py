@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-COMMAND = [sys.executable, "-m", "cramlite.cli.main", "resolve"]
+COMMAND = [sys.executable, "-m", "cramlite", "resolve"]
 
 WORLD = """
 scenario: two_ways

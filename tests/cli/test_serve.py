@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from cramlite import Engine
 from cramlite.cli.serve import LONGEST_LINE, PARAMS, Service
 
-COMMAND = [sys.executable, "-m", "cramlite.cli.main", "serve"]
+COMMAND = [sys.executable, "-m", "cramlite", "serve"]
 
 
 def _answers(*lines: str) -> list[dict[str, Any]]:

@@ -14,8 +14,8 @@ JOINTS = "0:(2.8298859542073376, -1.2396636140368194)"
 
 def _choose(trace: Trace, parent: int, name: str, key: str, reason: str = "", cost: float = 0.0) -> tuple[int, int]:
     """A question and its first answer; their numbers."""
-    asked = trace.add(parent, name, name, "asked", "engine", "")
-    return asked, trace.add(asked, name, key, "chosen", "plug", reason or f"{key}: it fits", cost)
+    asked = trace.add(parent, name, name, "asked", "engine", "", kind="location")
+    return asked, trace.add(asked, name, key, "chosen", "plug", reason or f"{key}: it fits", cost, kind="location")
 
 
 def _search(*, proven: bool) -> Trace:
@@ -24,14 +24,15 @@ def _search(*, proven: bool) -> Trace:
     _, cup = _choose(trace, 0, "cup", "cup")
     grasp, first = _choose(trace, cup, "grasp", "from above", cost=1.0)
     _, opened = _choose(trace, first, "open", "wide")
-    move = trace.add(opened, "move", "transfer", "asked", "engine", "")
-    trace.add(move, "move", "transfer", "impossible", "plug", "0.91 m > 0.85 m")
-    trace.add(move, "move", "transfer", "failed", "engine", "0 alternatives failed; it depends on grasp")
-    second = trace.add(grasp, "grasp", "from the side", "chosen", "plug", "from the side: it fits", 2.0)
+    move = trace.add(opened, "move", "transfer", "asked", "engine", "", kind="motion")
+    trace.add(move, "move", "transfer", "impossible", "plug", "0.91 m > 0.85 m", kind="motion")
+    trace.add(move, "move", "transfer", "failed", "engine", "0 alternatives failed; it depends on grasp", kind="motion")
+    second = trace.add(grasp, "grasp", "from the side", "chosen", "plug", "from the side: it fits", 2.0, kind="location")
     _choose(trace, second, "move", JOINTS, "one line")
-    trace.add(0, "proof", "plan", "proven" if proven else "failed", "urscript", "passed" if proven else "force 70 N > 60 N")
+    outcome, reason = ("proven", "passed") if proven else ("failed", "force 70 N > 60 N")
+    trace.add(0, "proof", "plan", outcome, "urscript", reason, kind="proof")  # type: ignore[arg-type]
     if not proven:
-        trace.add(grasp, "grasp", "grasp", "failed", "engine", "2 alternatives failed; it depends on cup")
+        trace.add(grasp, "grasp", "grasp", "failed", "engine", "2 alternatives failed; it depends on cup", kind="location")
     return trace
 
 
@@ -108,7 +109,7 @@ def test_every_branch_that_was_given_up_stands_further_in() -> None:
         asked, parent = _choose(trace, parent, f"step {k}", "way")
         siblings.append(asked)
     for asked in reversed(siblings):
-        trace.add(asked, "step", "other", "chosen", "plug", "another")
+        trace.add(asked, "step", "other", "chosen", "plug", "another", kind="location")
     lines = trace_text(trace).splitlines()
     depth = [len(line) - len(line.lstrip()) for line in lines if re.search(r"\? +step", line)]
     assert depth == [4 * k for k in range(30)]

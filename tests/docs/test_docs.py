@@ -29,6 +29,7 @@ from msgspec.structs import fields
 from pydantic import BaseModel
 
 from cramlite import Budget, Engine, data_folder, read_scenario
+from cramlite.base.quantities import Force
 from cramlite.cli.main import main, parser
 from cramlite.cli.texts import tasks_json
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
@@ -199,7 +200,7 @@ SPECS = {
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
 }
-KINDS = {Length: "length", Angle: "angle", Mass: "mass"}
+KINDS = {Length: "length", Angle: "angle", Mass: "mass", Force: "force"}
 PLAIN = {str: "text", float: "number", int: "whole number", bool: "true or false", Any: "anything"}
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from conftest import ROOT
+from pydantic import BaseModel
 
 import cramlite
 import cramlite.testing
@@ -19,13 +20,20 @@ from cramlite.plugin import hookspecs
 NAMES = [(m, n) for m in (cramlite, cramlite.testing) for n in m.__all__]
 
 
+def _fields(value: type) -> tuple[str, ...]:
+    """The fields of a value or of a specification."""
+    if issubclass(value, BaseModel):
+        return tuple(value.model_fields)
+    return value.__struct_fields__ if issubclass(value, Value) else ()
+
+
 def _undocumented(value: Any) -> list[str]:
     """What has no docstring of its own: the thing, or a public method, field or property that it defines itself."""
     found = [] if _own_doc(value) else [value.__name__]
     if not inspect.isclass(value):
         return found
-    said = " ".join(_own_doc(c) for c in value.__mro__ if c not in Value.__mro__)
-    for name in value.__struct_fields__ if issubclass(value, Value) else ():
+    said = " ".join(_own_doc(c) for c in value.__mro__ if c not in (*Value.__mro__, *BaseModel.__mro__))
+    for name in _fields(value):
         if not re.search(rf"\b{name}\b", said):
             found.append(f"field {name}")
     return found
@@ -34,11 +42,11 @@ def _undocumented(value: Any) -> list[str]:
 @pytest.mark.parametrize(("module", "name"), NAMES, ids=[n for _, n in NAMES])
 def test_no_field_is_documented_that_there_is_not(module: ModuleType, name: str) -> None:
     value = getattr(module, name)
-    if inspect.isclass(value) and issubclass(value, Value):
+    if inspect.isclass(value) and issubclass(value, Value | BaseModel):
         listed = re.search(r"^Args:\n((?:    .*\n?)+)", inspect.getdoc(value) or "", re.MULTILINE)
         lines = re.findall(r"^    ([a-z_]+(?:, [a-z_]+)*): ", listed[1] if listed else "", re.MULTILINE)
         said = {name for line in lines for name in line.split(", ")}
-        assert said <= set(value.__struct_fields__)
+        assert said <= set(_fields(value))
 
 
 def _own_doc(value: Any) -> str:
@@ -57,7 +65,14 @@ def test_what_is_not_documented_is_seen() -> None:
     class Bare(Value):
         size: float
 
+    class Spec(BaseModel):
+        """Something with a name."""
+
+        name: str
+        size: float
+
     assert _undocumented(Bare) == ["Bare", "field size"]
+    assert _undocumented(Spec) == ["field size"]
 
 
 @pytest.mark.parametrize("hook", [n for n, f in vars(hookspecs).items() if hasattr(f, "cramlite_spec")])

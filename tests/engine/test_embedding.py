@@ -94,8 +94,9 @@ def test_stop_from_another_thread() -> None:
 
     solutions = Engine().resolve(SCENARIO, trace=trace, progress=progress, stop=asked.is_set)
     assert next(solutions, None) is None
-    assert (trace.entries[-1].outcome, trace.entries[-1].reason) == ("capped", "stopped by the caller")
-    assert not [e for e in trace.entries if e.designator == "proof"]
+    last = trace.entries[-1]
+    assert (last.kind, last.outcome, last.reason) == ("stop", "capped", "stopped by the caller")
+    assert not [e for e in trace.entries if e.kind == "proof"]
 
 
 def test_stop_before_it_begins_and_an_iterator_that_is_dropped() -> None:

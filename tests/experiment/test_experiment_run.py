@@ -111,7 +111,7 @@ def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always
 
 
 def start(experiment: Path, out: Path) -> subprocess.Popen[str]:
-    words = [sys.executable, "-m", "cramlite.cli.main", "experiment", str(experiment), "--out", str(out), "--workers", "1"]
+    words = [sys.executable, "-m", "cramlite", "experiment", str(experiment), "--out", str(out), "--workers", "1"]
     return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
 
 

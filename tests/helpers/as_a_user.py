@@ -9,7 +9,7 @@ from pathlib import Path
 
 def cramlite(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     """Run a command."""
-    command = [sys.executable, "-m", "cramlite.cli.main", *map(str, arguments)]
+    command = [sys.executable, "-m", "cramlite", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

@@ -27,7 +27,7 @@ things:
 def resolve(folder: Path, text: str) -> subprocess.CompletedProcess[str]:
     (folder / "sweets.ttl").write_text(TURTLE)
     (folder / "sweets.yaml").write_text(text)
-    command = [sys.executable, "-m", "cramlite.cli.main", "resolve", "sweets.yaml", "--out", "run", "--no-report"]
+    command = [sys.executable, "-m", "cramlite", "resolve", "sweets.yaml", "--out", "run", "--no-report"]
     return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
 
 

@@ -66,7 +66,7 @@ EXPERTS = (
 
 
 def ask(text: str, *more: Expert, wanted: tuple[str, ...] = ()) -> Any:
-    query = replace(parse_query(text, CLASSES), wanted=wanted)
+    query = replace(parse_query(text, CLASSES, (*EXPERTS, *more)), wanted=wanted)
     return perceive(query, (*EXPERTS, *more), {"view": PICTURE}, CLASSES)
 
 
@@ -227,7 +227,7 @@ def test_what_lost_is_kept() -> None:
 )
 def test_a_wrong_query_names_what_is_right(text: str, reason: str) -> None:
     with pytest.raises(UserError, match=reason):
-        parse_query(text, CLASSES)
+        parse_query(text, CLASSES, EXPERTS)
 
 
 def test_a_designator_becomes_a_query() -> None:
@@ -237,7 +237,7 @@ def test_a_designator_becomes_a_query() -> None:
 
 
 def test_lengths_have_units() -> None:
-    assert parse_query("size>=120mm", CLASSES).conditions == (Condition("size", "GEQ", 0.12),)
+    assert parse_query("size>=120mm", CLASSES, EXPERTS).conditions == (Condition("size", "GEQ", 0.12),)
 
 
 @given(st.permutations(EXPERTS))

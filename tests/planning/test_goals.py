@@ -108,7 +108,7 @@ def test_goals_that_cannot_be_used(goal: str, says: str) -> None:
 def test_goals_that_no_tasks_achieve(goal: str, says: str) -> None:
     trace = Trace()
     setting = _setting("tasks/pouring" if "jug" in goal else "place_on_shelf")
-    assert list(ENGINE.resolve(Goal((goal,)), world=setting, trace=trace)) == []
+    assert list(ENGINE.resolve(Goal((goal,)), setting=setting, trace=trace)) == []
     (refused,) = [e for e in trace.entries if e.outcome == "refused"]
     assert re.search(says, refused.reason), refused.reason
 
@@ -130,7 +130,7 @@ def test_a_goal_beside_something_far_away_is_refused_with_the_distance() -> None
     assert (
         next(
             ENGINE.resolve(
-                goal, world=replace(setting, world=world), trace=trace, budget=Budget(proofs=1, sequences=1)
+                goal, setting=replace(setting, world=world), trace=trace, budget=Budget(proofs=1, sequences=1)
             ),
             None,
         )

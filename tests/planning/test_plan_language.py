@@ -112,6 +112,16 @@ def test_the_first_alternative_that_can_be_done_is_the_only_one_in_the_program(t
     assert "c" not in {e.designator for e in trial.trace.entries}, "it stops at the first success"
 
 
+def test_what_comes_up_in_a_task_says_in_which(trial: Trial) -> None:
+    trial.steps(go("z"), sequence("1.sequence", go("a"), sequence("2.sequence", go("b"))), sequence("3.sequence", go("c")), go("y"))
+    asked = {e.designator: (e.kind, dict(e.numbers)) for e in trial.trace.entries if e.outcome == "asked"}
+    first, second = {"task": 1, "depth": 0}, {"task": 2, "depth": 0}
+    assert asked == {
+        "z": ("motion", {}), "1.sequence": ("compound", first), "a": ("motion", first), "2.sequence": ("compound", first),
+        "b": ("motion", first), "3.sequence": ("compound", second), "c": ("motion", second), "y": ("motion", {}),
+    }  # fmt: skip
+
+
 def test_if_no_alternative_can_be_done_neither_can_the_whole(trial: Trial) -> None:
     assert trial.steps(go("z"), try_in_order("1.try", no("a"), no("b"))) is None
     assert "a cannot be done" in trial.reasons() and "b cannot be done" in trial.reasons()

@@ -122,13 +122,16 @@ def test_a_combination_that_failed_is_not_tried_again(plugin: Plugin) -> None:
 def test_choice_points_are_capped(plugin: Plugin) -> None:
     trial = Trial(plugin("my_objects", _with(OBJECTS, 50)))
     assert len(trial.bindings(Object("tea"))) == CAPS[Object]
-    assert any(e.outcome == "capped" for e in trial.trace.entries)
+    (capped,) = [e for e in trial.trace.entries if e.outcome == "capped"]
+    assert (capped.kind, capped.numbers) == ("object", {"tried": CAPS[Object]})
 
 
 def test_asks_are_counted(plugin: Plugin) -> None:
     trial = Trial(plugin("my_objects", _with(OBJECTS, 5)), budget=Budget(asks=3))
     trial.bindings(*(Object(f"cup{k}") for k in range(5)))
-    assert "3 designators were asked about" in trial.trace.entries[-1].reason
+    last = trial.trace.entries[-1]
+    assert "3 designators were asked about" in last.reason
+    assert (last.kind, last.text, last.numbers) == ("budget", "asks = 3", {"asks": 3})
 
 
 def test_a_generator_without_answers_and_one_that_says_none(plugin: Plugin) -> None:
@@ -160,6 +163,29 @@ def test_refusals_reach_the_trace(plugin: Plugin) -> None:
     assert trial.outcomes("tea", "refused") == ["tin"]
 
 
+def test_numbers_of_a_refusal_reach_the_trace(plugin: Plugin) -> None:
+    body = """
+@hookimpl
+def resolve_object(designator, belief, context):
+    yield Refused("tin", "0.91 m > 0.85 m", numbers={"gap_m": 0.91, "limit_m": 0.85})
+    raise Unresolvable("9 N > 5 N", numbers={"least_N": 9.0, "limit_N": 5.0})
+"""
+    trial = Trial(plugin("my_objects", body))
+    assert trial.bindings(Object("tea")) == []
+    found = [(e.kind, e.outcome, e.numbers) for e in trial.trace.entries if e.plugin == "my_objects"]
+    assert found == [
+        ("object", "refused", {"gap_m": 0.91, "limit_m": 0.85}), ("object", "impossible", {"least_N": 9.0, "limit_N": 5.0}),
+    ]  # fmt: skip
+
+
+def test_numbers_that_are_none_are_the_plugins_fault(plugin: Plugin) -> None:
+    body = "@hookimpl\ndef resolve_object(designator, belief, context):\n    yield Refused('tin', 'far', numbers={'gap_m': 'far'})\n"
+    trial = Trial(plugin("wrong", body), plugin("my_objects", _with(OBJECTS, 1)))
+    assert trial.bindings(Object("tea")) == [{"tea": "tea_0"}]
+    (fault,) = trial.registry.faults
+    assert fault.plugin == "wrong" and "numbers are by name" in str(fault)
+
+
 TASK = """
 class Task(TaskType):
     task = "x:Task"
@@ -173,6 +199,17 @@ def task_types():
     return [Task()]
 """
 FINE = {"decompose": "return [Decomposition((), 'nothing to do')]", "effects": "return belief"}
+
+
+def test_what_a_task_asks_for_says_in_which_it_is(plugin: Plugin) -> None:
+    body = TASK.format(decompose="return [Decomposition((Location('there', 'at'),), 'one place')]", effects="return belief")
+    trial = Trial(plugin("my_task", body), plugin("my_places", _with(PLACES, 1)))
+    assert len(trial.bindings(Location("first", "at"), Action("1.Task", "x:Task"), Action("2.Task", "x:Task"))) == 1
+    asked = [(e.designator, e.kind, e.numbers) for e in trial.trace.entries if e.outcome == "asked"]
+    assert asked == [
+        ("first", "location", {}), ("1.Task", "action", {"task": 1, "depth": 0}), ("there", "location", {"task": 1, "depth": 1}),
+        ("2.Task", "action", {"task": 2, "depth": 0}),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from cramlite.plugin import html_template
 from cramlite.report import write_report
 from cramlite_plugins.reports.shared import anchor
 
+SUBSTITUTE = '<span class="warn">substitute</span>'
 HOSTILE = "<script>alert('x')</script>\"onload=\"y"
 BROKEN = """
 from cramlite.plugin import ReportSection, hookimpl
@@ -65,9 +66,18 @@ def test_every_section_is_there(page: str, engine: Engine) -> None:
 def test_summary_names_groundings_and_findings(page: str, solution: Solution) -> None:
     for finding in solution.verdict.findings:
         assert escape(finding.reason, quote=False).split("'")[0] in page
-    assert "substitute" in page
+    assert page.count(SUBSTITUTE) == 1
     for entity in solution.candidate.bindings.values():
         assert not isinstance(entity, str) or f"<strong>{entity}</strong>" in page
+
+
+def test_what_is_of_the_class_asked_for_is_no_substitute(tmp_path: Path, solution: Solution, engine: Engine) -> None:
+    """Whatever the trace says in words: the class decides."""
+    plan, candidate = solution.plan, solution.candidate
+    things = {o.name: str(candidate.bindings[o.name]) for o in plan.objects if o.part_of is None}
+    own = tuple(replace(o, types=(candidate.belief.thing(things[o.name]).type,)) if o.name in things else o for o in plan.objects)
+    same = replace(solution, candidate=replace(candidate, plan=replace(plan, objects=own)))
+    assert SUBSTITUTE not in written(tmp_path, same, engine)
 
 
 def test_refused_alternatives_are_listed_with_reasons(page: str, solution: Solution) -> None:

@@ -17,7 +17,6 @@ from cramlite.plugin import UserError
 from cramlite_plugins.backends import typed_json
 from cramlite_plugins.backends.rapid import emit as rapid
 from cramlite_plugins.backends.ur_rtde import emit as ur_rtde
-from cramlite_plugins.robots import irb1200
 
 SCENARIO = ROOT / "scenarios" / "late_pose.yaml"
 
@@ -103,7 +102,7 @@ def test_other_languages_refuse_late_poses(planned: Planned) -> None:
     with pytest.raises(UserError, match="take urscript"):
         ur_rtde.emit(program, robot)
     with pytest.raises(UserError, match="RAPID"):
-        rapid.emit(program, robot, forces=False, zero={"ur5e": irb1200.ZERO})
+        rapid.emit(program, robot, forces=False)
     text = typed_json.TypedJson().emit(program, robot).text
     knowledge = planned.engine.knowledge
     with pytest.raises(UserError, match="asks for poses when it runs"):

@@ -56,7 +56,7 @@ def test_a_run_that_looks_at_one_shelf_only_is_not(engine: Engine, found: Candid
     simulator = engine.knowledge.simulator
     rollout = simulator.execute(text, found.rollout.world, engine.knowledge.robots, mount=short.robot, seed=0)
     assert rollout.outcome == "finished" and math.isinf(rollout.seen["coffeepack_1"])
-    assert sought(engine, simulator.episode(rollout, "short")) == set()
+    assert sought(engine, engine.knowledge.episodes.detect(rollout, "short")) == set()
 
 
 def test_a_run_in_which_poses_are_known_is_not(engine: Engine, found: Candidate) -> None:

@@ -156,14 +156,31 @@ def test_a_seed_is_a_whole_number(seed: object, tmp_path: Path) -> None:
         next(engine.resolve(scenario, seed=seed))  # type: ignore[arg-type]
     setting = engine.setting(scenario, seed=1)
     with pytest.raises(UserError, match="The seed is"):
-        next(engine.resolve(scenario, world=setting, seed=seed))  # type: ignore[arg-type]
+        next(engine.resolve(scenario, setting=setting, seed=seed))  # type: ignore[arg-type]
 
 
 def test_no_tasks_are_no_goal(tmp_path: Path) -> None:
     engine = Engine()
     setting = engine.setting(read_scenario(_scenario(tmp_path, "")))
     with pytest.raises(UserError, match="There is no task"):
-        next(engine.resolve([], world=setting))
+        next(engine.resolve([], setting=setting))
+
+
+@pytest.mark.parametrize("method", ["resolve", "plans"])
+@pytest.mark.parametrize(("name", "says"), [("world", "'world'; the setting is given as setting="), ("setings", "'setings'$")])
+def test_an_argument_that_there_is_not(method: str, name: str, says: str, tmp_path: Path) -> None:
+    engine, scenario = Engine(), read_scenario(_scenario(tmp_path, ""))
+    setting = engine.setting(scenario)
+    asked = {"setting": setting, "trace": Trace(), name: setting}
+    with pytest.raises(TypeError, match=says):
+        next(getattr(engine, method)(scenario, **asked))
+    del asked[name]
+    assert next(getattr(engine, method)(scenario, **asked))
+
+
+def test_a_goal_without_a_setting_says_how_to_give_one() -> None:
+    with pytest.raises(UserError, match=r"pass setting=engine\.setting\(scenario\)"):
+        next(Engine().resolve([]))
 
 
 def test_what_ended_a_search(tmp_path: Path) -> None:

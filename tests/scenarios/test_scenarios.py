@@ -26,7 +26,7 @@ def resolve(scenario: str | Path, out: Path) -> subprocess.CompletedProcess[str]
     command = [
         sys.executable,
         "-m",
-        "cramlite.cli.main",
+        "cramlite",
         "resolve",
         str(scenario),
         "--out",

@@ -60,7 +60,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     )
     _run(*pip, *packages, cwd=folder)
     python = folder / "venv" / "bin" / "python"
-    listed = json.loads(_run(python, "-m", "cramlite.cli.main", "plugins", "--json", cwd=folder))
+    listed = json.loads(_run(python, "-m", "cramlite", "plugins", "--json", cwd=folder))
     plain = ("-p", "no:cacheprovider", "-p", "no:xdist", "--import-mode=importlib", "-v", "--rootdir", folder)
     said = _run(python, "-m", "pytest", *plain, *(f"{p}/tests" for p in packages), cwd=folder)
     return Installed(folder, {p["name"]: p for p in listed}, said)

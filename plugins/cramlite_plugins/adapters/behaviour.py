@@ -57,7 +57,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
     def _work(self, stop: threading.Event) -> None:
         trace = Trace()
         try:
-            found = self._engine.resolve(self._goal, world=self._setting(), trace=trace, stop=stop.is_set)
+            found = self._engine.resolve(self._goal, setting=self._setting(), trace=trace, stop=stop.is_set)
             solution = next(found, None)
         except CramliteError as error:
             self._said = str(error)

@@ -139,7 +139,7 @@ def _step_by_step(
     solution = None
     for count in range(1, len(steps) + 1):
         trace = Trace()
-        solution = next(engine.resolve(problem.tasks(steps[:count]), world=setting, seed=setting.seed, trace=trace), None)
+        solution = next(engine.resolve(problem.tasks(steps[:count]), setting=setting, seed=setting.seed, trace=trace), None)
         if solution is None:
             miss = nearest_miss(trace.entries)
             return None, steps[count - 1], miss.reason if miss else "nothing was found"

@@ -34,7 +34,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
-            yield Refused(name, f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm")
+            reason = f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm"
+            yield Refused(name, reason, numbers={"gap_m": gap, "limit_m": NEAR})
             continue
         facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])
         for yaw in TURNS:

@@ -38,8 +38,10 @@ def _judge(entity: str, wanted: Object, belief: Belief, context: Context) -> Gro
     fit = _fit(entity, wanted, belief, context)
     if isinstance(fit, Refused):
         return fit
-    if reason := _too_far(belief.thing(entity), belief, context):
-        return Refused(entity, reason, 4)
+    gap, reach = _gap(belief.thing(entity), belief), context.robot.reach + context.robot.gripper.tcp.position[2]
+    if gap > reach:
+        reason = f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
+        return Refused(entity, reason, 4, numbers={"gap_m": gap, "limit_m": reach})
     return fit
 
 
@@ -78,14 +80,10 @@ def _classed(entity: str, own: str, wanted: Object, context: Context, *, part: b
     )
 
 
-def _too_far(thing: Thing, belief: Belief, context: Context) -> str:
-    """Whether even the nearest point of the thing is out of reach of the gripper; a robot that drives gets near it."""
+def _gap(thing: Thing, belief: Belief) -> float:
+    """How far from the arm's base the nearest point of a thing is [m]; 0 for what is held, or where the robot drives."""
     if belief.at is not None or (belief.held and belief.held.thing == thing.name):
-        return ""
+        return 0.0
     centre = belief.pose(thing.name).position
     radius = max((math.dist((0, 0, 0), g.pose.position) + math.hypot(*g.size) for g in thing.geoms), default=0.0)
-    reach = context.robot.reach + context.robot.gripper.tcp.position[2]
-    gap = math.hypot(*centre) - radius
-    if gap > reach:
-        return f"nearest point at {gap:.2f} m > {reach:.2f} m reach of arm '{context.robot.type}' with gripper"
-    return ""
+    return math.hypot(*centre) - radius

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Belief, Floats, Location, Place, Pose, Value
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
@@ -60,7 +59,10 @@ def _extract(location: Location, belief: Belief, context: Context) -> Iterator[G
     if not 0 <= peg.along <= peg.length:
         where = f"the hole is {1000 * peg.along:.0f} mm along a peg of {1000 * peg.length:.0f} mm: not on it"
         far = max(-peg.along, peg.along - peg.length) > SAME
-        raise Unresolvable(where, (far and _unmoved(belief, context)) or causes(location, context))
+        if far and _unmoved(belief, context):
+            meant = tuple(name for name, value in context.bindings.items() if isinstance(value, str))
+            raise Unresolvable.because_of_earlier_tasks(where, meant)
+        raise Unresolvable(where, causes(location, context))
     rest = peg.length - peg.along
     steps = (peg.to_middle, peg.axis * rest, peg.over_tip, peg.axis * CLEAR)
     yield traverse(
@@ -124,16 +126,14 @@ def _unreachable(location: Location, belief: Belief, context: Context, corners: 
     return ""
 
 
-def _unmoved(belief: Belief, context: Context) -> tuple[str, ...]:
-    """What it depends on where the held thing is, if that is where it was at the very beginning: which things were meant,
-    and what was done, but no place that the hand was led to, the grasp among them. Empty if it was moved."""
+def _unmoved(belief: Belief, context: Context) -> bool:
+    """Whether the held thing is where it was at the very beginning: then that depends on which things were meant, and on what was
+    done, but on no place that the hand was led to, the grasp among them."""
     from ..motion_planning.reach import held_pose
 
     assert belief.held is not None
     initial = belief.base().inverse() * belief.world.thing(belief.held.thing).pose
-    objects = tuple(name for name, value in context.bindings.items() if isinstance(value, str))
-    moved = held_pose(belief, context).distance(initial)[0] > SAME
-    return () if moved else (*objects, EARLIER_TASKS)
+    return held_pose(belief, context).distance(initial)[0] <= SAME
 
 
 def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
@@ -154,7 +154,7 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     diameter, thickness = hole.size["diameter"], 2 * peg.size["radius"]
     if diameter / 2 - thickness / 2 <= PLAY:
         reason = f"a hole of {1000 * diameter:.1f} mm does not move on a peg of {1000 * thickness:.1f} mm"
-        raise Unresolvable(reason, causes(location, context))
+        raise Unresolvable(reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness})
     base, length = belief.pose(owner.name), peg.size["length"]
     root = base * peg.pose
     end = root.apply((0, 0, length))

@@ -9,7 +9,6 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Belief, Location, Place, Pose, World
 from cramlite.plugin import Context, Grounding, Unresolvable
 
@@ -134,7 +133,7 @@ def whereabouts(belief: Belief, location: Location, context: Context) -> Pose:
         return belief.pose(thing)
     held = belief.held is not None and belief.held.thing == thing
     reason = f"'{thing}' is in the hand" if held else f"where '{thing}' came to lie is not known"
-    raise Unresolvable(reason, because=(EARLIER_TASKS, *causes(location, context)))
+    raise Unresolvable.because_of_earlier_tasks(reason, causes(location, context))
 
 
 def shift(pose: Pose, by: ArrayLike) -> Pose:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Belief, Drive, Motion, Stand
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
@@ -38,8 +37,8 @@ def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
     floor = _floor(belief, context)
     legs = way(floor, here, goal)
     if isinstance(legs, NoWay):
-        because = (EARLIER_TASKS,) if legs.shut_in else ()  # no other stand would help
-        raise Unresolvable(f"the platform cannot drive to {motion.to}: {legs.reason}", because)
+        reason = f"the platform cannot drive to {motion.to}: {legs.reason}"
+        raise Unresolvable.because_of_earlier_tasks(reason) if legs.shut_in else Unresolvable(reason)  # no other stand would help
     rates = [value(motion, n) for n in ("speed_m_s", "acceleration_m_s2", "speed_rad_s", "acceleration_rad_s2")]
     step = Drive(tuple(legs), *rates, origin=motion.name, comment=motion.reason)
     metres = sum(math.dist(a[:2], b[:2]) for a, b in pairwise([here, *legs]))

@@ -115,7 +115,8 @@ def grip(thing: Thing, wanted: float, context: Context) -> tuple[float, str]:
     low, high = context.robot.gripper.force
     limit = lowest([thing], "cram:maximumGripForce", context)
     if limit is not None and limit.value < low:
-        raise Unresolvable(f"the gripper presses with {low:.0f} N at least, more than {limit.value:g} N: {limit}")
+        reason = f"the gripper presses with {low:.0f} N at least, more than {limit.value:g} N: {limit}"
+        raise Unresolvable(reason, numbers={"least_N": low, "limit_N": limit.value})
     force = min(max(wanted, low), high)
     if limit is None or force <= limit.value:
         return force, ""

@@ -11,8 +11,8 @@ from cramlite.model import Value
 if TYPE_CHECKING:
     from cramlite import Entry, Trace
 
-PROOF = ("proof", "budget")
-"""Designators of entries that are about a whole candidate."""
+WHOLE = ("proof", "budget", "stop")
+"""Kinds of entries that are about a whole candidate."""
 
 
 class Branch(Value):
@@ -39,6 +39,11 @@ class Decision(Value):
     refused: tuple[Entry, ...]
     failed: Entry | None
 
+    @property
+    def task(self) -> bool:
+        """Whether it is a task of the plan, or a rule for such."""
+        return of_plan(self.asked)
+
 
 class Attempt(Value):
     """One candidate task sequence: its decisions in order, and what was said about it as a whole."""
@@ -56,6 +61,11 @@ class Attempt(Value):
         return sum(len(d.refused) for d in self.decisions)
 
 
+def of_plan(entry: Entry) -> bool:
+    """Whether an entry asks for a task of the plan, or for a rule of the plan language."""
+    return entry.kind in ("action", "compound") and entry.numbers.get("depth") == 0
+
+
 def attempts(trace: Trace) -> list[Attempt]:
     """The candidates in the order in which they were tried."""
     groups: dict[int, list[Entry]] = defaultdict(list)
@@ -67,9 +77,9 @@ def attempts(trace: Trace) -> list[Attempt]:
 def _attempt(number: int, entries: Sequence[Entry]) -> Attempt:
     children: dict[int, list[Entry]] = defaultdict(list)
     for entry in entries:
-        if entry.designator not in PROOF:
+        if entry.kind not in WHOLE:
             children[entry.parent].append(entry)
-    proofs = tuple(e for e in entries if e.designator in PROOF)
+    proofs = tuple(e for e in entries if e.kind in WHOLE)
     return Attempt(number, _chain(children[0], children), proofs)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ from cramlite import nearest_miss
 from cramlite.model import Value
 from cramlite.plugin import ReportSection, hookimpl
 
-from .decisions import attempts
+from .decisions import attempts, of_plan
 from .links import lines_of, steps_of
 from .readings import first_sequences, number_of
 from .shared import fill, short
@@ -88,14 +87,12 @@ def _row(done: Finished, attempt: Attempt, titles: Sequence[Sequence[str]], near
 
 def _written(entries: Sequence[Entry]) -> str:
     """The tasks that were come to, where nobody says which there were."""
-    names = dict.fromkeys(e.designator for e in entries if re.fullmatch(r"\d+\.\w+", e.designator))
-    return " → ".join(n.split(".")[1] for n in names)
+    return " → ".join(dict.fromkeys(e.designator for e in entries if of_plan(e)))
 
 
 def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[Stage, ...]:
     """How far a candidate came; a program that ran came to the end of its tasks."""
-    numbers = [int(m[1]) for e in entries if (m := re.match(r"(\d+)\.", e.designator))]
-    last = len(tasks) + 1 if ran else max(numbers, default=0)
+    last = len(tasks) + 1 if ran else max((e.numbers.get("task", 0) for e in entries), default=0)
     states = ("reached" if k < last else "stopped" if k == last else "unreached" for k in range(1, len(tasks) + 1))
     return tuple(Stage(name, state) for name, state in zip(tasks, states, strict=True))
 

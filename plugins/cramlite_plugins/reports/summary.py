@@ -13,7 +13,7 @@ from .readings import number_of
 from .shared import fill
 
 if TYPE_CHECKING:
-    from cramlite import Finished
+    from cramlite import Finished, Solution
     from cramlite.model import Rollout
 
 
@@ -31,12 +31,25 @@ def render(done: Finished) -> str:
         done=done,
         solution=solution,
         chosen=chosen,
+        substitutes=_substitutes(solution) if solution is not None else (),
         duration=_ran(rollout) if rollout is not None else None,
-        ran=sum(e.designator == "proof" for e in done.trace.entries),
+        ran=sum(e.kind == "proof" for e in done.trace.entries),
         tried=len({e.candidate for e in done.trace.entries}),
         ended=how_it_ended(done.trace.entries),
         miss=None if done.proven else nearest_miss(done.trace.entries),
     )
+
+
+def _substitutes(solution: Solution) -> frozenset[str]:
+    """Names of the objects for which a thing of none of the classes asked for was taken."""
+    bindings, belief, classes = solution.candidate.bindings, solution.candidate.belief, solution.candidate.taxonomy
+    found = set()
+    for asked in (o for o in solution.plan.objects if o.types and not o.entity and o.name in bindings):
+        taken = str(bindings[asked.name])
+        own = (belief.feature(taken) or belief.thing(taken)).type
+        if not any(classes.is_a(own, t) for t in asked.types):
+            found.add(asked.name)
+    return frozenset(found)
 
 
 def _ran(rollout: Rollout) -> float | None:

@@ -6,7 +6,7 @@ give the ranges. 5 kg, 901 mm, 54 kg and the axes' speeds: ABB, IRB 1200 data sh
 accelerations are not published: the data sheet's mass is divided by the links' lengths, 5 rad/s2 as for the UR arms; they
 shape the simulated motion, not the program. Radii of the links: data sheet's drawing, to 10 mm.
 
-A joint position here is an angle of the Denavit-Hartenberg table; ABB's axis angle is it minus ``ZERO``.
+A joint position here is an angle of the Denavit-Hartenberg table; ABB's axis angle is it minus ``AXIS_ZEROS``.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ DH: tuple[Row, ...] = (
     (0.0, 0.0, -math.pi / 2),
     (0.0, 0.082, 0.0),
 )
-ZERO = (0.0, -math.pi / 2, 0.0, 0.0, 0.0, math.pi)
+AXIS_ZEROS = (0.0, -math.pi / 2, 0.0, 0.0, 0.0, math.pi)
 """Where ABB's axes are zero in the table's angles [rad]."""
 RANGES = ((-170, 170), (-100, 130), (-200, 70), (-270, 270), (-130, 130), (-360, 360))
-LIMITS = tuple((math.radians(lo) + z, math.radians(hi) + z) for (lo, hi), z in zip(RANGES, ZERO, strict=True))
+LIMITS = tuple((math.radians(lo) + z, math.radians(hi) + z) for (lo, hi), z in zip(RANGES, AXIS_ZEROS, strict=True))
 SPEEDS = tuple(math.radians(v) for v in (288, 240, 297, 400, 405, 600))
 ORANGE = "0.95 0.45 0.1 1"
 ROUND = (0.05, 0.05, 0.03, 0.0, 0.0, 0.0)
@@ -74,4 +74,5 @@ IRB1200 = Robot(
     sensor="axia80",
     backend="rapid",
     mjcf=mjcf,
+    axis_zeros=AXIS_ZEROS,
 )

@@ -90,4 +90,5 @@ UR5 = Robot(
     sensor="axia80",
     backend="urscript",
     mjcf=mjcf,
+    controller="CB3",
 )

@@ -90,4 +90,5 @@ UR5E = Robot(
     sensor="flange",
     backend="urscript",
     mjcf=mjcf,
+    controller="e-Series",
 )

@@ -1,12 +1,11 @@
-"""The MuJoCo simulator as a plugin: it executes, demonstrates, detects events and takes pictures."""
+"""The MuJoCo simulator as a plugin: it executes, demonstrates, looks and takes pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cramlite.model import Episode, Robot, Rollout, World
+from cramlite.model import Robot, Rollout, World
 from cramlite.plugin import ModelMaker, Simulator, hookimpl
 
 if TYPE_CHECKING:
@@ -75,16 +74,6 @@ class MujocoSimulator:
         from .person.demonstrate import demonstrate
 
         return demonstrate(world, script=script, seed=seed)
-
-    def episode(self, rollout: Rollout, name: str) -> Episode:
-        from ..episodes.detection.detect import detect
-
-        return detect(rollout, name)
-
-    def save_episode(self, episode: Episode, folder: Path) -> None:
-        from ..episodes.formats.neem import write_neem
-
-        write_neem(episode, folder)
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
         from .recording.pictures import picture

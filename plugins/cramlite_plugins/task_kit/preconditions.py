@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Held, Location, Object
 from cramlite.plugin import Unresolvable
 
@@ -26,7 +25,7 @@ def empty_hand(belief: Belief) -> None:
         Unresolvable: something is; earlier tasks are to blame.
     """
     if belief.held is not None:
-        raise Unresolvable(f"the gripper already holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
+        raise Unresolvable.because_of_earlier_tasks(f"the gripper already holds '{belief.held.thing}'")
 
 
 def what_is_held(belief: Belief, to_be: str) -> Held:
@@ -39,7 +38,7 @@ def what_is_held(belief: Belief, to_be: str) -> Held:
         Unresolvable: nothing is; earlier tasks are to blame.
     """
     if belief.held is None:
-        raise Unresolvable(f"nothing is held that could be {to_be}", because=(EARLIER_TASKS,))
+        raise Unresolvable.because_of_earlier_tasks(f"nothing is held that could be {to_be}")
     return belief.held
 
 

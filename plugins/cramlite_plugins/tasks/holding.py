@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
@@ -18,7 +17,7 @@ class Holding(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("nothing is held", because=(EARLIER_TASKS,))
+            raise Unresolvable.because_of_earlier_tasks("nothing is held")
         hold = Motion(
             action.inside("hold"),
             "hold",

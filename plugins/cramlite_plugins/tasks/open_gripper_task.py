@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
@@ -17,8 +16,8 @@ class OpenGripperTask(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(
-                f"opening would drop '{belief.held.thing}'; Releasing does that on purpose", because=(EARLIER_TASKS,)
+            raise Unresolvable.because_of_earlier_tasks(
+                f"opening would drop '{belief.held.thing}'; Releasing does that on purpose"
             )
         yield Decomposition(
             (Motion(action.inside("open"), "gripper", None, {"to": "open", "expect": "none"}, reason="open"),), "open"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
@@ -18,14 +17,14 @@ class PickingUp(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is None:
-            raise Unresolvable("the object must be grasped before it is picked up", because=(EARLIER_TASKS,))
+            raise Unresolvable.because_of_earlier_tasks("the object must be grasped before it is picked up")
         if peg := belief.relates("hangs_on", belief.held.thing):
             locatum = action.roles.get("Locatum")
             meant = locatum is not None and (locatum.entity or "").split("/")[0] == belief.held.thing
-            raise Unresolvable(
-                f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom",
-                because=(EARLIER_TASKS, locatum.name) if locatum is not None and meant else (),
-            )
+            reason = f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom"
+            if locatum is not None and meant:
+                raise Unresolvable.because_of_earlier_tasks(reason, (locatum.name,))
+            raise Unresolvable(reason)
         up = Location(action.inside("up"), "lift", parameters={"height_m": self.parameter(action, "height_m")})
         touched = tuple(o.name for k, o in action.roles.items() if k == "Relatum")
         yield Decomposition(

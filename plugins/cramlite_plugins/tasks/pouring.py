@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
@@ -28,9 +27,9 @@ class Pouring(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         source, into = action.roles["Source"], action.roles["Destination"]
         if belief.held is None or belief.held.thing != source.entity:
-            raise Unresolvable(f"'{source.entity}' is not in the hand", because=(EARLIER_TASKS, source.name))
+            raise Unresolvable.because_of_earlier_tasks(f"'{source.entity}' is not in the hand", (source.name,))
         if reason := why_not(belief, source.entity or "", into.entity or ""):
-            raise Unresolvable(reason, because=(EARLIER_TASKS, source.name, into.name))
+            raise Unresolvable.because_of_earlier_tasks(reason, (source.name, into.name))
         place = self.begins_at(action)
         speed, wait = ({k: self.parameter(action, k)} for k in ("speed_rad_s", "duration_s"))
         steps = (

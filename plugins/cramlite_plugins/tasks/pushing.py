@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
@@ -24,7 +23,7 @@ class Pushing(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"the gripper holds '{belief.held.thing}'; empty fingers push", because=(EARLIER_TASKS,))
+            raise Unresolvable.because_of_earlier_tasks(f"the gripper holds '{belief.held.thing}'; empty fingers push")
         patient, beside = action.roles["Patient"], self.begins_at(action)
         far = Location(
             action.inside("far"), "pushed", patient.name, {"distance_m": self.parameter(action, "distance_m")}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
@@ -25,8 +24,8 @@ class Reaching(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(
-                f"the gripper holds '{belief.held.thing}'; only an empty hand reaches", because=(EARLIER_TASKS,)
+            raise Unresolvable.because_of_earlier_tasks(
+                f"the gripper holds '{belief.held.thing}'; only an empty hand reaches"
             )
         goal = action.goal or self.leads_to(action, None, HOME)
         rest = Motion(action.inside("rest"), "hold", parameters={"duration_s": REST}, reason="the arm comes to rest")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Held, Location, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
@@ -44,9 +43,8 @@ def _rests(action: Action, held: Held, belief: Belief) -> bool:
     if any((belief.relates(p, held.thing) or "").split("/")[0] == there for p in ("on", "hangs_on", "in")):
         return True
     if belief.feature(there, "vrps:Peg"):
-        raise Unresolvable(
-            f"'{held.thing}' does not hang on '{there}'", (EARLIER_TASKS, *(o.name for o in action.roles.values()))
-        )
+        about = tuple(o.name for o in action.roles.values())
+        raise Unresolvable.because_of_earlier_tasks(f"'{held.thing}' does not hang on '{there}'", about)
     return held.joints == belief.joints or belief.feature(relatum.entity, "vrps:SurfaceFeature") is None
 
 

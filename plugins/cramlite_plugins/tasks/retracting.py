@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
@@ -17,7 +16,7 @@ class Retracting(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
-            raise Unresolvable(f"the gripper still holds '{belief.held.thing}'", because=(EARLIER_TASKS,))
+            raise Unresolvable.because_of_earlier_tasks(f"the gripper still holds '{belief.held.thing}'")
         away = Location(action.inside("away"), "retreat")
         touched = tuple(o.name for o in action.roles.values())
         back = Motion(action.inside("back"), "linear", away, {"stage": "pose"}, touched, "straight back out of contact")

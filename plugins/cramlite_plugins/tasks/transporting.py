@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
@@ -24,9 +23,8 @@ class Transporting(TaskType):
         if hanger := belief.relates("hangs_on", held.thing):
             if there is None or hanger.split("/")[0] != (there.entity or "").split("/")[0]:
                 about = tuple(o.name for o in action.roles.values())
-                raise Unresolvable(
-                    f"'{held.thing}' hangs on '{hanger}' and must be pulled off first", because=(EARLIER_TASKS, *about)
-                )
+                reason = f"'{held.thing}' hangs on '{hanger}' and must be pulled off first"
+                raise Unresolvable.because_of_earlier_tasks(reason, about)
             yield Decomposition((), f"it hangs on '{hanger}' already")
             return
         goal = action.goal or self.leads_to(action, None, Location("home", "home"))

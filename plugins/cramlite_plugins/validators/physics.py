@@ -90,14 +90,15 @@ class ForcePeak(Value):
     cost: Cost = "rollout"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        rollout, limit = candidate.rollout, candidate.program.force_limit
+        rollout, program = candidate.rollout, candidate.program
         assert rollout is not None
         running = rollout.lines > 0
         if not running.any():
             return
         force = np.where(running, rollout.contact_force(), 0.0)
         k = int(np.argmax(force))
-        reason = f"peak {force[k]:.1f} N at {rollout.times[k]:.1f} s, limit {limit:.0f} N"
+        limit = program.force_limit
+        reason = f"peak {force[k]:.1f} N at {rollout.times[k]:.1f} s, limit {limit:g} N {program.force_limit_source}"
         yield Finding(self.name, bool(force[k] <= limit), reason, float(force[k]), limit, "N", task_at(candidate, k))
 
 

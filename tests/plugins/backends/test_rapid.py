@@ -39,7 +39,7 @@ from cramlite_plugins.backends.rapid.backend import Rapid
 from cramlite_plugins.backends.rapid.emit import emit
 from cramlite_plugins.backends.rapid.literals import ZONES, zone
 from cramlite_plugins.kinematics.kinematics import forward
-from cramlite_plugins.robots.irb1200 import IRB1200, LIMITS, ZERO
+from cramlite_plugins.robots.irb1200 import AXIS_ZEROS, IRB1200, LIMITS
 from cramlite_plugins.robots.ur5e import UR5E
 
 RAPID = {True: Rapid("rapid_fc", forces=True), False: Rapid("rapid", forces=False)}
@@ -87,7 +87,7 @@ class Reader:
 
     def joints(self, name: str) -> tuple[float, ...]:
         assert self.kinds[name] == "jointtarget"
-        return tuple(math.radians(a) + z for a, z in zip(self.value(name)[0], ZERO, strict=True))
+        return tuple(math.radians(a) + z for a, z in zip(self.value(name)[0], AXIS_ZEROS, strict=True))
 
     def pose(self, name: str) -> Pose:
         assert self.kinds[name] == "robtarget"
@@ -96,7 +96,7 @@ class Reader:
 
 
 def test_every_move_of_the_text_goes_where_the_typed_program_goes() -> None:
-    text = emit(program(*STEPS), IRB1200, forces=False, zero={"irb1200": ZERO}).text
+    text = emit(program(*STEPS), IRB1200, forces=False).text
     read, moves = Reader(text), iter(Reader(text).moves)
     for step in walk(STEPS):
         if isinstance(step, MoveJoints):
@@ -114,7 +114,7 @@ def test_every_move_of_the_text_goes_where_the_typed_program_goes() -> None:
 
 
 def test_the_reader_would_notice_a_wrong_target() -> None:
-    text = emit(program(*STEPS), IRB1200, forces=False, zero={"irb1200": ZERO}).text
+    text = emit(program(*STEPS), IRB1200, forces=False).text
     name = next(n for kind, n, *_ in Reader(text).moves if kind == "MoveL")
     good = Reader(text).pose(name)
     moved = re.sub(rf"({name} := \[\[)([-\d.]+)", lambda m: f"{m[1]}{float(m[2]) + 1}", text)
@@ -191,7 +191,7 @@ def test_origins_lead_from_lines_to_steps(steps: list[AnyStep]) -> None:
 
 def test_the_arm_is_abbs() -> None:
     """At ABB's zero the arm is an upright L: the flange at 451 + 82 mm in front, at 399 + 448 + 42 mm height."""
-    flange = forward(IRB1200, ZERO) * IRB1200.gripper.tcp.inverse()
+    flange = forward(IRB1200, AXIS_ZEROS) * IRB1200.gripper.tcp.inverse()
     assert flange.position == pytest.approx((0.533, 0.0, 0.8891), abs=1e-9)
     assert flange.turn((0.0, 0.0, 1.0)) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
     assert all(lo < q < hi for q, (lo, hi) in zip(IRB1200.home, LIMITS, strict=True))

@@ -49,8 +49,7 @@ def emitted(backend: str, step: AnyStep) -> str:
     robot: Robot = irb1200.IRB1200 if backend.startswith("rapid") else UR5E
     typed = replace(program(step), sections=(), robot_type=robot.type, start=robot.home)
     if backend.startswith("rapid"):
-        zero = {robot.type: irb1200.ZERO}
-        return rapid.emit(typed, robot, forces=backend == "rapid_fc", zero=zero).text
+        return rapid.emit(typed, robot, forces=backend == "rapid_fc").text
     modules = {"urscript": urscript.emit, "ur_rtde": ur_rtde.emit, "typed_json": typed_json.TypedJson().emit}
     return modules[backend](typed, robot).text
 

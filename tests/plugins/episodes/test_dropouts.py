@@ -14,12 +14,13 @@ from msgspec.structs import replace
 from cramlite import Engine
 from cramlite.model import Episode, Event, Track
 from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
-from cramlite_plugins.episodes.repair.flicker import repaired, undo
+from cramlite_plugins.episodes.repair.flicker import undo
 
 SHIPPED = Path(__file__).resolve().parents[3] / "scenarios" / "fetch_from_hanger" / "demonstration"
 
 
 ENGINE = Engine()
+repaired = ENGINE.knowledge.episodes.repaired
 
 
 @cache

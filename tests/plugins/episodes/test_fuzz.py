@@ -17,7 +17,9 @@ from hypothesis import strategies as st
 from cramlite.model import Entity, Episode, Pose
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
-from cramlite_plugins.episodes.repair.flicker import repaired
+from cramlite_plugins.episodes.repair.dropouts import bridged
+from cramlite_plugins.episodes.repair.flicker import debounce
+from cramlite_plugins.episodes.repair.two_hands import one_handed
 
 QUICK = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 #: What a reader may take of a file that it refuses, beside Python and NumPy themselves [bytes].
@@ -50,7 +52,7 @@ def read(path: Path) -> None:
     else:
         clear = True
         sound(found)
-        sound(None if found is None else repaired(found))
+        sound(None if found is None else one_handed(debounce(bridged(found))))
     assert clear
 
 

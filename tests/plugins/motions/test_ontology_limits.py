@@ -50,7 +50,7 @@ class Resolved:
             engine.knowledge.__dict__["taxonomy"] = load_taxonomy(files)
         scenario, self.trace = read_scenario(folder / "s.yaml"), Trace()
         setting = engine.setting(scenario, backend="unrun")
-        self.solution: Solution | None = next(engine.resolve(scenario, world=setting, trace=self.trace), None)
+        self.solution: Solution | None = next(engine.resolve(scenario, setting=setting, trace=self.trace), None)
         self.text = self.solution.code if self.solution else ""
         self.reasons = "\n".join(e.reason for e in self.trace.entries)
 

@@ -37,7 +37,7 @@ def scene(seed: int = SEED, rename: bool = False) -> Sample:
 
 def see(text: str, sample: Sample | None = None, *, wanted: tuple[str, ...] = (), **more: Any) -> Perceived:
     sample, knowledge = sample or scene(), engine().knowledge
-    query = replace(parse_query(text, knowledge.taxonomy), wanted=wanted)
+    query = replace(parse_query(text, knowledge.taxonomy, knowledge.experts), wanted=wanted)
     return ask(query, sample.view, sample.fixtures, knowledge, **more)
 
 
@@ -193,7 +193,8 @@ def test_a_class_without_a_model_is_refused_with_those_there_are() -> None:
 
 
 def test_without_models_the_pose_says_what_is_missing() -> None:
-    query = replace(parse_query("colour=red", engine().knowledge.taxonomy), wanted=("pose",))
+    knowledge = engine().knowledge
+    query = replace(parse_query("colour=red", knowledge.taxonomy, knowledge.experts), wanted=("pose",))
     from cramlite.perception.pipeline import plan_pipeline
 
     with pytest.raises(NoPipeline, match=r"'models'.*no expert makes 'models', and no prior value gives it"):

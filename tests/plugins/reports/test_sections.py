@@ -26,16 +26,16 @@ from cramlite_plugins.reports.shared import Span, anchor, colour, words
 def searched() -> Trace:
     """One candidate: the first grasp failed further down, the second one was proven."""
     trace = Trace()
-    grasp = trace.add(0, "grasp", "grasp of cup", "asked", "engine", "")
-    trace.add(grasp, "grasp", "from below", "refused", "grasps", "the table is there")
-    first = trace.add(grasp, "grasp", "from the side", "chosen", "grasps", "20 mm wide", 0.1)
-    move = trace.add(first, "move", "transfer", "asked", "engine", "")
-    trace.add(move, "move", "transfer", "impossible", "motions", "no path within 400 samples")
-    trace.add(move, "move", "transfer", "failed", "engine", "0 alternatives failed; it depends on grasp")
-    second = trace.add(grasp, "grasp", "from above", "chosen", "grasps", "30 mm wide", 0.4)
-    move = trace.add(second, "move", "transfer", "asked", "engine", "")
-    trace.add(move, "move", "line", "chosen", "motions", "straight", 0.0)
-    trace.add(0, "proof", "Grasping", "proven", "urscript", "passed")
+    grasp = trace.add(0, "grasp", "grasp of cup", "asked", "engine", "", kind="location")
+    trace.add(grasp, "grasp", "from below", "refused", "grasps", "the table is there", kind="location")
+    first = trace.add(grasp, "grasp", "from the side", "chosen", "grasps", "20 mm wide", 0.1, kind="location")
+    move = trace.add(first, "move", "transfer", "asked", "engine", "", kind="motion")
+    trace.add(move, "move", "transfer", "impossible", "motions", "no path within 400 samples", kind="motion")
+    trace.add(move, "move", "transfer", "failed", "engine", "0 alternatives failed; it depends on grasp", kind="motion")
+    second = trace.add(grasp, "grasp", "from above", "chosen", "grasps", "30 mm wide", 0.4, kind="location")
+    move = trace.add(second, "move", "transfer", "asked", "engine", "", kind="motion")
+    trace.add(move, "move", "line", "chosen", "motions", "straight", 0.0, kind="motion")
+    trace.add(0, "proof", "Grasping", "proven", "urscript", "passed", kind="proof")
     return trace
 
 
@@ -52,8 +52,8 @@ def test_the_chosen_path_is_told_from_what_was_tried_before() -> None:
 
 def test_a_candidate_without_proof_is_not_proven() -> None:
     trace = Trace()
-    node = trace.add(0, "cup", "cup: a cup", "asked", "engine", "")
-    trace.add(node, "cup", "floor", "refused", "objects", "no cup")
+    node = trace.add(0, "cup", "cup: a cup", "asked", "engine", "", kind="object")
+    trace.add(node, "cup", "floor", "refused", "objects", "no cup", kind="object")
     (attempt,) = attempts(trace)
     assert not attempt.proven
     assert path(attempt) == {}
@@ -63,8 +63,8 @@ def test_a_candidate_without_proof_is_not_proven() -> None:
 def test_long_paths_need_no_recursion() -> None:
     trace, parent = Trace(), 0
     for k in range(3000):
-        node = trace.add(parent, f"d{k}", "", "asked", "engine", "")
-        parent = trace.add(node, f"d{k}", "", "chosen", "x", "", 0.0)
+        node = trace.add(parent, f"d{k}", "", "asked", "engine", "", kind="motion")
+        parent = trace.add(node, f"d{k}", "", "chosen", "x", "", 0.0, kind="motion")
     assert len(attempts(trace)[0].decisions) == 3000
 
 
@@ -98,8 +98,8 @@ def test_links_lead_to_the_nearest_whole_that_is_there() -> None:
 
 
 def test_how_far_a_candidate_came() -> None:
-    entries = [e for e in searched().entries if e.designator != "proof"]
-    entries += [replace(entries[0], designator="2.Holding/x")]
+    entries = [e for e in searched().entries if e.kind != "proof"]
+    entries += [replace(entries[0], numbers={"task": 2, "depth": 1})]
     assert [s.state for s in stages(["Grasping", "Holding", "Placing"], entries, ran=False)] == ["reached", "stopped", "unreached"]
     assert {s.state for s in stages(["Grasping", "Holding"], entries, ran=True)} == {"reached"}
 

@@ -23,7 +23,7 @@ HOST = "127.0.0.31"
 def controller(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A controller process; its log."""
     log = tmp_path_factory.mktemp("controller") / "log"
-    command = [sys.executable, "-m", "cramlite.cli.main", "controller", "--host", HOST, "--seconds", "240"]
+    command = [sys.executable, "-m", "cramlite", "controller", "--host", HOST, "--seconds", "240"]
     with log.open("w") as out, subprocess.Popen(command, stdout=out, stderr=out) as process:
         for _ in range(600):
             if "Ready" in log.read_text():
@@ -195,13 +195,13 @@ def test_a_watchdog_that_nobody_feeds_stops_the_program(controller: Path, action
     ("host", "said"), [("0.0.0.0", "loopback addresses only"), ("10.1.2.3", "loopback"), (HOST, "cannot be opened")]
 )
 def test_other_addresses_are_refused(controller: Path, host: str, said: str) -> None:
-    command = [sys.executable, "-m", "cramlite.cli.main", "controller", "--host", host, "--seconds", "5"]
+    command = [sys.executable, "-m", "cramlite", "controller", "--host", host, "--seconds", "5"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 2 and said in done.stderr and "Traceback" not in done.stderr
 
 
 def test_it_closes_by_itself() -> None:
-    command = [sys.executable, "-m", "cramlite.cli.main", "controller", "--host", "127.0.0.32", "--idle", "0.5"]
+    command = [sys.executable, "-m", "cramlite", "controller", "--host", "127.0.0.32", "--idle", "0.5"]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 0 and "nobody was connected for 0.5 s" in done.stdout
 

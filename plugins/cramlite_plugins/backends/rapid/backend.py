@@ -21,10 +21,9 @@ class Rapid(Value):
     )
 
     def emit(self, program: Program, robot: Robot) -> Code:
-        from ...robots import irb1200
         from .emit import emit
 
-        return emit(program, robot, forces=self.forces, zero={irb1200.IRB1200.type: irb1200.ZERO})
+        return emit(program, robot, forces=self.forces)
 
 
 @hookimpl

@@ -7,7 +7,7 @@ force-controlled steps are refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 from msgspec import Struct, field
 
@@ -39,6 +39,7 @@ from ..urscript.steps import count
 from .literals import identifier, jointtarget, mm, number, plain, quat, robtarget, way_of, zone
 from .parts import FORCE, NO_FORCE, ROUTINES, header
 
+NATIVE = ("rapid", "rapid_fc")  # what ABB's arms declare as their backend
 START_TOLERANCE = 0.6  # degrees, 0.01 rad
 ORI, LONGEST = 60.0, 30  # reorientation speed [deg/s]; letters of an identifier, of 32
 
@@ -144,26 +145,26 @@ class _Writer(Struct):
         self.depth = depth
 
 
-def emit(program: Program, robot: Robot, *, forces: bool, zero: Mapping[str, tuple[float, ...]]) -> Code:
+def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
     """The program as RAPID text.
 
     Args:
+        robot: an arm whose native language is RAPID, and that declares its ``axis_zeros``.
         forces: the controller has the option Force Control.
-        zero: ABB arms by type, with the angles at which their axes are zero [rad].
 
     Raises:
-        UserError: the robot is not ABB's, or a step has no counterpart: says which and what would help.
+        UserError: the robot is not ABB's or does not say where its axes are zero, or a step has no counterpart: says which and
+            what would help.
 
     Returns:
         Code whose ``origins`` lead from the first line of a step back to the step's origin.
     """
-    if program.robot_type != robot.type or robot.type not in zero:
-        raise UserError(f"program for '{program.robot_type}': RAPID is for ABB arms ({', '.join(zero)}), not for '{robot.type}'")
+    zeros = _axis_zeros(program, robot)
     if program.late:
         things = ", ".join(t.thing for t in program.late)
         raise UserError(f"late poses ({things}): RAPID programs have none yet; take urscript")
     refuse_drives(program, "RAPID")
-    out = _Writer(robot, zero[robot.type], forces, at=program.start)
+    out = _Writer(robot, zeros, forces, at=program.start)
     start = jointtarget(program.start, out.zero)
     tasks = []
     for name, title, steps in _tasks(program):
@@ -179,6 +180,19 @@ def emit(program: Program, robot: Robot, *, forces: bool, zero: Mapping[str, tup
     lines += [*(ROUTINES + (FORCE if forces else NO_FORCE)).rstrip().split("\n"), "", "  ! ---- tasks ----"]
     origins = {len(lines) + k: origin for k, (_, origin) in enumerate(out.lines, 1) if origin}
     return Code("rapid", "\n".join([*lines, *(line for line, _ in out.lines), "ENDMODULE"]) + "\n", origins, ".mod")
+
+
+def _axis_zeros(program: Program, robot: Robot) -> tuple[float, ...]:
+    """Where the axes of the program's robot are zero."""
+    if program.robot_type != robot.type or robot.backend not in NATIVE:
+        said = f"RAPID is for ABB arms (backend 'rapid'), not for '{robot.type}' (backend '{robot.backend}')"
+        raise UserError(f"program for '{program.robot_type}': {said}")
+    if robot.axis_zeros is None:
+        raise UserError(
+            f"robot '{robot.type}' does not declare where its axes are zero, and RAPID counts their angles from there; set "
+            "'axis_zeros' of the Robot (all 0 if they are zero where its Denavit-Hartenberg table is)"
+        )
+    return robot.axis_zeros
 
 
 def _tool(program: Program) -> list[str]:

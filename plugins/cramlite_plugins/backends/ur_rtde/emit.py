@@ -42,6 +42,7 @@ from cramlite.plugin import Code, UserError
 
 from ..names import Names, identifier
 from ..unsaid import refuse_drives, unsaid
+from ..urscript.controllers import E_SERIES, check_arm, controller_of
 from ..urscript.literals import label, number, plain, vector
 from ..urscript.parts import header
 from ..urscript.steps import HEIGHT, count
@@ -137,15 +138,15 @@ def emit(program: Program, robot: Robot) -> Code:
     """The program as Python text.
 
     Raises:
-        UserError: the program's name is no identifier, or the robot is not the program's.
+        UserError: the program's name is no identifier, the robot is not the program's, or its controller is none that
+            programs are written for.
 
     Returns:
         Code whose ``origins`` lead from the line of a step's call back to the step's origin.
     """
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", program.name):
         raise UserError(f"program name '{program.name}': Python needs a letter, then letters, digits and underscores")
-    if program.robot_type != robot.type or robot.backend != "urscript":
-        raise UserError(f"program for '{program.robot_type}': ur_rtde for '{robot.type}' cannot carry it out")
+    check_arm(program, robot, "ur_rtde")
     refuse_drives(program, "ur_rtde")
     if program.late:
         things = ", ".join(t.thing for t in program.late)
@@ -205,7 +206,7 @@ def _main(out: _Writer, program: Program, robot: Robot, tasks: Sequence[str]) ->
     out.add(*(f"    {task}" for task in tasks))
     out.add("", "", 'if __name__ == "__main__":')
     out.add("    if len(sys.argv) != 2:", '        sys.exit("usage: python THIS_FILE ROBOT_ADDRESS")')
-    out.add(f"    sys.exit(run_program(sys.argv[1], FORCE_LIMIT, program, zero={robot.sensor == 'flange'}))")
+    out.add(f"    sys.exit(run_program(sys.argv[1], FORCE_LIMIT, program, zero={controller_of(robot)[0] == E_SERIES}))")
 
 
 def call(step: AnyStep, out: _Writer) -> str:

@@ -12,7 +12,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from cramlite.model import Robot, Value
+from cramlite.model import Program, Robot, Value
+from cramlite.plugin import UserError, nearest
 
 CB3, E_SERIES, X = "CB3", "e-Series", "PolyScope X"
 
@@ -47,13 +48,36 @@ CAPABILITIES = (
     Capability("direct_torque", "", "5.26", "10.11", "[script]; [external], which says 5.23"),
 )
 NEEDED = {CB3: "3.15", E_SERIES: "5.11"}
-"""The PolyScope version that programs ask for in their header."""
+"""The controllers that programs are written for, and the PolyScope version that they ask for in their header."""
 
 
 def controller_of(robot: Robot) -> tuple[str, str]:
-    """The controller of an arm and the PolyScope version that its programs need: a sensor in the flange is an e-Series."""
-    controller = E_SERIES if robot.sensor == "flange" else CB3
-    return controller, NEEDED[controller]
+    """The controller that an arm declares, and the PolyScope version that its programs need.
+
+    Raises:
+        UserError: it declares none, one that programs are not written for, or what a CB3 cannot have.
+    """
+    if robot.controller not in NEEDED:
+        what = f"its controller as '{robot.controller}'" if robot.controller else "no controller"
+        raise UserError(f"robot '{robot.type}' declares {what} ('controller' of the Robot); {nearest(robot.controller, NEEDED)}")
+    if robot.controller == CB3 and robot.sensor == "flange":
+        raise UserError(f"robot '{robot.type}' declares a CB3 with a force sensor in the flange, where e-Series have one; correct one")
+    return robot.controller, NEEDED[robot.controller]
+
+
+def check_arm(program: Program, robot: Robot, language: str) -> None:
+    """The program is for this arm, and the arm is one of Universal Robots, whose axes are zero where typed programs count zero.
+
+    Raises:
+        UserError: it is not.
+    """
+    if program.robot_type != robot.type or robot.backend != "urscript":
+        raise UserError(f"program for '{program.robot_type}': {language} for '{robot.type}' cannot carry it out")
+    if any(robot.axis_zeros or ()):
+        raise UserError(
+            f"robot '{robot.type}' declares axes that are not zero where its Denavit-Hartenberg table is ({robot.axis_zeros} rad); "
+            f"{language} is written for arms of Universal Robots, whose axes are"
+        )
 
 
 def lacking(text: str, controller: str, version: str) -> Iterator[str]:

@@ -22,7 +22,7 @@ from ..unsaid import refuse_drives
 from . import flow as urscript_flow
 from . import late as urscript_late
 from . import search as urscript_search
-from .controllers import PRELUDE, adapted, controller_of, lacking
+from .controllers import CB3, PRELUDE, adapted, check_arm, controller_of, lacking
 from .flow import FlowWriter, comment, write
 from .literals import number, plain, pose, vector
 from .parts import FUNCTIONS, header, used
@@ -57,19 +57,21 @@ def emit(program: Program, robot: Robot) -> Code:
         robot: the description of ``program.robot_type``; its gripper is driven through Robotiq's server.
 
     Raises:
-        UserError: the program's name is no identifier, or the robot is not the program's.
+        UserError: the program's name is no identifier, the robot is not the program's, or its controller is none that
+            programs are written for.
 
     Returns:
         Code whose ``origins`` lead from the first line of a step back to the step's origin.
     """
     _check(program, robot)
+    controller, version = controller_of(robot)
     out = _Writer(robot)
     _body(out, program)
-    head, carried = _head(program, robot, out)
+    head, carried = _head(program, robot, out, controller)
     lines = [*carried, *out.lines]
-    lines = [*head, *(adapted(lines) if robot.sensor != "flange" else lines)]
+    lines = [*head, *(adapted(lines) if controller == CB3 else lines)]
     text = "\n".join([f"def {program.name}():", *(f"  {line}" if line else "" for line in lines), "end", ""])
-    if wrong := list(lacking(text, *controller_of(robot))):
+    if wrong := list(lacking(text, controller, version)):
         raise UserError(f"the program cannot be written for '{robot.type}': {'; '.join(wrong)}")
     before = 1 + len(head) + len(carried)
     return Code("urscript", text, {before + k: origin for k, origin in out.origins.items()}, ".script")
@@ -86,9 +88,9 @@ def _body(out: _Writer, program: Program) -> None:
     out.add("", "kill watchdog_thread", 'textmsg("cramlite: finished")')
 
 
-def _head(program: Program, robot: Robot, out: _Writer) -> tuple[list[str], list[str]]:
+def _head(program: Program, robot: Robot, out: _Writer, controller: str) -> tuple[list[str], list[str]]:
     """Preconditions; and the functions that the body needs, with the poses that it leads to."""
-    prelude = [] if robot.sensor == "flange" else PRELUDE.strip("\n").split("\n")
+    prelude = PRELUDE.strip("\n").split("\n") if controller == CB3 else []
     library = "\n\n".join(
         t.strip("\n") for t in (FUNCTIONS, urscript_search.FUNCTIONS, urscript_flow.FUNCTIONS, urscript_late.FUNCTIONS)
     )
@@ -101,8 +103,7 @@ def _check(program: Program, robot: Robot) -> None:
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", program.name):
         raise UserError(f"program name '{program.name}': URScript needs a letter, then letters, digits and underscores")
     refuse_drives(program, "URScript")
-    if program.robot_type != robot.type or robot.backend != "urscript":
-        raise UserError(f"program for '{program.robot_type}': URScript for '{robot.type}' cannot carry it out")
+    check_arm(program, robot, "URScript")
 
 
 def _start(program: Program, robot: Robot) -> list[str]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from cramlite.model import Program, Robot
 
+from .controllers import CB3, controller_of
 from .literals import plain, pose, vector
 
 # Contact is decided by the force along the motion, watched while a thread moves: the documented pattern.
@@ -202,10 +203,15 @@ def header(program: Program, robot: Robot) -> list[str]:
 
 def _controller(robot: Robot) -> str:
     """What the controller must be and what it must read forces from."""
+    controller, version = controller_of(robot)
+    known = f"{'CB3, ' if controller == CB3 else ''}PolyScope {version} or later"
     if robot.sensor == "flange":
-        return "PolyScope 5.11 or later"
+        return known
+    known += "; no sensor in the flange" if controller == CB3 else ""
+    if robot.sensor is None:
+        return f"{known}; forces are what the controller itself works out"
     return (
-        f"CB3, PolyScope 3.15 or later; no sensor in the flange: the {robot.sensor} between flange and gripper must be the"
+        f"{known}{':' if controller == CB3 else ';'} the {robot.sensor} between flange and gripper must be the"
         " controller's force source (enable_external_ft_sensor, by its URCap), with readings at the flange"
     )
 

@@ -1,9 +1,9 @@
 """Smoothing of flickering states, with a report of each change, and its undoing.
 
-Recorded contacts flicker: RobCoG's logs hold hundreds of contacts of 0.02 to 0.3 s for one touch,
-and things vanish for a moment from the hand (vanish.py). Two repairs, in this order: a gap shorter
-than ``gap`` between two equal states belongs to them; a state that is then still shorter than
-``min_duration`` is dropped as noise. Every repair keeps what it removed and added, so that ``undo``
+Recorded contacts flicker: RobCoG's logs hold hundreds of contacts of 0.02 to 0.3 s for one touch.
+Two changes, in this order: a gap shorter than ``gap`` between two equal states belongs to them; a
+state that is then still shorter than ``min_duration`` is dropped as noise. Things that vanish for a
+moment (vanish.py) come before. Every repair keeps what it removed and added, so that ``undo``
 restores the original.
 """
 
@@ -17,21 +17,12 @@ from msgspec.structs import replace
 
 from cramlite.model import Episode, Event, Repair
 
-from .dropouts import bridged, signature, spliced
+from .dropouts import signature, spliced
 
 GAP = 0.3
 """[s]: the longest flicker of contacts in RobCoG's logs."""
 SHORT = 0.05
 """[s]: two frames of a 50 Hz recorder; nobody touches a thing on purpose for less (human reaction time is 0.2 s)."""
-
-
-def repaired(episode: Episode) -> Episode:
-    """The episode as it should be interpreted: nothing vanishes for a moment, and nothing flickers.
-
-    Returns:
-        The very episode, if nothing had to be changed; else a new one with its ``repairs``.
-    """
-    return debounce(bridged(episode))
 
 
 def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) -> Episode:

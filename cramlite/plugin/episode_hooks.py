@@ -1,0 +1,100 @@
+"""Episodes by the hooks of plugins: read and repaired, detected in rollouts, written."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from ..base.errors import PluginError, UserError
+from ..model.episode import Episode
+from ..model.rollout import Rollout
+from .protocols import EpisodeRepair
+from .registry import Registry
+from .validation import check_answer
+
+
+class EpisodeHooks:
+    """Read, repair, detect and write episodes: plugins do the work, and what they answer is checked.
+
+    Args:
+        registry: whose plugins are asked.
+    """
+
+    def __init__(self, registry: Registry) -> None:
+        self._registry = registry
+
+    @cached_property
+    def repairs(self) -> tuple[EpisodeRepair, ...]:
+        """All declared repairs, in the order in which they are applied.
+
+        Raises:
+            PluginError: two plugins declare one name.
+        """
+        declared = self._registry.named("episode_repairs", "name").values()
+        return tuple(sorted(declared, key=lambda r: r.order))
+
+    def read(self, path: Path) -> Episode:
+        """Read an episode with the first plugin that knows its format, and repair it.
+
+        Raises:
+            UserError: no plugin reads its format, or it cannot be used.
+            PluginError: the same, and a plugin that may have read it failed.
+        """
+        nobody = f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'."
+        return self.repaired(self._answer("read_episode", nobody, path=path))
+
+    def repaired(self, episode: Episode) -> Episode:
+        """Apply all repairs to an episode as it was recorded. One that fails is a fault of its plugin, and changes nothing.
+
+        Returns:
+            The very episode, if nothing had to be changed; else a new one with its ``repairs``.
+        """
+        for repair in self.repairs:
+            episode = self._repaired(episode, repair)
+        return episode
+
+    def detect(self, rollout: Rollout, name: str) -> Episode:
+        """Detect the events of a rollout, of a demonstration and of a program's run alike; nothing is repaired.
+
+        Raises:
+            UserError: no plugin detects events.
+            PluginError: the one that should have failed.
+        """
+        nobody = f"No plugin detects the events of '{name}', and nothing can be recorded or judged without; see 'cramlite plugins'."
+        answer: Episode = self._answer("detect_events", nobody, name=name, rollout=rollout)
+        return answer
+
+    def write(self, episode: Episode, path: Path) -> Path:
+        """Write an episode, and return the file or folder.
+
+        Raises:
+            UserError: no plugin writes to such a path, or it cannot be written.
+            PluginError: the plugin that should have written it failed.
+        """
+        nobody = f"No plugin writes the episode '{episode.name}' to '{path}'; see 'cramlite plugins'."
+        written: Path = self._answer("write_episode", nobody, path=path, episode=episode)
+        return written
+
+    def _repaired(self, episode: Episode, repair: EpisodeRepair) -> Episode:
+        hook = "episode_repairs"
+        try:
+            answer = repair.repair(episode)
+            check_answer(hook, answer)
+            return answer
+        except UserError:
+            raise
+        except Exception as error:
+            self._registry.fault(self._registry.owner(hook, repair.name), hook, repair.name, error)
+            return episode
+
+    def _answer(self, hook: str, nobody: str, **arguments: Any) -> Any:
+        """The first plugin's answer; who failed is named where nobody answers."""
+        answer = self._registry.first(hook, **arguments)
+        if answer is not None:
+            return answer
+        about = str(next(iter(arguments.values())))
+        failed = [str(f) for f in self._registry.faults if (f.hook, f.designator) == (hook, about)]
+        if failed:
+            raise PluginError(f"{nobody} Failed: {'; '.join(failed)}.")
+        raise UserError(nobody)

@@ -1,0 +1,25 @@
+"""Repairs of defects of recorders as a plugin: objects that vanish for a moment, then states that flicker."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from cramlite.model import Episode
+from cramlite.plugin import EpisodeRepair, hookimpl
+
+
+def _bridge_dropouts(episode: Episode) -> Episode:
+    from .dropouts import bridged
+
+    return bridged(episode)
+
+
+def _smooth_flicker(episode: Episode) -> Episode:
+    from .flicker import debounce
+
+    return debounce(episode)
+
+
+@hookimpl
+def episode_repairs() -> Iterable[EpisodeRepair]:
+    return [EpisodeRepair("dropouts", 10, _bridge_dropouts), EpisodeRepair("flicker", 20, _smooth_flicker)]
