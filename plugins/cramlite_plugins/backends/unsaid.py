@@ -1,4 +1,4 @@
-"""What a backend's language cannot say: one paragraph with the step, the reason, and the backend that can."""
+"""Steps that a backend's language cannot express: an error with the step, the reason, and the backend that can."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from cramlite.plugin import UserError
 
 
 def unsaid(step: AnyStep, language: str, why: str = "") -> UserError:
-    """The refusal of a step.
+    """Make the error that refuses a step.
 
     Args:
         why: in a clause; what the language lacks, by default.
@@ -18,7 +18,7 @@ def unsaid(step: AnyStep, language: str, why: str = "") -> UserError:
 
 
 def refuse_drives(program: Program, language: str) -> None:
-    """Before a language that moves an arm only.
+    """Refuse a program that drives a platform, for a language that moves an arm only.
 
     Raises:
         UserError: the program drives a platform.

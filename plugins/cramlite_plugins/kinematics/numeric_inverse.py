@@ -33,7 +33,7 @@ SAME = 1e-4  # two solutions nearer than this are one [rad]
 
 
 def solutions(robot: Robot, flange: Pose, polish: Polish) -> list[Joints]:
-    """Joint positions inside the limits for a pose of the flange in the base frame, in no particular order."""
+    """Solve inverse kinematics for the flange in the base frame: joint positions inside the limits, unordered."""
     found: list[Joints] = []
     for start in _reached(robot, flange):
         exact = polish(start, None)
@@ -46,7 +46,7 @@ def solutions(robot: Robot, flange: Pose, polish: Polish) -> list[Joints]:
 
 
 def inside(robot: Robot, q: Sequence[float]) -> bool:
-    """Whether all joints are within their limits."""
+    """Check whether all joints are within their limits."""
     return all(low <= v <= high for v, (low, high) in zip(q, robot.limits, strict=True))
 
 
@@ -107,7 +107,7 @@ def _solver(robot: Robot, thread: int) -> tuple[Any, Any, list[Any], Floats]:
 
 @lru_cache(maxsize=4)
 def span(robot: Robot) -> float:
-    """How far the root of the last axis can be from the origin of joint 2 [m], within the limits of the joints between.
+    """Compute the largest distance of the last axis's root from the origin of joint 2 within the joint limits [m].
 
     Each joint in turn is put where the distance is largest, until none can make it larger: its square depends on one
     joint's angle t as A + B cos t + C sin t, whose largest value within limits is known.

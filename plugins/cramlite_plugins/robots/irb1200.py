@@ -54,7 +54,7 @@ LINKS = (
 
 
 def mjcf() -> str:
-    """The arm, its sensor and its gripper as MJCF text."""
+    """Write the arm, its sensor and its gripper as MJCF text."""
     tool = gripper_mjcf(LINKS[-1].name, HEIGHT, MASS)
     apart = (("link_1", "link_3"), ("link_2", "link_4"), ("link_3", "link_5"), ("link_4", "link_6"))
     return arm_mjcf("irb1200", DH, LINKS, JOINTS, LIMITS, BASE, tool, apart)

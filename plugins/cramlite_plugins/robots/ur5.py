@@ -71,7 +71,7 @@ LINKS = (
 
 
 def mjcf() -> str:
-    """The arm, its sensor and its gripper as MJCF text."""
+    """Write the arm, its sensor and its gripper as MJCF text."""
     tool = gripper_mjcf(LINKS[-1].name, HEIGHT, MASS)
     return arm_mjcf("ur5", DH, LINKS, JOINTS, LIMITS, BASE, tool)
 

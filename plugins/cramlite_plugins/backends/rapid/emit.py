@@ -145,7 +145,7 @@ class _Writer(Struct):
 
 
 def emit(program: Program, robot: Robot, *, forces: bool, zero: Mapping[str, tuple[float, ...]]) -> Code:
-    """The program as RAPID text.
+    """Write the program as RAPID text.
 
     Args:
         forces: the controller has the option Force Control.
@@ -209,7 +209,7 @@ def _main(out: _Writer, tasks: list[str]) -> None:
 
 
 def leaf(step: AnyStep, out: _Writer) -> list[str]:
-    """The lines of a step without steps."""
+    """Write the RAPID lines of a step that holds no steps."""
     name = f'"{plain(step.origin)[:60]}"'
     tool = "tGripper \\WObj:=wBase"
     match step:

@@ -134,7 +134,7 @@ class _Writer(Struct):
 
 
 def emit(program: Program, robot: Robot) -> Code:
-    """The program as Python text.
+    """Write the program as Python text.
 
     Raises:
         UserError: the program's name is no identifier, or the robot is not the program's.
@@ -209,7 +209,7 @@ def _main(out: _Writer, program: Program, robot: Robot, tasks: Sequence[str]) ->
 
 
 def call(step: AnyStep, out: _Writer) -> str:
-    """The call that carries out a step."""
+    """Write the call that carries out a step."""
     name = f'"{label(step.origin)}"'
     match step:
         case MoveJoints():

@@ -48,7 +48,7 @@ class _Writer(Struct, dict=True):
 
 
 def emit(program: Program, robot: Robot) -> Code:
-    """The program as URScript.
+    """Write the program as URScript.
 
     The text is deterministic: numbers have fixed digits. Every wait has a time-out, and every error path
     stops the robot, logs its reason with textmsg and halts.

@@ -1,4 +1,4 @@
-"""movep: the tool moves along straight lines with circular blends at one constant speed.
+"""Process motion (movep): straight tool paths with circular blends at one constant speed.
 
 URScript manual (e-Series 5.x), movep: "Blend circular (in tool-space) and move linear (in tool-space) to position.
 Accelerates to and moves with constant tool speed v." A corner is rounded by the circle that touches both lines at the blend
@@ -23,15 +23,17 @@ STRAIGHT = 1e-6  # directions that differ by less make no corner [rad]
 
 
 class Part(Protocol):
-    """A piece of the way: its length [m], and after part of it (0 to 1) the place and the number of legs that are done."""
+    """A segment of a tool path, a line or an arc."""
 
     @property
-    def length(self) -> float: ...
-    def at(self, share: float) -> tuple[Floats, float]: ...
+    def length(self) -> float:
+        """Return the length of the segment [m]."""
+    def at(self, share: float) -> tuple[Floats, float]:
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of legs done by then."""
 
 
 class Line(Value):
-    """Between two places; ``legs`` are done at its start and at its end."""
+    """A straight segment between two positions; ``legs`` are done at its start and at its end."""
 
     start: Floats
     goal: Floats
@@ -39,14 +41,16 @@ class Line(Value):
 
     @property
     def length(self) -> float:
+        """Return the length of the segment [m]."""
         return math.dist(self.start, self.goal)
 
     def at(self, share: float) -> tuple[Floats, float]:
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of legs done by then."""
         return self.start + share * (self.goal - self.start), self.legs[0] + share * (self.legs[1] - self.legs[0])
 
 
 class Arc(Line):
-    """A circle around ``centre`` from ``start``, along the unit vector ``along`` at first, by ``angle`` [rad]."""
+    """An arc around ``centre`` from ``start``, along the unit vector ``along`` at first, by ``angle`` [rad]."""
 
     centre: Floats
     along: Floats
@@ -54,9 +58,11 @@ class Arc(Line):
 
     @property
     def length(self) -> float:
+        """Return the length of the segment [m]."""
         return math.dist(self.start, self.centre) * self.angle
 
     def at(self, share: float) -> tuple[Floats, float]:
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of legs done by then."""
         out, turned = self.start - self.centre, share * self.angle
         place = self.centre + math.cos(turned) * out + math.sin(turned) * math.dist(self.start, self.centre) * self.along
         middle = round(self.legs[1])  # the corner: both halves of the circle stand for the ends of their lines
@@ -65,13 +71,14 @@ class Arc(Line):
 
 
 class ProcessMotion(Law):
-    """Lines and circles, from rest to rest, in between at one speed; ``ends`` are the ways [m] to the end of each part."""
+    """A movep path from rest to rest, in between at one speed; ``ends`` are path lengths [m] to each part's end."""
 
     poses: Sequence[Pose]
     parts: Sequence[Part]
     ends: Sequence[float]
 
     def at(self, time: float) -> Floats | Pose:
+        """Return the TCP pose in the base frame at a time since the start [s]."""
         gone = self.share(time) * self.way
         k = min(bisect_right(self.ends, gone), len(self.parts) - 1)
         length = self.parts[k].length
@@ -86,7 +93,7 @@ class ProcessMotion(Law):
 
 
 def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, acceleration: float) -> ProcessMotion:
-    """Several movep.
+    """Plan several movep as one motion.
 
     Args:
         poses: of the tcp, the start included.
