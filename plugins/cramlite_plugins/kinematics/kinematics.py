@@ -87,13 +87,13 @@ def twist(from_: Floats, to: Floats) -> Floats:
     return np.concatenate([to[:3, 3] - from_[:3, 3], turn])
 
 
-def condition(robot: Robot, q: Sequence[float]) -> float:
+def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
     """Return the smallest singular value of the Jacobian, lengths in units of the robot's reach: 0 at a singularity."""
     scaled = jacobian(robot, q) / np.array([robot.reach] * 3 + [1.0] * 3)[:, None]
     return float(np.linalg.svd(scaled, compute_uv=False)[-1])
 
 
-def polish(
+def refine(
     robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None
 ) -> Joints | None:
     """Refine a near inverse kinematics solution by Newton's method: q += J^+ twist, the least-norm step if redundant.
@@ -149,7 +149,7 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
     if len(table(robot)) == 6:
         branches = _analytic(robot, target)
     else:
-        own = polish(robot, target, near, steps=12)
+        own = refine(robot, target, near, steps=12)
         branches = [*_numeric(robot, target), *([own] if own and numeric_inverse.inside(robot, own) else [])]
     turned = [w for branch in branches for w in _turns(robot, branch)]
     far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
@@ -160,7 +160,7 @@ def _analytic(robot: Robot, target: Pose) -> list[Joints]:
     wrist = (target * robot.gripper.tcp.inverse()).matrix
     branches: list[Joints] = []
     for raw in np.atleast_2d(_solver(table(robot)).IK(wrist).Q):
-        found = polish(robot, target, raw) if raw.size else None
+        found = refine(robot, target, raw) if raw.size else None
         if found is not None and not any(_same(found, b) for b in branches):
             branches.append(found)
     return branches
@@ -171,14 +171,14 @@ def _numeric(robot: Robot, target: Pose) -> tuple[Joints, ...]:
     """Remembered: a search asks for the same few poses again and again, from different seeds."""
 
     def exact(q: Sequence[float], held: int | None) -> Joints | None:
-        return polish(robot, target, q, steps=8, held=held)
+        return refine(robot, target, q, steps=8, held=held)
 
     return tuple(numeric_inverse.solutions(robot, target * robot.gripper.tcp.inverse(), exact))
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
     """Solve inverse kinematics on the branch of ``seed``, by Newton's method from it; joint limits are not checked."""
-    return polish(robot, target, seed, steps=12)
+    return refine(robot, target, seed, steps=12)
 
 
 def _same(a: Joints, b: Joints) -> bool:

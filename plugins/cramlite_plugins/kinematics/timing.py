@@ -37,7 +37,7 @@ def trapezoid(way: float, speed: float, acceleration: float) -> float:
     return 2 * math.sqrt(way / acceleration)
 
 
-def along(time: float, way: float, speed: float, acceleration: float) -> float:
+def profile_position(time: float, way: float, speed: float, acceleration: float) -> float:
     """Compute the distance covered by a trapezoidal profile after ``time`` [s], clamped to 0 .. ``way`` [m or rad]."""
     total = trapezoid(way, speed, acceleration)
     if time <= 0 or way == 0:
@@ -53,7 +53,7 @@ def along(time: float, way: float, speed: float, acceleration: float) -> float:
     return top * (time - ramp / 2)
 
 
-def lasting(way: float, time: float, acceleration: float) -> tuple[float, float]:
+def profile_for_duration(way: float, time: float, acceleration: float) -> tuple[float, float]:
     """Compute the speed and acceleration with which a way from rest to rest takes a given time.
 
     The acceleration is kept if it suffices: T = D / v + v / a gives v = (a T - sqrt(a^2 T^2 - 4 a D)) / 2. Otherwise it
@@ -85,7 +85,7 @@ def duration(path: Sequence[Sequence[float]], speed: float, acceleration: float)
     return sum(segment_times(path, speed, acceleration))
 
 
-def linear_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float) -> str:
+def joint_speed_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float) -> str:
     """Name the joint that exceeds its speed limit on a straight tcp motion.
 
     Between two samples the tcp moves ds, so joint i runs at |dq_i| / ds * speed.

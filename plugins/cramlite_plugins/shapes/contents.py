@@ -17,7 +17,7 @@ POURED = "contains"
 """Relation of a belief: (POURED, vessel, the thing whose contents are in it now)."""
 
 
-def why_not(belief: Belief, source: str, into: str) -> str:
+def pouring_obstacle(belief: Belief, source: str, into: str) -> str:
     """Explain why one vessel's contents cannot be poured into another; empty when they can."""
     filling = belief.thing(source).filling
     if filling is None:

@@ -8,7 +8,7 @@ from cramlite.base.errors import EARLIER_TASKS
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
-from ..shapes.contents import SHARE, SPILLED, why_not
+from ..shapes.contents import SHARE, SPILLED, pouring_obstacle
 
 
 class Pouring(TaskType):
@@ -29,7 +29,7 @@ class Pouring(TaskType):
         source, into = action.roles["Source"], action.roles["Destination"]
         if belief.held is None or belief.held.thing != source.entity:
             raise Unresolvable(f"'{source.entity}' is not in the hand", because=(EARLIER_TASKS, source.name))
-        if reason := why_not(belief, source.entity or "", into.entity or ""):
+        if reason := pouring_obstacle(belief, source.entity or "", into.entity or ""):
             raise Unresolvable(reason, because=(EARLIER_TASKS, source.name, into.name))
         place = self.begins_at(action)
         speed, wait = ({k: self.parameter(action, k)} for k in ("speed_rad_s", "duration_s"))

@@ -34,7 +34,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Code, UserError
 
-from ..unsaid import refuse_drives, unsaid
+from ..unsupported import refuse_drives, unsupported_step
 from ..urscript.steps import count
 from .literals import identifier, jointtarget, mm, number, plain, quat, robtarget, way_of, zone
 from .parts import FORCE, NO_FORCE, ROUTINES, header
@@ -105,7 +105,8 @@ class _Writer(Struct):
             case TryInOrder() | SetPayload():
                 self.add(*(self.attempts(step) if isinstance(step, TryInOrder) else self.payload(step)), origin=step.origin)
             case Monitor() | Parallel():
-                raise unsaid(step, "RAPID", f"RAPID has no {type(step).__name__} here: one task moves the arm")
+                why = f"RAPID has no {type(step).__name__} here: one task moves the arm"
+                raise unsupported_step(step, "RAPID", why)
             case _:
                 self.add(*leaf(step, self), origin=step.origin)
 
@@ -234,7 +235,7 @@ def leaf(step: AnyStep, out: _Writer) -> list[str]:
 
 def _forced(step: AnyStep, out: _Writer, name: str) -> str:
     if isinstance(step, ForceMove | CompliantSlide):
-        raise unsaid(step, "RAPID")
+        raise unsupported_step(step, "RAPID")
     if not out.forces:
         raise UserError(
             f"{step.origin or type(step).__name__}: {type(step).__name__} needs ABB's option Force Control; where it is licensed, use "
@@ -251,7 +252,7 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
             spiral = ", ".join(number(v) for v in (step.force, 1000 * step.pitch, 1000 * step.radius, 1000 * step.speed))
             ends = f"{way_of(step.frame, step.advance)}, {number(step.force_limit)}, {number(step.timeout)}"
             return f"SearchSpiral {quat(step.frame)}, {spiral}, {ends}, {name};"
-    raise unsaid(step, "RAPID")
+    raise unsupported_step(step, "RAPID")
 
 
 def _joint_moves(step: MoveJoints, out: _Writer) -> list[str]:

@@ -41,7 +41,7 @@ from cramlite.model import (  # fmt: skip
 from cramlite.plugin import Code, UserError
 
 from ..names import Names, identifier
-from ..unsaid import refuse_drives, unsaid
+from ..unsupported import refuse_drives, unsupported_step
 from ..urscript.literals import label, number, plain, vector
 from ..urscript.parts import header
 from ..urscript.steps import HEIGHT, count
@@ -249,7 +249,7 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
         case ForceExtract():
             wrench, way = (*step.across, step.force), step.way
         case _:
-            raise unsaid(step, "ur_rtde")
+            raise unsupported_step(step, "ur_rtde")
     own = f"wrench={vector(wrench)}, way={number(way)}, {_named(step, 'speed')}"
     return f"force_along(arm, {name}, frame={_frame(step.frame, out, step.origin)}, {own}, {_ends(step)})"
 

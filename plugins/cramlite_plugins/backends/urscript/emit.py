@@ -18,7 +18,7 @@ from cramlite.model import AnyStep, Control, Program, Robot, Section
 from cramlite.plugin import Code, UserError
 
 from ..names import Names
-from ..unsaid import refuse_drives
+from ..unsupported import refuse_drives
 from . import flow as urscript_flow
 from . import late as urscript_late
 from . import search as urscript_search

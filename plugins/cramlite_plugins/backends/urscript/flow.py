@@ -66,7 +66,7 @@ JOINED = 600.0  # how long a control step waits for its last branch at most [s];
 GUARD = "if ok and tripped == 0:"
 
 
-class Line(Struct):
+class CodeLine(Struct):
     """A line of the program's function, and the origin of the step that begins with it."""
 
     text: str
@@ -89,13 +89,13 @@ class FlowWriter(Struct):
     poses: Names = field(default_factory=Names)
     number: int = 0
     define: list[str] = field(default_factory=list)
-    body: list[Line] = field(default_factory=list)
+    body: list[CodeLine] = field(default_factory=list)
     depth: int = 0
 
     def add(self, *texts: str, origin: str = "") -> None:
         """Append lines at the present indentation; the first carries the step's origin."""
         for text in texts:
-            self.body.append(Line("  " * self.depth + text, origin))
+            self.body.append(CodeLine("  " * self.depth + text, origin))
             origin = ""
 
     def begin(self, condition: str) -> None:
@@ -184,7 +184,7 @@ class FlowWriter(Struct):
         """Write parallel branches: the arm's runs here, the others in threads.
 
         Raises:
-            UserError: more than one branch moves the arm.
+            UserError: more than one branch moves the arm or the gripper.
         """
         if wrong := clash(step.branches):
             raise UserError(f"{_label(step)}: {wrong}")
@@ -273,7 +273,7 @@ def comment(step: AnyStep) -> str:
     return f"# {said}" if said else ""
 
 
-def write(step: Control, writer: FlowWriter) -> tuple[list[str], list[Line]]:
+def write(step: Control, writer: FlowWriter) -> tuple[list[str], list[CodeLine]]:
     """Write a control step of the program's own function: threads to define before it, and its lines.
 
     Inside, a failure is judged by the control steps; what is left of it ends the program.

@@ -24,7 +24,7 @@ from cramlite.model import (
 )
 
 from ..names import Names
-from ..unsaid import unsaid
+from ..unsupported import unsupported_step
 from . import search as urscript_search
 from .late import shift
 from .literals import label, number, pose, vector
@@ -83,7 +83,7 @@ def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names,
         case Wait():
             still = number(step.duration)
             return Leaf(call=f"stand_still({still})") if watched else Leaf((f"sleep({still})",))
-    raise unsaid(step, "URScript")
+    raise unsupported_step(step, "URScript")
 
 
 def _moves(step: MoveJoints | MoveLinear, poses: Names) -> list[str]:

@@ -25,7 +25,7 @@ from .movep import process_motion
 from .nominal_arm import NominalArm, cross
 from .platform_drive import PlatformDrive
 from .protective_stop import ProtectiveStop, Safety, SafetyWatch
-from .trajectories import Motion, Slowed, blended_motion, joint_motion, linear_motion, slowed
+from .trajectories import Motion, StoppingMotion, blended_motion, joint_motion, linear_motion, stopping_motion
 from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
@@ -134,7 +134,7 @@ class Controller:
         """
         return self._begin(process_motion([self._start(), *goals], radii, speed, acceleration))
 
-    def way(self, goal: Pose) -> float:
+    def path_length(self, goal: Pose) -> float:
         """Compute the path length of a movel [m]; a rotation counts by its lever."""
         return linear_motion(self._start(), goal, 1.0, 1.0).way
 
@@ -147,9 +147,9 @@ class Controller:
 
     def stop(self, deceleration: float) -> Motion | None:
         """Stop the running motion on its own path, with a deceleration in its unit."""
-        if self.motion is None or isinstance(self.motion, Slowed):
+        if self.motion is None or isinstance(self.motion, StoppingMotion):
             return self.motion
-        return self._begin(slowed(self.motion, self.time, deceleration))
+        return self._begin(stopping_motion(self.motion, self.time, deceleration))
 
     def start_force_mode(self, mode: ForceMode) -> None:
         """Switch force mode on; if it is on already, its deviation is kept."""

@@ -17,12 +17,12 @@ import numpy as np
 
 from cramlite.model import Floats, Pose, Value
 
-from .trajectories import Law
+from .trajectories import TrapezoidalProfile
 
 STRAIGHT = 1e-6  # directions that differ by less make no corner [rad]
 
 
-class Part(Protocol):
+class PathSegment(Protocol):
     """A segment of a tool path, a line or an arc."""
 
     @property
@@ -32,7 +32,7 @@ class Part(Protocol):
         """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of legs done by then."""
 
 
-class Line(Value):
+class LineSegment(Value):
     """A straight segment between two positions; ``legs`` are done at its start and at its end."""
 
     start: Floats
@@ -49,7 +49,7 @@ class Line(Value):
         return self.start + share * (self.goal - self.start), self.legs[0] + share * (self.legs[1] - self.legs[0])
 
 
-class Arc(Line):
+class ArcSegment(LineSegment):
     """An arc around ``centre`` from ``start``, along the unit vector ``along`` at first, by ``angle`` [rad]."""
 
     centre: Floats
@@ -70,11 +70,11 @@ class Arc(Line):
         return place, middle + ((2 * share - 1) * (before if share < 0.5 else after))
 
 
-class ProcessMotion(Law):
+class ProcessMotion(TrapezoidalProfile):
     """A movep path from rest to rest, in between at one speed; ``ends`` are path lengths [m] to each part's end."""
 
     poses: Sequence[Pose]
-    parts: Sequence[Part]
+    parts: Sequence[PathSegment]
     ends: Sequence[float]
 
     def at(self, time: float) -> Floats | Pose:
@@ -107,7 +107,7 @@ def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, 
     lengths = [math.dist(a, b) for a, b in pairwise(places)]
     if min(lengths) < 1e-6:
         raise ValueError("a movep needs a way: turn on the spot with movel")
-    parts: list[Part] = []
+    parts: list[PathSegment] = []
     start, done = places[0], 0.0
     for k, (corner, after, radius) in enumerate(zip(places[1:], places[2:], radii, strict=False), 1):
         shorter = min(lengths[k - 1], lengths[k])
@@ -115,23 +115,23 @@ def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, 
             raise ValueError(f"a blend radius of {radius:.3f} m takes more than half of a motion of {shorter:.3f} m")
         into, out = _unit(corner - places[k - 1]), _unit(after - corner)
         legs = (k - radius / lengths[k - 1], k + radius / lengths[k])
-        parts += [Line(start, corner - radius * into, (done, legs[0])), _blend(corner, into, out, radius, legs)]
+        parts += [LineSegment(start, corner - radius * into, (done, legs[0])), _blend(corner, into, out, radius, legs)]
         start, done = corner + radius * out, legs[1]
-    parts.append(Line(start, places[-1], (done, len(places) - 1.0)))
+    parts.append(LineSegment(start, places[-1], (done, len(places) - 1.0)))
     ends = tuple(accumulate(p.length for p in parts))
     return ProcessMotion(ends[-1], speed, acceleration, tuple(poses), tuple(parts), ends)
 
 
-def _blend(corner: Floats, into: Floats, out: Floats, radius: float, legs: tuple[float, float]) -> Part:
+def _blend(corner: Floats, into: Floats, out: Floats, radius: float, legs: tuple[float, float]) -> PathSegment:
     """The circle that touches both lines at ``radius`` from their corner."""
     start, goal = corner - radius * into, corner + radius * out
     angle = math.atan2(float(np.linalg.norm(np.cross(into, out))), float(into @ out))
     if angle < STRAIGHT:
-        return Line(start, goal, legs)
+        return LineSegment(start, goal, legs)
     if angle > math.pi - 1e-3:
         raise ValueError("the way turns straight back: no circle touches both lines")
     inward = _unit(out - float(out @ into) * into)
-    return Arc(start, goal, legs, start + radius / math.tan(angle / 2) * inward, into, angle)
+    return ArcSegment(start, goal, legs, start + radius / math.tan(angle / 2) * inward, into, angle)
 
 
 def _unit(way: Floats) -> Floats:

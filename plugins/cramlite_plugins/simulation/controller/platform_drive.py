@@ -14,13 +14,13 @@ import numpy as np
 from cramlite.model import Floats, Pose, Vector3
 
 from ..model.index import RobotIndex, flat
-from .trajectories import Law, Slowed, slowed
+from .trajectories import StoppingMotion, TrapezoidalProfile, stopping_motion
 
 TRACKING = 0.05, 0.05
 """[m, rad] off its command: something holds it. In free motion it stays below 2 mm and 2 mrad (measured)."""
 
 
-class Leg(Law):
+class Leg(TrapezoidalProfile):
     """A straight leg from ``start`` to ``goal`` (3,) [m, m, rad], from rest to rest."""
 
     start: Floats
@@ -62,7 +62,7 @@ class PlatformDrive:
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.goal = np.array(data.qpos[self.joints])
         self.before, self.rate = self.goal, np.zeros(3)
-        self.motion: Leg | Slowed | None = None
+        self.motion: Leg | StoppingMotion | None = None
         self.time = 0.0
 
     @property
@@ -82,7 +82,7 @@ class PlatformDrive:
     def stop(self) -> None:
         """Stop on the present leg, with its own deceleration."""
         if isinstance(self.motion, Leg):
-            self.motion, self.time = slowed(self.motion, self.time, self.motion.acceleration), 0.0
+            self.motion, self.time = stopping_motion(self.motion, self.time, self.motion.acceleration), 0.0
 
     def advance(self, period: float) -> None:
         """Advance the command by a control cycle."""

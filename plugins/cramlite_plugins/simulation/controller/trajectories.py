@@ -15,7 +15,7 @@ import numpy as np
 from cramlite.model import Floats, Pose, Value
 
 from ...kinematics.blends import Section, Tcp, rounded, zone
-from ...kinematics.timing import along, trapezoid
+from ...kinematics.timing import profile_position, trapezoid
 
 # A tool that turns on the spot or nearly so: one radian takes as long as this way [m]. UR's manual leaves it open.
 RADIAN = 0.25
@@ -33,7 +33,7 @@ class Motion(Protocol):
         """Return the speed at a time since the start [m/s or rad/s]."""
 
 
-class Law(Value):
+class TrapezoidalProfile(Value):
     """A trapezoidal velocity profile over ``way``; speed and acceleration in the same unit."""
 
     way: float
@@ -47,7 +47,7 @@ class Law(Value):
 
     def share(self, time: float) -> float:
         """Return the share of the way that is done at a time, 0 to 1."""
-        return along(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
+        return profile_position(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
 
     def rate(self, time: float) -> float:
         """Return the speed at a time, in way units per second."""
@@ -57,7 +57,7 @@ class Law(Value):
         return min(self.speed, self.acceleration * time, self.acceleration * rest)
 
 
-class JointMotion(Law):
+class JointMotion(TrapezoidalProfile):
     """The trajectory of a movej: all joints start and stop together; speed and acceleration are the leading axis's."""
 
     start: Floats
@@ -92,7 +92,7 @@ class BlendedMotion(Value):
         return self.sections[-1], min(time, self.sections[-1].length)
 
 
-class LinearMotion(Law):
+class LinearMotion(TrapezoidalProfile):
     """The trajectory of a movel: the TCP on a straight line, its rotation about a constant axis (slerp)."""
 
     start: Pose
@@ -110,7 +110,7 @@ class LinearMotion(Law):
         return Pose(position, turned.quaternion)
 
 
-class Slowed(Value):
+class StoppingMotion(Value):
     """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
 
     motion: Motion
@@ -163,6 +163,6 @@ def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) ->
     return LinearMotion(way, speed, acceleration, start, goal, turn)
 
 
-def slowed(motion: Motion, time: float, deceleration: float) -> Slowed:
+def stopping_motion(motion: Motion, time: float, deceleration: float) -> StoppingMotion:
     """Stop a motion that has run for ``time`` [s] with a deceleration in its own unit."""
-    return Slowed(motion, time, motion.rate(time) / deceleration)
+    return StoppingMotion(motion, time, motion.rate(time) / deceleration)

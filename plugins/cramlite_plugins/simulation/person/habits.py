@@ -60,7 +60,7 @@ def habits(rng: np.random.Generator, *, distracted: bool = False) -> Habits:
     return replace(own, wrong_way=bool(wrong), interrupted=bool(stopped), other_hand=other)
 
 
-def temper(person: Person) -> None:
+def draw_pace_and_tremor(person: Person) -> None:
     """Draw the person's pace and tremor."""
     person.pace = person.between(*PACE)
     person.shake(person.between(*SHAKE))
@@ -195,7 +195,7 @@ def _apart(spot: Floats, other: Thing, room: float = 0.12) -> bool:
     return bool(off.max() > room)
 
 
-def glitched(rollout: Rollout, thing: str, rng: np.random.Generator) -> Rollout:
+def with_tracking_loss(rollout: Rollout, thing: str, rng: np.random.Generator) -> Rollout:
     """Corrupt a rollout as by a tracker that lost the thing in the hand: poses at the origin, no contacts."""
     held = np.array([_gripped(touches, thing) for touches in rollout.touches])
     seconds = rng.uniform(*BLIND)

@@ -12,14 +12,14 @@ from .habits import (
     Habits,
     be_interrupted,
     detour,
-    glitched,
+    draw_pace_and_tremor,
     go_wrong,
     habits,
     look_twice,
     pause,
     put_down_and_take,
     take_again,
-    temper,
+    with_tracking_loss,
 )
 from .hand_moves import close, extent, reach
 from .hanging import face, leave, lift, thread
@@ -81,7 +81,7 @@ def step_back(person: Person, scene: Scene) -> None:
 
 def _come(person: Person, scene: Scene, grasp: Pose, own: Habits) -> None:
     """Until the hand holds the object."""
-    temper(person)
+    draw_pace_and_tremor(person)
     if own.other_hand == "busy":
         be_busy(person, scene)
     if own.wrong_way:
@@ -112,4 +112,4 @@ def on_peg(person: Person, scene: Scene) -> bool:
 
 def recorded(rollout: Rollout, scene: Scene, rng: np.random.Generator) -> Rollout:
     """Return the rollout as tracked: perhaps with a loss of tracking."""
-    return glitched(rollout, scene.product.name, rng) if rng.random() < GLITCH else rollout
+    return with_tracking_loss(rollout, scene.product.name, rng) if rng.random() < GLITCH else rollout

@@ -15,10 +15,10 @@ import numpy as np
 from cramlite.model import Floats, Pose
 
 from ...kinematics.kinematics import nearest_branch
-from ...kinematics.timing import lasting
+from ...kinematics.timing import profile_for_duration
 from ..controller.controller import ABANDONED, Controller
 from ..controller.force_mode import ForceMode
-from ..controller.trajectories import Motion, Slowed
+from ..controller.trajectories import Motion, StoppingMotion
 from ..urscript.builtins import PURE, Library
 from ..urscript.interpreter import Halted
 from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
@@ -93,7 +93,7 @@ class Functions:
         """Move the TCP to a pose on a straight line."""
         goal = as_pose(pose, "movel") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movel")
         self._only_here()
-        yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.way(goal))))
+        yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.path_length(goal))))
 
     def movep(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> Wait:
         """Move the TCP to a pose at constant tool speed; blend radius ``r`` [m] into the next."""
@@ -275,7 +275,7 @@ class Functions:
     def _only_here(self) -> None:
         if self.blending and self.process:
             self.check()
-        if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
+        if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
     def _joints(self, q: Any, where: str) -> Floats:
@@ -298,4 +298,4 @@ def _rates(v: Any, a: Any, where: str, t: Any, way: float) -> tuple[float, float
     speed, acceleration, time = real(v, where), real(a, where), real(t, where)
     if speed <= 0 or acceleration <= 0 or time < 0:
         raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}, t={show(t)}")
-    return (speed, acceleration) if time == 0 or way == 0 else lasting(way, time, acceleration)
+    return (speed, acceleration) if time == 0 or way == 0 else profile_for_duration(way, time, acceleration)

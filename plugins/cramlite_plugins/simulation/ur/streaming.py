@@ -17,7 +17,7 @@ from msgspec import field
 from cramlite.model import Floats, Pose, Value
 
 from ..controller.controller import Controller
-from ..controller.trajectories import Slowed
+from ..controller.trajectories import StoppingMotion
 from ..urscript.values import ScriptError, numbers, real
 
 Wait = Generator[None, None, None]
@@ -142,7 +142,7 @@ class Streaming:
             raise
 
     def _free(self) -> None:
-        if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
+        if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
 

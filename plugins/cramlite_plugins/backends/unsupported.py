@@ -6,7 +6,7 @@ from cramlite.model import AnyStep, Drive, Program, walk
 from cramlite.plugin import UserError
 
 
-def unsaid(step: AnyStep, language: str, why: str = "") -> UserError:
+def unsupported_step(step: AnyStep, language: str, why: str = "") -> UserError:
     """Make the error that refuses a step.
 
     Args:
@@ -24,4 +24,4 @@ def refuse_drives(program: Program, language: str) -> None:
         UserError: the program drives a platform.
     """
     if drive := next((s for s in walk(program.steps) if isinstance(s, Drive)), None):
-        raise unsaid(drive, language, f"it drives a platform, and {language} moves an arm only")
+        raise unsupported_step(drive, language, f"it drives a platform, and {language} moves an arm only")
