@@ -1,4 +1,4 @@
-"""Names for the values of a program's text: who reads a motion finds where it leads to by the task that it belongs to."""
+"""Named values of a program's text: a motion's target is named after the task that it belongs to."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from msgspec import Struct, field
 
 
 class Names(Struct):
-    """Values by name, in the order in which they were first used."""
+    """Values by name, in the order of their first use."""
 
     values: dict[str, str] = field(default_factory=dict)
 
     def name(self, base: str, value: str) -> str:
-        """A name for a value; the same value under the same base has one name."""
+        """Return the name of a value; the same value under the same base has one name."""
         name, k = base, 1
         while name in self.values and self.values[name] != value:
             k += 1
@@ -22,12 +22,12 @@ class Names(Struct):
         return name
 
     def of(self, origin: str, kind: str, value: str) -> str:
-        """A name for what a step needs, such as "grasping_1_approach_pose"; the kind keeps it apart from the language's words."""
+        """Return the name of a step's value ("grasping_1_approach_pose"); the kind keeps it apart from keywords."""
         return self.name(f"{identifier(origin)}_{kind}" if origin else f"unnamed_{kind}", value)
 
 
 def identifier(origin: str) -> str:
-    """A name in snake case, the task's number behind its name: "3.InsertHole/close" is "insert_hole_3_close"."""
+    """Convert a step's origin to snake case, the task's number last: "3.InsertHole/close" is "insert_hole_3_close"."""
     text = re.sub(r"^(\d+)\.([^/]*)", r"\2_\1", origin)
     split = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", text)
     name = re.sub(r"[^A-Za-z0-9]+", "_", split).strip("_").lower()

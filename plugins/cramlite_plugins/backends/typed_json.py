@@ -19,7 +19,7 @@ class TypedJson:
     executable = True
 
     def emit(self, program: Program, robot: Robot) -> Code:
-        """The program's text; ``origins`` lead from the line of each step to its origin.
+        """Write the program as JSON; ``origins`` lead from the line of each step to its origin.
 
         Raises:
             UserError: the program is for another robot.
@@ -33,4 +33,5 @@ class TypedJson:
 
 @hookimpl
 def backends() -> Iterable[Backend]:
+    """Declare the JSON backend."""
     return [TypedJson()]

@@ -1,4 +1,4 @@
-"""Corners that are rounded instead of stopped at: their shape and their law, the same for planner and controller model.
+"""Blended joint-space paths: straight lines with parabolic corners, one law for planner and controller model.
 
 Within its blend radius, the distance of the tcp from the corner, a path leaves the straight joint-space lines for a
 parabola that touches both of them (linear segments with parabolic blends: Craig, Introduction to Robotics, 2005,
@@ -30,7 +30,8 @@ Tcp = Callable[[Floats], Floats]
 
 
 class Straight(Value):
-    """A line from one speed to another: accelerate, cruise, brake; speeds are of the leading axis [rad/s, rad/s2]."""
+    """A straight joint-space line from one speed to another: accelerate, cruise, brake; speeds are of the leading
+    axis [rad/s, rad/s2]."""
 
     start: Floats
     goal: Floats
@@ -42,6 +43,7 @@ class Straight(Value):
     length: float
 
     def at(self, time: float) -> Floats:
+        """Return the joint position (n,) at a time since the start of the line [s]."""
         if time >= self.length or self.way <= 0:
             return self.goal
         a, up = self.acceleration, (self.top - self.first) / self.acceleration
@@ -56,12 +58,13 @@ class Straight(Value):
         return place
 
     def rate(self, time: float) -> float:
+        """Return the speed of the leading axis at a time since the start of the line [rad/s]."""
         rest = self.length - time
         return min(self.top, self.first + self.acceleration * time, self.last + self.acceleration * rest)
 
 
 class Corner(Value):
-    """A parabola from one line to the next in ``length`` seconds.
+    """A parabolic blend from one line to the next in ``length`` seconds.
 
     Args:
         start, corner, goal: where it leaves one line, the corner, where it meets the other.
@@ -73,21 +76,23 @@ class Corner(Value):
     length: float
 
     def at(self, time: float) -> Floats:
+        """Return the joint position (n,) at a time since the start of the blend [s]."""
         u = min(time / self.length, 1.0) if self.length > 0 else 1.0
         place: Floats = (1 - u) ** 2 * self.start + 2 * u * (1 - u) * self.corner + u * u * self.goal
         return place
 
     def rate(self, time: float) -> float:
+        """Return the largest joint speed at a time since the start of the blend [rad/s]."""
         u = min(time / self.length, 1.0)
         return 2 * float(np.abs((1 - u) * (self.corner - self.start) + u * (self.goal - self.corner)).max()) / self.length
 
     @property
     def bend(self) -> Floats:
-        """Half of its second derivative by the parameter: start - 2 corner + goal (n,) [rad]."""
+        """Return half of the second derivative by the parameter: start - 2 corner + goal (n,) [rad]."""
         return np.asarray(self.start - 2 * self.corner + self.goal)
 
     def sampled(self, deviation: float) -> list[Floats]:
-        """Its points, start included, so close that the chords leave it by no more than ``deviation`` in any joint [rad]."""
+        """Sample the parabola, start included; its chords deviate by at most ``deviation`` in any joint [rad]."""
         count = max(1, math.ceil(math.sqrt(float(np.abs(self.bend).max()) / (4 * deviation))))
         return [self.at(k / count * self.length) for k in range(count + 1)]
 
@@ -97,7 +102,7 @@ Section = Straight | Corner
 
 
 def zone(tcp: Tcp, corner: Joints, other: Joints, radius: float) -> float | None:
-    """The fraction of the line from a corner to the next point at which the tcp is a radius away from the corner.
+    """Compute the fraction of the line from a corner at which the tcp is a radius away from the corner.
 
     Args:
         tcp: position (3,) [m] of the tcp at a joint position.
@@ -125,7 +130,7 @@ def zone(tcp: Tcp, corner: Joints, other: Joints, radius: float) -> float | None
 def rounded(
     points: Sequence[Joints], zones: Sequence[tuple[float, float]], rates: Sequence[tuple[float, float]]
 ) -> list[Section]:
-    """The sections of a path from rest to rest.
+    """Compute the sections of a blended path from rest to rest.
 
     Args:
         points: joint positions (n,), start included [rad].

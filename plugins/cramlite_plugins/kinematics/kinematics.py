@@ -32,7 +32,7 @@ SAME = 1e-5  # two branches nearer than this are one [rad]
 
 
 def table(robot: Robot) -> Table:
-    """The robot's Denavit-Hartenberg rows.
+    """Return the Denavit-Hartenberg rows of a robot.
 
     Raises:
         ValueError: the robot has none: its inverse has to be found numerically.
@@ -43,7 +43,7 @@ def table(robot: Robot) -> Table:
 
 
 def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
-    """The (4, 4) frames 0 (base) to n (flange) in the base frame."""
+    """Compute the (4, 4) frames 0 (base) to n (flange) in the base frame."""
     result = [np.eye(4)]
     for (a, d, alpha), angle in zip(table(robot), q, strict=True):
         ct, st, ca, sa = math.cos(angle), math.sin(angle), math.cos(alpha), math.sin(alpha)
@@ -58,17 +58,17 @@ def frames(robot: Robot, q: Sequence[float] | Floats) -> list[Floats]:
 
 
 def flange(robot: Robot, q: Sequence[float]) -> Pose:
-    """The flange in the base frame."""
+    """Solve forward kinematics: the pose of the flange in the base frame."""
     return Pose.from_matrix(frames(robot, q)[-1])
 
 
 def forward(robot: Robot, q: Sequence[float]) -> Pose:
-    """The tcp in the base frame."""
+    """Solve forward kinematics: the pose of the tcp in the base frame."""
     return Pose.from_matrix(frames(robot, q)[-1] @ robot.gripper.tcp.matrix)
 
 
 def jacobian(robot: Robot, q: Sequence[float]) -> Floats:
-    """The geometric Jacobian (6, n) at the tcp in the base frame: rows linear [m/rad], then angular [rad/rad].
+    """Compute the geometric Jacobian (6, n) at the tcp in the base frame: rows linear [m/rad], then angular [rad/rad].
 
     Column i is (z_i x (p - p_i), z_i) (Siciliano et al., 2009, equation 3.30).
     """
@@ -82,21 +82,21 @@ def _jacobian(chain: Floats, end: Floats) -> Floats:
 
 
 def twist(from_: Floats, to: Floats) -> Floats:
-    """What moves one (4, 4) frame onto another: translation [m] and rotation vector [rad], both in the parent frame."""
+    """Compute what moves one (4, 4) frame onto another: (6,) translation [m] and rotation vector [rad], parent axes."""
     turn = Pose.from_matrix(to[:3, :3] @ from_[:3, :3].T).rotvec
     return np.concatenate([to[:3, 3] - from_[:3, 3], turn])
 
 
-def condition(robot: Robot, q: Sequence[float]) -> float:
-    """The smallest singular value of the Jacobian with lengths in units of the robot's reach: 0 at a singularity."""
+def smallest_singular_value(robot: Robot, q: Sequence[float]) -> float:
+    """Return the smallest singular value of the Jacobian, lengths in units of the robot's reach: 0 at a singularity."""
     scaled = jacobian(robot, q) / np.array([robot.reach] * 3 + [1.0] * 3)[:, None]
     return float(np.linalg.svd(scaled, compute_uv=False)[-1])
 
 
-def polish(
+def refine(
     robot: Robot, target: Pose, q: Sequence[float], steps: int = 6, held: int | None = None
 ) -> Joints | None:
-    """Newton's method from a near solution: q += J^+ twist, the shortest step where there are several.
+    """Refine a near inverse kinematics solution by Newton's method: q += J^+ twist, the least-norm step if redundant.
 
     Args:
         held: a joint that stays where it is.
@@ -128,7 +128,7 @@ def _solver(rows: Table) -> Any:
 
 
 def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
-    """Joint positions that bring the tcp to a pose: all of them with six joints, many with more.
+    """Solve inverse kinematics for the tcp: all solutions with six joints, many with more.
 
     Every branch of the analytic solution (``numeric_inverse`` for other arms, where the position nearest to the seed is
     looked for as well) is polished below 1e-6 m, and every whole turn that stays inside the joint limits is a solution
@@ -149,7 +149,7 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
     if len(table(robot)) == 6:
         branches = _analytic(robot, target)
     else:
-        own = polish(robot, target, near, steps=12)
+        own = refine(robot, target, near, steps=12)
         branches = [*_numeric(robot, target), *([own] if own and numeric_inverse.inside(robot, own) else [])]
     turned = [w for branch in branches for w in _turns(robot, branch)]
     far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
@@ -160,7 +160,7 @@ def _analytic(robot: Robot, target: Pose) -> list[Joints]:
     wrist = (target * robot.gripper.tcp.inverse()).matrix
     branches: list[Joints] = []
     for raw in np.atleast_2d(_solver(table(robot)).IK(wrist).Q):
-        found = polish(robot, target, raw) if raw.size else None
+        found = refine(robot, target, raw) if raw.size else None
         if found is not None and not any(_same(found, b) for b in branches):
             branches.append(found)
     return branches
@@ -171,14 +171,14 @@ def _numeric(robot: Robot, target: Pose) -> tuple[Joints, ...]:
     """Remembered: a search asks for the same few poses again and again, from different seeds."""
 
     def exact(q: Sequence[float], held: int | None) -> Joints | None:
-        return polish(robot, target, q, steps=8, held=held)
+        return refine(robot, target, q, steps=8, held=held)
 
     return tuple(numeric_inverse.solutions(robot, target * robot.gripper.tcp.inverse(), exact))
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:
-    """The one solution on the branch of ``seed``, by Newton's method from it; limits are not looked at."""
-    return polish(robot, target, seed, steps=12)
+    """Solve inverse kinematics on the branch of ``seed``, by Newton's method from it; joint limits are not checked."""
+    return refine(robot, target, seed, steps=12)
 
 
 def _same(a: Joints, b: Joints) -> bool:
@@ -195,7 +195,7 @@ def _turns(robot: Robot, q: Joints) -> list[Joints]:
 
 
 def reach_shortfall(robot: Robot, target: Pose) -> str:
-    """Why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach.
+    """Explain why a pose is out of reach, as a clause with numbers; empty when the wrist centre is within reach.
 
     For a six-axis arm whose joints 2 to 4 are parallel, the wrist centre (the origin of frame 5, on
     the axis of joint 6 behind the flange) lies within the annulus that both links and the
@@ -220,7 +220,7 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
 
 
 def out_of_limits(robot: Robot, q: Sequence[float]) -> str:
-    """The first joint outside its limits, as a clause; empty when all are inside."""
+    """Name the first joint outside its limits, as a clause; empty when all are inside."""
     for name, value, (low, high) in zip(robot.joints, q, robot.limits, strict=True):
         if not low <= value <= high:
             return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"

@@ -20,7 +20,7 @@ from cramlite.model import Floats, Pose, Robot
 
 Joints = tuple[float, ...]
 Table = tuple[tuple[float, float, float], ...]
-Polish = Callable[[Sequence[float], int | None], Joints | None]
+Refine = Callable[[Sequence[float], int | None], Joints | None]
 """Newton's method from joint positions, with one joint held or none; None where it does not converge."""
 
 STARTS = 14  # 48 % of starts reach a reachable pose of the FR3 (200 starts, measured): 14 miss one in 10,000
@@ -32,21 +32,21 @@ SWEEP = 0.48  # between values of the redundant joint [rad]: 13 of them for one 
 SAME = 1e-4  # two solutions nearer than this are one [rad]
 
 
-def solutions(robot: Robot, flange: Pose, polish: Polish) -> list[Joints]:
-    """Joint positions inside the limits for a pose of the flange in the base frame, in no particular order."""
+def solutions(robot: Robot, flange: Pose, refine: Refine) -> list[Joints]:
+    """Solve inverse kinematics for the flange in the base frame: joint positions inside the limits, unordered."""
     found: list[Joints] = []
     for start in _reached(robot, flange):
-        exact = polish(start, None)
+        exact = refine(start, None)
         if exact is None or not inside(robot, exact):
             continue
-        for q in _swept(robot, exact, polish):
+        for q in _swept(robot, exact, refine):
             if not any(_near(q, other) for other in found):
                 found.append(q)
     return found
 
 
 def inside(robot: Robot, q: Sequence[float]) -> bool:
-    """Whether all joints are within their limits."""
+    """Check whether all joints are within their limits."""
     return all(low <= v <= high for v, (low, high) in zip(q, robot.limits, strict=True))
 
 
@@ -54,7 +54,7 @@ def _near(a: Joints, b: Joints) -> bool:
     return all(abs(x - y) < SAME for x, y in zip(a, b, strict=True))
 
 
-def _swept(robot: Robot, start: Joints, polish: Polish) -> Iterator[Joints]:
+def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
     """The solution, and those of the same self-motion where the last joint is at a value of the grid."""
     yield start
     if len(start) <= 6:
@@ -64,7 +64,7 @@ def _swept(robot: Robot, start: Joints, polish: Polish) -> Iterator[Joints]:
     for values in (grid[grid >= start[-1]], grid[grid < start[-1]][::-1]):
         q = start
         for value in values:
-            moved = polish((*q[:-1], float(value)), len(start) - 1)
+            moved = refine((*q[:-1], float(value)), len(start) - 1)
             if moved is None or not inside(robot, moved):
                 break
             yield (q := moved)
@@ -107,7 +107,7 @@ def _solver(robot: Robot, thread: int) -> tuple[Any, Any, list[Any], Floats]:
 
 @lru_cache(maxsize=4)
 def span(robot: Robot) -> float:
-    """How far the root of the last axis can be from the origin of joint 2 [m], within the limits of the joints between.
+    """Compute the largest distance of the last axis's root from the origin of joint 2 within the joint limits [m].
 
     Each joint in turn is put where the distance is largest, until none can make it larger: its square depends on one
     joint's angle t as A + B cos t + C sin t, whose largest value within limits is known.

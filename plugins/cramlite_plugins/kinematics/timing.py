@@ -1,4 +1,4 @@
-"""How long motions take: the law that the controller model executes.
+"""Durations of motions under the trapezoidal velocity profile that the controller model executes.
 
 A ``MoveJoints`` stops at each of its points that is not rounded (``blends``). Between two points all joints start and stop
 together: the leading axis, the one with the longest way D = max |dq|, follows a trapezoid of
@@ -22,7 +22,7 @@ from cramlite.model import Floats, Robot
 
 
 def trapezoid(way: float, speed: float, acceleration: float) -> float:
-    """Duration [s] of a way from rest to rest.
+    """Compute the duration of a trapezoidal velocity profile from rest to rest [s].
 
     Args:
         way: [m or rad], not negative; speed and acceleration in the same unit per s and s2.
@@ -37,8 +37,8 @@ def trapezoid(way: float, speed: float, acceleration: float) -> float:
     return 2 * math.sqrt(way / acceleration)
 
 
-def along(time: float, way: float, speed: float, acceleration: float) -> float:
-    """How far the trapezoid has come [m or rad] after ``time`` [s]; the ends are clamped."""
+def profile_position(time: float, way: float, speed: float, acceleration: float) -> float:
+    """Compute the distance covered by a trapezoidal profile after ``time`` [s], clamped to 0 .. ``way`` [m or rad]."""
     total = trapezoid(way, speed, acceleration)
     if time <= 0 or way == 0:
         return 0.0
@@ -53,8 +53,8 @@ def along(time: float, way: float, speed: float, acceleration: float) -> float:
     return top * (time - ramp / 2)
 
 
-def lasting(way: float, time: float, acceleration: float) -> tuple[float, float]:
-    """Speed and acceleration with which a way from rest to rest takes a given time.
+def profile_for_duration(way: float, time: float, acceleration: float) -> tuple[float, float]:
+    """Compute the speed and acceleration with which a way from rest to rest takes a given time.
 
     The acceleration is kept if it suffices: T = D / v + v / a gives v = (a T - sqrt(a^2 T^2 - 4 a D)) / 2. Otherwise it
     is a triangle with a = 4 D / T^2.
@@ -66,12 +66,12 @@ def lasting(way: float, time: float, acceleration: float) -> tuple[float, float]
 
 
 def leading(a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> float:
-    """The way of the leading axis, max |b - a| [rad]."""
+    """Return the way of the leading axis, max |b - a| [rad]."""
     return float(max(abs(y - x) for x, y in zip(a, b, strict=True)))
 
 
 def segment_times(path: Sequence[Sequence[float]], speed: float, acceleration: float) -> tuple[float, ...]:
-    """Duration of each segment of a path that stops at every point [s].
+    """Compute the duration of each segment of a path that stops at every point [s].
 
     Args:
         path: joint positions, the start included [rad].
@@ -81,12 +81,12 @@ def segment_times(path: Sequence[Sequence[float]], speed: float, acceleration: f
 
 
 def duration(path: Sequence[Sequence[float]], speed: float, acceleration: float) -> float:
-    """Duration of the whole path [s], start included."""
+    """Compute the duration of a path that stops at every point [s], start included."""
     return sum(segment_times(path, speed, acceleration))
 
 
-def linear_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float) -> str:
-    """The joint that a straight motion would drive too fast.
+def joint_speed_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequence[float], speed: float) -> str:
+    """Name the joint that exceeds its speed limit on a straight tcp motion.
 
     Between two samples the tcp moves ds, so joint i runs at |dq_i| / ds * speed.
 

@@ -16,8 +16,15 @@ from typing import Any
 from cramlite.model import Belief, Motion, Place, Pose, Robot, Value
 from cramlite.plugin import Context, Unresolvable
 
-from ..kinematics.kinematics import Joints, condition, forward, nearest_branch, out_of_limits, reach_shortfall
-from ..kinematics.timing import leading, linear_excess
+from ..kinematics.kinematics import (
+    Joints,
+    forward,
+    nearest_branch,
+    out_of_limits,
+    reach_shortfall,
+    smallest_singular_value,
+)
+from ..kinematics.timing import joint_speed_excess, leading
 from .planning_scene import Scene
 from .space import Refusal
 
@@ -133,7 +140,7 @@ def straight(
     goals = sampled(begin, [targets] if isinstance(targets, Pose) else targets, step_m, step_rad)
     points, reason = _follow(robot, origin, goals)
     if not reason and speed is not None:
-        reason = linear_excess(robot, points, _ways(begin, goals), speed)
+        reason = joint_speed_excess(robot, points, _ways(begin, goals), speed)
         if reason:
             reason = f"straight motion at {speed:.3f} m/s needs {reason}"
     ways = _ways(begin, goals)
@@ -172,14 +179,14 @@ def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[J
             return points, f"a joint would turn {turn:.2f} rad within one step, {_singular(robot, found)}"
         if reason := out_of_limits(robot, found):
             return points, reason
-        if condition(robot, found) < LEAST:
+        if smallest_singular_value(robot, found) < LEAST:
             return points, _singular(robot, found)
         points.append(found)
     return points, ""
 
 
 def _singular(robot: Robot, q: Joints) -> str:
-    return f"near a singularity (smallest singular value {condition(robot, q):.4f}, {LEAST} is kept)"
+    return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {LEAST} is kept)"
 
 
 def _clear(scene: Scene, points: Sequence[Joints]) -> tuple[int, str]:

@@ -10,6 +10,7 @@ from cramlite.plugin import hookimpl
 
 @hookimpl
 def robots() -> Iterable[Robot]:
+    """Declare the arms."""
     from .fr3 import FR3, FR3_2F85
     from .irb1200 import IRB1200
     from .ur5 import UR5

@@ -12,6 +12,6 @@ from cramlite.model import Gripper, Pose
 HEIGHT, MASS = 0.0254, 0.274
 
 
-def sensed(gripper: Gripper) -> Gripper:
-    """The same gripper with the sensor behind it: both are what the flange carries."""
+def with_sensor(gripper: Gripper) -> Gripper:
+    """Return a gripper with the sensor's height and mass added: the flange carries both."""
     return replace(gripper, tcp=Pose((0.0, 0.0, HEIGHT)) * gripper.tcp, mass=gripper.mass + MASS)

@@ -52,7 +52,7 @@ class Link(Value):
 
 
 def forward(dh: tuple[Row, ...], q: Floats | tuple[float, ...]) -> Pose:
-    """The flange in the base frame: the product of Rz(q) Tz(d) Tx(a) Rx(alpha) over the joints.
+    """Solve forward kinematics: the flange in the base frame, the product of Rz(q) Tz(d) Tx(a) Rx(alpha).
 
     Args:
         dh: rows (a, d, alpha) [m, rad].
@@ -76,7 +76,7 @@ def arm_mjcf(
     apart: tuple[tuple[str, str], ...] = (),
     carrier: tuple[str, str, str] = ("", "", ""),
 ) -> str:
-    """The MJCF text of an arm with its tool.
+    """Write an arm with its tool as MJCF text.
 
     Args:
         name: of the model.

@@ -41,7 +41,7 @@ MODIFIED: tuple[Row, ...] = (
 
 
 def standard(modified: tuple[Row, ...]) -> tuple[Row, ...]:
-    """A standard table from the rows (a_i-1, d_i, alpha_i-1) of a modified one, whose last row is the flange.
+    """Convert modified Denavit-Hartenberg rows (a_i-1, d_i, alpha_i-1), the flange last, to a standard table.
 
     Raises:
         ValueError: the first row turns or shifts, which a standard table cannot say; or the flange does.
@@ -109,12 +109,12 @@ APART = (("link1", "link3"), ("link5", "link7"))
 
 
 def mjcf() -> str:
-    """The arm and its hand as MJCF text."""
+    """Write the arm and its hand as MJCF text."""
     return arm_mjcf("fr3", DH, LINKS, JOINTS, LIMITS, BASE, franka_hand.gripper_mjcf(LINKS[-1].name), APART)
 
 
 def mjcf_2f85() -> str:
-    """The arm with a 2F-85 on its flange, which is the ISO 9409-1-50 that the gripper's coupling is made for."""
+    """Write the arm with a 2F-85 on its flange (ISO 9409-1-50, as the gripper's coupling) as MJCF text."""
     return arm_mjcf("fr3", DH, LINKS, JOINTS, LIMITS, BASE, robotiq_2f85.gripper_mjcf(LINKS[-1].name), APART)
 
 

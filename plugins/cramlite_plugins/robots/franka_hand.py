@@ -39,7 +39,7 @@ FRANKA_HAND = Gripper(
 
 
 def gripper_mjcf(wrist: str) -> tuple[str, str]:
-    """The hand as (body element to put on the flange, elements beside worldbody).
+    """Write the hand as MJCF text: (body element to put on the flange, elements beside worldbody).
 
     Readings are those of a sensor in the flange, in the flange's axes.
     """

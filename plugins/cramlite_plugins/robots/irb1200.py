@@ -15,7 +15,7 @@ import math
 
 from cramlite.model import Robot
 
-from .axia80 import HEIGHT, MASS, sensed
+from .axia80 import HEIGHT, MASS, with_sensor
 from .dh_arm import Cylinder, Link, Row, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 
@@ -54,7 +54,7 @@ LINKS = (
 
 
 def mjcf() -> str:
-    """The arm, its sensor and its gripper as MJCF text."""
+    """Write the arm, its sensor and its gripper as MJCF text."""
     tool = gripper_mjcf(LINKS[-1].name, HEIGHT, MASS)
     apart = (("link_1", "link_3"), ("link_2", "link_4"), ("link_3", "link_5"), ("link_4", "link_6"))
     return arm_mjcf("irb1200", DH, LINKS, JOINTS, LIMITS, BASE, tool, apart)
@@ -70,7 +70,7 @@ IRB1200 = Robot(
     home=(0.0, -1.5573, 0.4974, 0.0, 1.0598, 3.1416),  # the tool where the UR5e has it
     reach=0.901,
     payload=5.0,
-    gripper=sensed(GRIPPER),
+    gripper=with_sensor(GRIPPER),
     sensor="axia80",
     backend="rapid",
     mjcf=mjcf,

@@ -35,7 +35,7 @@ class Jaws(Value):
 
 
 def finger(jaws: Jaws, name: str, side: int) -> str:
-    """A finger at rest in the open position; side +1 is the +y side of the tool frame.
+    """Write a finger at rest in the open position as MJCF text; side +1 is the +y side of the tool frame.
 
     Damping is the gear train's: 50 N move a finger at 0.15 m/s, the 2F-85's data sheet's speed. Armature is the motor's
     reflected inertia: below 0.1 kg the stiff pads chatter at the 2 ms step and a held product creeps at 1.6 mm/s; at
@@ -65,7 +65,7 @@ def finger(jaws: Jaws, name: str, side: int) -> str:
 
 
 def beside(jaws: Jaws, wrist: str) -> str:
-    """The elements beside worldbody: actuator "gripper" (0 open .. 255 closed), tendon, coupling, sensors."""
+    """Write the elements beside worldbody: actuator "gripper" (0 open .. 255 closed), tendon, coupling, sensors."""
     bodies = ("gripper", "left_finger", "right_finger")
     pairs = [(wrist, b) for b in bodies[1:]] + [(bodies[i], bodies[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
     skip = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in pairs)

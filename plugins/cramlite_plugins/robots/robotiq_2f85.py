@@ -37,7 +37,7 @@ GRIPPER = Gripper(
 
 
 def gripper_mjcf(wrist: str, sensor: float = 0.0, sensor_mass: float = 0.0) -> tuple[str, str]:
-    """The gripper as (body element to put on the flange, elements beside worldbody).
+    """Write the gripper as MJCF text: (body element to put on the flange, elements beside worldbody).
 
     Actuator "gripper": 0 open .. 255 closed, on a tendon that is the mean of both slides. Its force range is
     twice the grip force a pad; a controller that commands a force sets ``actuator_forcerange``.

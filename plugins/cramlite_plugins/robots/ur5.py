@@ -13,7 +13,7 @@ import math
 
 from cramlite.model import Robot
 
-from .axia80 import HEIGHT, MASS, sensed
+from .axia80 import HEIGHT, MASS, with_sensor
 from .dh_arm import Cylinder, Link, Row, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 from .ur5e import BLUE, JOINTS, LIMITS
@@ -71,7 +71,7 @@ LINKS = (
 
 
 def mjcf() -> str:
-    """The arm, its sensor and its gripper as MJCF text."""
+    """Write the arm, its sensor and its gripper as MJCF text."""
     tool = gripper_mjcf(LINKS[-1].name, HEIGHT, MASS)
     return arm_mjcf("ur5", DH, LINKS, JOINTS, LIMITS, BASE, tool)
 
@@ -86,7 +86,7 @@ UR5 = Robot(
     home=(2.8787, -1.69, 1.2913, -1.172, -1.5708, 1.3079),  # the tool where the UR5e has it
     reach=0.85,
     payload=5.0,
-    gripper=sensed(GRIPPER),
+    gripper=with_sensor(GRIPPER),
     sensor="axia80",
     backend="urscript",
     mjcf=mjcf,

@@ -42,7 +42,7 @@ PLATFORM = Platform(
 
 
 def mjcf() -> str:
-    """Platform, arm and gripper as MJCF text."""
+    """Write the platform, arm and gripper as MJCF text."""
     return arm(carrier=(_body(), "</frame></body>", _servos()))
 
 

@@ -10,7 +10,7 @@ from cramlite.model import Floats, Geom, Pose, Thing, Vector3
 
 
 def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
-    """Side lengths of the axis-aligned box around a shape [m], in its own frame; None without a shape."""
+    """Compute the side lengths (3,) of the axis-aligned box around a shape [m], own frame; None without a shape."""
     if not geoms:
         return None
     low, high = zip(*(bounds(g) for g in geoms), strict=True)
@@ -19,7 +19,7 @@ def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
 
 
 def bounds(geom: Geom) -> tuple[Floats, Floats]:
-    """Lowest and highest corner of a primitive [m], in its thing's frame."""
+    """Compute the lowest and highest corner (3,) of a primitive [m], in its thing's frame."""
     if geom.shape == "convex":
         points = geom.pose.apply(geom.corners)
         return points.min(axis=0), points.max(axis=0)
@@ -37,7 +37,7 @@ def bounds(geom: Geom) -> tuple[Floats, Floats]:
 
 
 def lowest(thing: Thing, pose: Pose) -> float:
-    """How far the lowest point of a thing is from its origin, upwards, at this orientation [m].
+    """Compute the height of a thing's lowest point above its origin at an orientation [m]; negative below it.
 
     The support function of a box along the vertical, sum |r_z,i| h_i; round shapes by the box around them.
     """
@@ -55,7 +55,7 @@ def lowest(thing: Thing, pose: Pose) -> float:
 
 
 def corners_of(thing: Thing) -> Any:
-    """(N, 3): the corners of the boxes around a thing's geoms, world frame [m]."""
+    """Return the corners (N, 3) of the boxes around a thing's geoms, world frame [m]."""
     import numpy as np
 
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -63,7 +63,7 @@ def corners_of(thing: Thing) -> Any:
 
 
 def half_extents(shape: str, size: tuple[float, ...]) -> tuple[float, float, float]:
-    """Of the box around a primitive [m]."""
+    """Compute the half extents (3,) of the box around a primitive [m]."""
     if shape in ("box", "convex"):
         return (size[0], size[1], size[2])
     if shape == "sphere":

@@ -1,4 +1,4 @@
-"""What vessels hold: how much fits, what was poured where, and where the grains of a run are."""
+"""Contents of vessels: volumes, poured fillings, and the positions of a run's grains."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ POURED = "contains"
 """Relation of a belief: (POURED, vessel, the thing whose contents are in it now)."""
 
 
-def why_not(belief: Belief, source: str, into: str) -> str:
-    """Why the contents of one vessel cannot be poured into another; empty when they can."""
+def pouring_obstacle(belief: Belief, source: str, into: str) -> str:
+    """Explain why one vessel's contents cannot be poured into another; empty when they can."""
     filling = belief.thing(source).filling
     if filling is None:
         return f"'{source}' is empty; there is nothing to pour"
@@ -37,26 +37,26 @@ def why_not(belief: Belief, source: str, into: str) -> str:
 
 
 def volume(cavity: Feature) -> float:
-    """Of a cavity [m3]: round ones have a radius."""
+    """Compute the volume of a cavity [m3]: round ones have a radius."""
     size = cavity.size
     area = math.pi * size["radius"] ** 2 if "radius" in size else size["width"] * size["depth"]
     return area * size["height"]
 
 
 def bulk(filling: Filling) -> float:
-    """The space that a filling takes, loosely packed [m3]."""
+    """Compute the bulk volume of a filling, loosely packed [m3]."""
     return filling.count * 4 / 3 * math.pi * filling.radius**3 / PACKED
 
 
 def things_in(belief: Belief, vessel: str, pose: Pose) -> tuple[str, ...]:
-    """The movable things whose origin is in a vessel's cavity when the vessel is at a pose of the world."""
+    """List the movable things whose origin is in a vessel's cavity, the vessel at a pose in the world."""
     thing, row = belief.world.thing(vessel), np.array([[*pose.position, *pose.quaternion]])
     others = (n for n in belief.poses if n != vessel and belief.world.thing(n).movable)
     return tuple(n for n in others if within(thing, row, np.array([[belief.poses[n].pose.position]])).item())
 
 
 def within(thing: Thing, poses: Floats, centres: Floats) -> Floats:
-    """Which points are in a thing's cavity.
+    """Check which points are in a thing's cavity.
 
     Args:
         poses: of the thing, (N, 7).
@@ -79,7 +79,7 @@ def within(thing: Thing, poses: Floats, centres: Floats) -> Floats:
 
 
 def where(rollout: Rollout, thing: str) -> dict[str, Floats]:
-    """How many of the grains that a thing was filled with are in each vessel, sample by sample: vessel -> (N,)."""
+    """Count the grains of a thing's filling that are in each vessel, sample by sample: vessel -> (N,)."""
     grains = rollout.grains[thing]
     vessels = [t for t in rollout.world.things if t.feature("cram:Cavity") is not None]
     return {v.name: within(v, rollout.poses[v.name], grains).sum(axis=1) for v in vessels}

@@ -1,4 +1,4 @@
-"""A mesh as convex parts, so that its holes survive in collision: simulators collide a mesh by its convex hull.
+"""Convex decomposition of a mesh that keeps its holes: simulators collide a mesh by its convex hull.
 
 Approximate convex decomposition by planes: the piece whose hull adds most volume is cut by the candidate plane that leaves
 the least, until every hull follows its piece (the greedy form of Wei et al., CoACD, ACM TOG 41(4), 2022). Round holes are
@@ -34,7 +34,7 @@ FINEST = 1e-6  # coordinates are rounded to this [m]
 
 
 class Bore(Value):
-    """A round through hole: its centre, unit axis, radius and how far it reaches to either side [m]."""
+    """A round through hole: its centre, unit axis, radius and depth to either side [m]."""
 
     centre: Floats
     axis: Floats
@@ -46,7 +46,7 @@ Plane = tuple[Floats, float]  # unit normal n and offset d: n x = d
 
 
 def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floats]:
-    """Corners (n, 3) of each convex part of a closed mesh, the largest part first.
+    """Decompose a closed mesh into convex parts: the corners (n, 3) of each, the largest part first.
 
     Raises:
         ValueError: the mesh does not enclose a volume that manifold3d accepts.
@@ -64,7 +64,7 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
 
 
 def solid(vertices: Floats, faces: Any) -> Any:
-    """The mesh as a Manifold.
+    """Convert a mesh to a Manifold.
 
     Raises:
         ValueError: it is not closed, with manifold3d's reason.

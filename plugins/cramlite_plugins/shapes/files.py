@@ -1,4 +1,4 @@
-"""Mesh files: read, checked and closed, or refused with the numbers that say what to do."""
+"""Mesh files: read, checked and closed, or refused with numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Closed(Value):
 
 
 def read(path: Path, scale: float = 1.0) -> Any:
-    """The triangles of a file as trimesh.Trimesh, in metres.
+    """Read the triangles of a mesh file as trimesh.Trimesh, in metres.
 
     Raises:
         UserError: no such file, an unknown kind, too large, not readable, empty, or no size that a thing has.
@@ -56,7 +56,7 @@ def read(path: Path, scale: float = 1.0) -> Any:
 
 
 def closed(mesh: Any, where: str) -> Closed:
-    """The mesh as a closed volume, its normals outwards; an open one is filled, or becomes its convex hull.
+    """Close a mesh, its normals outwards: an open one is filled, or replaced by its convex hull.
 
     Raises:
         UserError: it encloses nothing.

@@ -1,4 +1,4 @@
-"""The faces of a convex part."""
+"""Convex hulls of points: planes and volume."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cramlite.model import Floats, Vector3
 
 @lru_cache(maxsize=4096)
 def hull_planes(corners: tuple[Vector3, ...]) -> Floats:
-    """Planes (n, 4) of the convex hull of points: outward unit normal and offset, n x + d <= 0 inside."""
+    """Compute the planes (n, 4) of the convex hull of points: outward unit normal and offset, n x + d <= 0 inside."""
     from scipy.spatial import ConvexHull
 
     planes: Floats = np.unique(np.round(ConvexHull(corners).equations, 9), axis=0)
@@ -20,7 +20,7 @@ def hull_planes(corners: tuple[Vector3, ...]) -> Floats:
 
 @lru_cache(maxsize=4096)
 def hull_volume(corners: tuple[Vector3, ...]) -> float:
-    """Of the convex hull of points [m3]."""
+    """Compute the volume of the convex hull of points [m3]."""
     from scipy.spatial import ConvexHull
 
     return float(ConvexHull(corners).volume)

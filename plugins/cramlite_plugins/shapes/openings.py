@@ -1,4 +1,4 @@
-"""Openings through a closed shape: round holes to hang it by, and handles, seen where light shines through.
+"""Openings through a closed shape: round holes to hang it by, and handles, found in its silhouettes.
 
 Looked along an axis, an opening is a hole in the silhouette. A silhouette's hole is what is open all the way, so no cavity
 is mistaken for a hole.
@@ -25,7 +25,7 @@ FACET = 0.05  # a face of this share of the surface gives an axis to look along
 
 
 class Opening(Value):
-    """A hole in a silhouette: where it is, how large, and the handle beside it if there is one."""
+    """A hole in a silhouette: its position and size, and the handle beside it if there is one."""
 
     bore: Bore
     round: bool
@@ -33,7 +33,7 @@ class Opening(Value):
 
 
 def openings(mesh: Any) -> list[Opening]:
-    """Openings of a closed trimesh.Trimesh, the roundest first along each axis; each found once."""
+    """Find the openings of a closed trimesh.Trimesh, the roundest first along each axis, each once."""
     body, found = solid(mesh.vertices, mesh.faces), list[Opening]()
     centre = np.asarray(mesh.center_mass)
     for axis in _axes(mesh):

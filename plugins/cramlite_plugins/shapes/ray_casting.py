@@ -1,4 +1,4 @@
-"""Where lines and segments run inside a body of convex primitives: in one interval for each, exactly."""
+"""Ray casting against a body of convex primitives: exact intervals of lines and segments inside it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .segment_casting import SKIN, crosses
 
 
 class Body(Value):
-    """Geoms with the balls around them: centres (n, 3) and radii (n,) [m]; most are far from any question."""
+    """Geoms with their bounding spheres: centres (n, 3) and radii (n,) [m]; most are far from any ray."""
 
     geoms: tuple[Geom, ...]
     centres: Floats
@@ -23,7 +23,7 @@ class Body(Value):
 
 
 def body(geoms: Iterable[Geom]) -> Body:
-    """Geoms made ready for questions."""
+    """Compute the bounding spheres of geoms, for ray casting."""
     found = tuple(geoms)
     centres = np.array([g.pose.position for g in found]).reshape(-1, 3)
     return Body(found, centres, np.array([_radius(g) for g in found]) + SKIN)
@@ -36,7 +36,7 @@ def _radius(geom: Geom) -> float:
 
 
 def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
-    """Where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
+    """Compute where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
     off = body.centres - point
     away = np.einsum("ij,ij->i", off, off) - (off @ way) ** 2
     for k in np.flatnonzero(away <= body.radii**2).tolist():
@@ -48,7 +48,7 @@ def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float
 
 
 def crossed(shape: Body, starts: Floats, ends: Floats) -> bool:
-    """Whether any segment between points (n, 3) passes through the shape."""
+    """Check whether any segment between points (n, 3) passes through the body."""
     middle = (starts.min(axis=0) + starts.max(axis=0)) / 2
     reach = max(float(np.linalg.norm(p - middle, axis=1).max()) for p in (starts, ends))
     near = np.flatnonzero(np.linalg.norm(shape.centres - middle, axis=1) < reach + shape.radii)
@@ -64,6 +64,7 @@ def crossed(shape: Body, starts: Floats, ends: Floats) -> bool:
 
 @lru_cache(maxsize=256)
 def inverse(pose: Pose) -> Pose:
+    """Return the inverse of a pose."""
     return pose.inverse()
 
 

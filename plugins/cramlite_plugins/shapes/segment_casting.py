@@ -1,4 +1,4 @@
-"""Whether straight segments pass through convex shapes: what fingers would meet, exactly along each segment."""
+"""Segment casting: whether straight segments pass through convex shapes, exactly along each segment."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SKIN = 1e-4  # what touches by less is beside it [m]
 
 
 def crosses(geom: Geom, starts: Floats, ends: Floats) -> bool:
-    """Whether any segment between points (n, 3) is inside a geom by more than ``SKIN`` somewhere."""
+    """Check whether any segment between points (n, 3) is inside a geom by more than ``SKIN`` somewhere."""
     back = geom.pose.inverse()
     p, d = back.apply(starts), back.turn(ends - starts)
     if geom.shape in ("box", "convex"):
@@ -33,7 +33,7 @@ def crosses(geom: Geom, starts: Floats, ends: Floats) -> bool:
 
 
 def planes(geom: Geom) -> Floats:
-    """Faces (n, 4) of a box or hull in its own frame: n x + o <= 0 inside."""
+    """Compute the faces (n, 4) of a box or hull in its own frame: n x + o <= 0 inside."""
     if geom.shape == "convex":
         return hull_planes(geom.corners)
     return np.column_stack([np.concatenate([np.eye(3), -np.eye(3)]), -np.tile(geom.size, 2)])

@@ -1,4 +1,4 @@
-"""A mesh file as what a thing is made of: convex parts, features, how its mass is spread; kept by content."""
+"""Shapes of mesh files: convex parts, features, mass distribution; cached by content."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SIMPLER = 1e-4  # [m]
 
 
 class Shape(Value):
-    """What follows from a mesh file alone.
+    """Everything that follows from a mesh file alone.
 
     Args:
         geoms: convex parts; those about a hole to hang by are parts of that feature.
@@ -43,7 +43,7 @@ class Shape(Value):
 
 
 def shape_of(path: Path, scale: float = 1.0) -> Shape:
-    """The shape of a mesh file; the same for the same content, wherever the file is.
+    """Return the shape of a mesh file; the same for the same content, wherever the file is.
 
     It is kept in ``$XDG_CACHE_HOME/cramlite/shapes`` (``~/.cache`` without it), or computed anew where that cannot be
     written.
@@ -70,7 +70,7 @@ def _shape(key: str, path: Path, scale: float) -> Shape:
 
 
 def compute(path: Path, scale: float = 1.0) -> Shape:
-    """``shape_of`` without what was kept."""
+    """Compute the shape of a mesh file, without the cache of ``shape_of``."""
     from . import files
 
     found = files.closed(files.read(path, scale), f"mesh '{path.name}'")
@@ -78,7 +78,7 @@ def compute(path: Path, scale: float = 1.0) -> Shape:
 
 
 def from_mesh(mesh: Any, notes: Sequence[str] = ()) -> Shape:
-    """The shape of a closed trimesh.Trimesh [m].
+    """Compute the shape of a closed trimesh.Trimesh [m].
 
     Raises:
         UserError: it encloses no volume.

@@ -1,4 +1,4 @@
-"""From a thing to triangles, for eyes and for geometry: holes survive."""
+"""Triangle meshes of things, for display and geometry; holes survive."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SECTIONS = 32  # of round geoms
 
 
 def mesh_of(thing: Thing) -> Any:
-    """A thing as one trimesh.Trimesh in its own frame [m], the file's where it was made from one.
+    """Convert a thing to one trimesh.Trimesh in its own frame [m], the file's where it was made from one.
 
     Geoms that touch are put side by side, not united; a file that is gone is replaced by the geoms.
 
@@ -30,7 +30,7 @@ def mesh_of(thing: Thing) -> Any:
 
 
 def geom_mesh(geom: Geom) -> Any:
-    """One geom as trimesh.Trimesh in its thing's frame [m]."""
+    """Convert a geom to a trimesh.Trimesh in its thing's frame [m]."""
     import trimesh
 
     if geom.shape == "box":

@@ -1,4 +1,4 @@
-"""Runs a program's text on the virtual controller, in the physics of a world.
+"""Execution of a program's text on the virtual controller, in the physics of a world.
 
 What runs is the text and the world, nothing else: no object pose reaches the program but
 through its own text and its sensors.

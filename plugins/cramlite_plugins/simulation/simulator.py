@@ -13,11 +13,12 @@ if TYPE_CHECKING:
 
 
 class MujocoSimulator:
-    """Physics by MuJoCo; URScript by the controller model of this package."""
+    """The MuJoCo simulator; URScript runs on the controller model of this package."""
 
     name = "mujoco"
 
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
+        """Check that a world compiles."""
         from .model.no_window import import_mujoco
 
         import_mujoco()
@@ -26,12 +27,13 @@ class MujocoSimulator:
         compile_world(world, robots)
 
     def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
-        """Things of a world that are odd at its start, and why."""
+        """List things of a world that are implausible at its start, with reasons."""
         from .model.world_doubts import world_doubts
 
         return world_doubts(world, robots)
 
     def execute(self, text: str, world: World, robots: Mapping[str, Robot], *, mount: str, seed: int) -> Rollout:
+        """Run a program's text in a world."""
         from .execute import execute
         from .ur.client_program import execute_client, is_client_program
 
@@ -40,6 +42,7 @@ class MujocoSimulator:
         return execute(text, world, robots, mount=mount, seed=seed)
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
+        """List doubtful lines of a URScript program, with reasons."""
         from .ur.functions import known_functions
         from .urscript.doubts import doubts
         from .urscript.interpreter import load
@@ -60,27 +63,32 @@ class MujocoSimulator:
         seed: int,
         say: Callable[[str], None],
     ) -> str:
+        """Serve a virtual robot on the network; return why it ended."""
         from .ur.network import serve
         from .ur.virtual_robot import VirtualRobot
 
         return serve(VirtualRobot(world, robots, mount, say, seed=seed), host, seconds=seconds, idle=idle, ready=say)
 
     def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
+        """Render a camera's view of a world."""
         from .camera.depth_camera import look
 
         return look(world, robots, camera, seed=seed)
 
     def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
+        """Record a scripted person's demonstration in a world."""
         from .person.demonstrate import demonstrate
 
         return demonstrate(world, script=script, seed=seed)
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
+        """Render one sample of a rollout."""
         from .recording.pictures import picture
 
         return picture(rollout, sample, robots, size)
 
     def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
+        """Build the scene of a rollout for a viewer."""
         from .recording.pictures import scene
 
         return scene(rollout, robots, samples)
@@ -102,11 +110,13 @@ def _maker(name: str) -> ModelMaker:
 
 @hookimpl
 def simulators() -> Iterable[Simulator]:
+    """Declare the simulator."""
     return [MujocoSimulator()]
 
 
 @hookimpl
 def object_models() -> Iterable[ModelMaker]:
+    """Declare the object models."""
     from .objects.products_and_fixtures import MODELS
 
     return [_maker(name) for name in MODELS]

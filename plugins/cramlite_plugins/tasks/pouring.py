@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
-from ..shapes.contents import SHARE, SPILLED, why_not
+from ..shapes.contents import SHARE, SPILLED, pouring_obstacle
 
 
 class Pouring(TaskType):
@@ -28,7 +28,7 @@ class Pouring(TaskType):
         source, into = action.roles["Source"], action.roles["Destination"]
         if belief.held is None or belief.held.thing != source.entity:
             raise Unresolvable.because_of_earlier_tasks(f"'{source.entity}' is not in the hand", (source.name,))
-        if reason := why_not(belief, source.entity or "", into.entity or ""):
+        if reason := pouring_obstacle(belief, source.entity or "", into.entity or ""):
             raise Unresolvable.because_of_earlier_tasks(reason, (source.name, into.name))
         place = self.begins_at(action)
         speed, wait = ({k: self.parameter(action, k)} for k in ("speed_rad_s", "duration_s"))

@@ -47,7 +47,7 @@ def test_jacobian_is_the_derivative(q: k.Joints) -> None:
 def test_inverse_finds_every_pose_that_forward_makes(q: k.Joints) -> None:
     pose = k.forward(UR5E, q)
     found = k.inverse(UR5E, pose, seed=q)
-    assert found or k.condition(UR5E, q) < 0.02
+    assert found or k.smallest_singular_value(UR5E, q) < 0.02
     for solution in found[:16]:
         assert max(k.forward(UR5E, solution).distance(pose)) < 2e-6
     assert all(low <= v <= high for s in found for v, (low, high) in zip(s, UR5E.limits, strict=True))
@@ -56,7 +56,7 @@ def test_inverse_finds_every_pose_that_forward_makes(q: k.Joints) -> None:
 @given(joints)
 @settings(max_examples=100, deadline=None)
 def test_the_branch_it_came_from_is_first_away_from_singularities(q: k.Joints) -> None:
-    if k.condition(UR5E, q) > 0.05:
+    if k.smallest_singular_value(UR5E, q) > 0.05:
         assert k.inverse(UR5E, k.forward(UR5E, q), seed=q)[0] == pytest.approx(q, abs=1e-4)
 
 
@@ -89,4 +89,4 @@ def test_limits_are_named() -> None:
 
 def test_mujoco_is_the_version_that_the_margins_were_measured_with() -> None:
     assert mujoco.__version__.split(".")[0] == "4"
-    assert np.isfinite(k.condition(UR5E, UR5E.home))
+    assert np.isfinite(k.smallest_singular_value(UR5E, UR5E.home))

@@ -25,7 +25,7 @@ def test_known_durations() -> None:
 def test_profile_starts_and_ends_and_keeps_its_limits(way: float, speed: float, acceleration: float) -> None:
     total = t.trapezoid(way, speed, acceleration)
     times = [total * k / 200 for k in range(201)]
-    s = [t.along(x, way, speed, acceleration) for x in times]
+    s = [t.profile_position(x, way, speed, acceleration) for x in times]
     assert s[0] == 0
     assert s[-1] == pytest.approx(way)
     rates = [(b - a) / (total / 200) for a, b in itertools.pairwise(s)]
@@ -36,15 +36,15 @@ def test_profile_starts_and_ends_and_keeps_its_limits(way: float, speed: float, 
 
 @given(st.floats(0.01, 3), st.floats(0.1, 10), st.floats(0.1, 10))
 def test_a_given_duration_is_kept(way: float, time: float, acceleration: float) -> None:
-    speed, gain = t.lasting(way, time, acceleration)
+    speed, gain = t.profile_for_duration(way, time, acceleration)
     assert t.trapezoid(way, speed, gain) == pytest.approx(time, rel=1e-6)
     assert gain == acceleration or gain > acceleration
 
 
 def test_a_linear_motion_that_is_too_fast_names_the_joint() -> None:
     path, ways = [(0.0,) * 6, (0.1, 0, 0, 0, 0, 0)], [0.0, 0.01]
-    assert t.linear_excess(UR5E, path, ways, 0.1) == ""
-    assert "'shoulder_pan' at 5.00 rad/s > 3.14 rad/s" in t.linear_excess(UR5E, path, ways, 0.5)
+    assert t.joint_speed_excess(UR5E, path, ways, 0.1) == ""
+    assert "'shoulder_pan' at 5.00 rad/s > 3.14 rad/s" in t.joint_speed_excess(UR5E, path, ways, 0.5)
 
 
 def test_nonsense_is_refused() -> None:

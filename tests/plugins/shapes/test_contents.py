@@ -18,7 +18,7 @@ from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.locations.pour import radius, tilted
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import lowest
-from cramlite_plugins.shapes.contents import bulk, volume, where, why_not, within
+from cramlite_plugins.shapes.contents import bulk, pouring_obstacle, volume, where, within
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 from cramlite_plugins.simulation.objects.vessels import bowl, jug
@@ -69,14 +69,14 @@ def test_volumes_decide_what_overflows() -> None:
     cavity = BOWL.feature("cram:Cavity")
     assert cavity is not None and volume(cavity) == pytest.approx(math.pi * 0.064**2 * 0.044)
     assert JUG.filling is not None and bulk(JUG.filling) == pytest.approx(6 * 0.5236e-6 / 0.55, rel=1e-3)
-    assert not why_not(_belief(JUG, BOWL), "jug", "bowl")
+    assert not pouring_obstacle(_belief(JUG, BOWL), "jug", "bowl")
     many = replace(BOWL, filling=Filling(590, 0.005, 0.001))
-    assert why_not(_belief(JUG, many), "jug", "bowl") == (
+    assert pouring_obstacle(_belief(JUG, many), "jug", "bowl") == (
         "'bowl' would overflow: it holds 562 of 566 ml, and 6 ml are in 'jug'"
     )
-    assert "'bowl' is empty" in why_not(_belief(JUG, BOWL), "bowl", "jug")
+    assert "'bowl' is empty" in pouring_obstacle(_belief(JUG, BOWL), "bowl", "jug")
     after = _belief(JUG, BOWL).related(("contains", "bowl", "jug"))
-    assert why_not(after, "jug", "bowl") == "'jug' is empty; its contents were poured into 'bowl'"
+    assert pouring_obstacle(after, "jug", "bowl") == "'jug' is empty; its contents were poured into 'bowl'"
 
 
 def _run(turned: float) -> tuple[Compiled, Rollout]:

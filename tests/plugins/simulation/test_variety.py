@@ -15,7 +15,7 @@ from cramlite.scenario.worlds import build_world
 from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.simulation.person import habits as people
 from cramlite_plugins.simulation.person.demonstrate import SCRIPTS, demonstrate
-from cramlite_plugins.simulation.person.habits import Habits, glitched, habits
+from cramlite_plugins.simulation.person.habits import Habits, habits, with_tracking_loss
 
 ENGINE = Engine()
 FETCH, HANG = "take_off_hanger_varied", "hang_onto_hanger_varied"
@@ -69,14 +69,14 @@ def test_taking_again_and_putting_down_are_seen(own: Habits, held: int, monkeypa
 
 def test_a_glitch_hides_the_thing_while_it_is_held_and_nothing_else() -> None:
     clean = replace(shown("fetch_from_hanger", FETCH, 3))
-    odd = glitched(clean, "tea", np.random.default_rng(0))
+    odd = with_tracking_loss(clean, "tea", np.random.default_rng(0))
     lost = np.flatnonzero((odd.poses["tea"] != clean.poses["tea"]).any(axis=1))
     assert 1 < len(lost) <= people.BLIND[1] * 50 + 1 and np.all(np.diff(lost) == 1)
     assert all(not any("tea" in t.a + t.b for t in odd.touches[k]) for k in lost)
     assert all(odd.touches[k] == clean.touches[k] for k in range(len(clean.times)) if k not in set(lost))
     assert np.array_equal(odd.poses["effector"], clean.poses["effector"])
     nothing = replace(clean, touches=tuple(() for _ in clean.touches))
-    assert glitched(nothing, "tea", np.random.default_rng(0)) is nothing
+    assert with_tracking_loss(nothing, "tea", np.random.default_rng(0)) is nothing
 
 
 def test_a_recording_that_went_wrong_is_made_anew() -> None:

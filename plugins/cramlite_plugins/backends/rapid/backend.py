@@ -9,7 +9,7 @@ from cramlite.plugin import Backend, Code, hookimpl
 
 
 class Rapid(Value):
-    """RAPID modules for ABB arms. No controller runs them here: every text and every result says so."""
+    """RAPID modules for ABB arms; no controller executes them here, as every text and every result says."""
 
     name: str
     forces: bool
@@ -21,6 +21,7 @@ class Rapid(Value):
     )
 
     def emit(self, program: Program, robot: Robot) -> Code:
+        """Write the program as RAPID text; see ``emit.emit``."""
         from .emit import emit
 
         return emit(program, robot, forces=self.forces)
@@ -28,4 +29,5 @@ class Rapid(Value):
 
 @hookimpl
 def backends() -> Iterable[Backend]:
+    """Declare the RAPID backends with and without Force Control."""
     return [Rapid("rapid", forces=False), Rapid("rapid_fc", forces=True)]

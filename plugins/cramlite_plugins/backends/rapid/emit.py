@@ -34,7 +34,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Code, UserError
 
-from ..unsaid import refuse_drives, unsaid
+from ..unsupported import refuse_drives, unsupported_step
 from ..urscript.steps import count
 from .literals import identifier, jointtarget, mm, number, plain, quat, robtarget, way_of, zone
 from .parts import FORCE, NO_FORCE, ROUTINES, header
@@ -106,7 +106,8 @@ class _Writer(Struct):
             case TryInOrder() | SetPayload():
                 self.add(*(self.attempts(step) if isinstance(step, TryInOrder) else self.payload(step)), origin=step.origin)
             case Monitor() | Parallel():
-                raise unsaid(step, "RAPID", f"RAPID has no {type(step).__name__} here: one task moves the arm")
+                why = f"RAPID has no {type(step).__name__} here: one task moves the arm"
+                raise unsupported_step(step, "RAPID", why)
             case _:
                 self.add(*leaf(step, self), origin=step.origin)
 
@@ -146,7 +147,7 @@ class _Writer(Struct):
 
 
 def emit(program: Program, robot: Robot, *, forces: bool) -> Code:
-    """The program as RAPID text.
+    """Write the program as RAPID text.
 
     Args:
         robot: an arm whose native language is RAPID, and that declares its ``axis_zeros``.
@@ -223,7 +224,7 @@ def _main(out: _Writer, tasks: list[str]) -> None:
 
 
 def leaf(step: AnyStep, out: _Writer) -> list[str]:
-    """The lines of a step without steps."""
+    """Write the RAPID lines of a step that holds no steps."""
     name = f'"{plain(step.origin)[:60]}"'
     tool = "tGripper \\WObj:=wBase"
     match step:
@@ -248,7 +249,7 @@ def leaf(step: AnyStep, out: _Writer) -> list[str]:
 
 def _forced(step: AnyStep, out: _Writer, name: str) -> str:
     if isinstance(step, ForceMove | CompliantSlide):
-        raise unsaid(step, "RAPID")
+        raise unsupported_step(step, "RAPID")
     if not out.forces:
         raise UserError(
             f"{step.origin or type(step).__name__}: {type(step).__name__} needs ABB's option Force Control; where it is licensed, use "
@@ -265,7 +266,7 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
             spiral = ", ".join(number(v) for v in (step.force, 1000 * step.pitch, 1000 * step.radius, 1000 * step.speed))
             ends = f"{way_of(step.frame, step.advance)}, {number(step.force_limit)}, {number(step.timeout)}"
             return f"SearchSpiral {quat(step.frame)}, {spiral}, {ends}, {name};"
-    raise unsaid(step, "RAPID")
+    raise unsupported_step(step, "RAPID")
 
 
 def _joint_moves(step: MoveJoints, out: _Writer) -> list[str]:

@@ -1,4 +1,4 @@
-"""How values are written in RAPID: mm, degrees, quaternions, zones and names; fixed digits, so that a program is one text."""
+"""RAPID literals: mm, degrees, quaternions, zones and names; fixed digits, so that a program is one text."""
 
 from __future__ import annotations
 
@@ -15,21 +15,23 @@ NONE = "[9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
 
 
 def zone(radius: float) -> str:
-    """The largest predefined zone within a radius that was checked [m]; ``fine`` where none fits."""
+    """Return the largest predefined zone within a checked radius [m]; ``fine`` where none fits."""
     fitting = [name for size, name in ZONES.items() if size <= 1000 * radius]
     return fitting[-1] if fitting else "fine"
 
 
 def jointtarget(q: Iterable[float], zero: tuple[float, ...]) -> str:
+    """Format joint positions [rad] as a jointtarget; ``zero`` are the angles at which ABB's axes are zero [rad]."""
     return f"[[{', '.join(number(math.degrees(a - z)) for a, z in zip(q, zero, strict=True))}], {NONE}]"
 
 
 def robtarget(pose: Pose, joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
+    """Format a tcp pose, with the configuration of its joint positions [rad], as a robtarget."""
     return f"[{mm(pose.position)}, {quat(pose)}, {configuration(joints, zero)}, {NONE}]"
 
 
 def configuration(joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
-    """Quadrants of axes 1, 4 and 6; cfx is left at 0, since ``ConfL \\Off`` lets linear motions keep the nearest."""
+    """Format confdata: quadrants of axes 1, 4, 6; cfx is 0, as ``ConfL \\Off`` lets linear motions keep the nearest."""
     if not joints:
         return "[0, 0, 0, 0]"
     quadrants = [math.floor(math.degrees(joints[i] - zero[i]) / 90 + 1e-9) for i in (0, 3, 5)]
@@ -37,30 +39,33 @@ def configuration(joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
 
 
 def way_of(frame: Pose, distance: float) -> str:
+    """Format the displacement by a distance [m] along a frame's z axis, in mm."""
     return mm(tuple(distance * float(v) for v in frame.turn((0.0, 0.0, 1.0))))
 
 
 def mm(values: tuple[float, ...]) -> str:
+    """Format lengths [m] as a list in mm."""
     return "[" + ", ".join(number(1000 * v) for v in values) + "]"
 
 
 def quat(pose: Pose) -> str:
+    """Format a pose's orientation as a quaternion list."""
     return "[" + ", ".join(f"{v + 0.0:.6f}" if abs(v) > 5e-7 else "0" for v in pose.quaternion) + "]"
 
 
 def number(value: float) -> str:
-    """A number with at most four digits after the point, never "-0"."""
+    """Format a number with at most four digits after the point, never "-0"."""
     text = f"{value:.4f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 
 def plain(text: str) -> str:
-    """Text for comments and strings: one line of plain letters."""
+    """Reduce a text to one line of plain letters, for comments and strings."""
     return " ".join(text.split()).replace('"', "'").replace("\\", "/").encode("ascii", "replace").decode()
 
 
 def identifier(text: str) -> str:
-    """A RAPID name: letters, digits and underscores, with a task's number behind it."""
+    """Convert a text to a RAPID name: letters, digits and underscores, with a task's number behind it."""
     moved = re.sub(r"^(\d+)\.([^/]*)", r"\2_\1", text or "pose")
     name = re.sub(r"[^A-Za-z0-9]+", "_", moved).strip("_")
     return name if name[:1].isalpha() else f"t_{name}"

@@ -17,11 +17,12 @@ class UrRtdeBackend:
 
     @property
     def executable(self) -> bool:
+        """Check whether the package ur-rtde is installed."""
         return not _missing()
 
     @property
     def remark(self) -> str:
-        """What every result says of its text."""
+        """Return what every result says of its text."""
         if missing := _missing():
             return f"the Python program was not run: {missing}"
         return (
@@ -30,6 +31,7 @@ class UrRtdeBackend:
         )
 
     def emit(self, program: Program, robot: Robot) -> Code:
+        """Write the program as Python text; see ``emit.emit``."""
         from .emit import emit
 
         return emit(program, robot)
@@ -43,4 +45,5 @@ def _missing() -> str:
 
 @hookimpl
 def backends() -> Iterable[Backend]:
+    """Declare the ur_rtde backend."""
     return [UrRtdeBackend()]

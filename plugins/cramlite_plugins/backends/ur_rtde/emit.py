@@ -41,7 +41,7 @@ from cramlite.model import (  # fmt: skip
 from cramlite.plugin import Code, UserError
 
 from ..names import Names, identifier
-from ..unsaid import refuse_drives, unsaid
+from ..unsupported import refuse_drives, unsupported_step
 from ..urscript.controllers import E_SERIES, check_arm, controller_of
 from ..urscript.literals import label, number, plain, vector
 from ..urscript.parts import header
@@ -135,7 +135,7 @@ class _Writer(Struct):
 
 
 def emit(program: Program, robot: Robot) -> Code:
-    """The program as Python text.
+    """Write the program as Python text.
 
     Raises:
         UserError: the program's name is no identifier, the robot is not the program's, or its controller is none that
@@ -210,7 +210,7 @@ def _main(out: _Writer, program: Program, robot: Robot, tasks: Sequence[str]) ->
 
 
 def call(step: AnyStep, out: _Writer) -> str:
-    """The call that carries out a step."""
+    """Write the call that carries out a step."""
     name = f'"{label(step.origin)}"'
     match step:
         case MoveJoints():
@@ -250,7 +250,7 @@ def _forced(step: AnyStep, out: _Writer, name: str) -> str:
         case ForceExtract():
             wrench, way = (*step.across, step.force), step.way
         case _:
-            raise unsaid(step, "ur_rtde")
+            raise unsupported_step(step, "ur_rtde")
     own = f"wrench={vector(wrench)}, way={number(way)}, {_named(step, 'speed')}"
     return f"force_along(arm, {name}, frame={_frame(step.frame, out, step.origin)}, {own}, {_ends(step)})"
 

@@ -9,12 +9,13 @@ from cramlite.plugin import Backend, Code, hookimpl
 
 
 class UrscriptBackend:
-    """Text for e-Series controllers; it runs on the controller model of this package."""
+    """URScript text for e-Series controllers; it runs on the controller model of this package."""
 
     name = "urscript"
     executable = True
 
     def emit(self, program: Program, robot: Robot) -> Code:
+        """Write the program as URScript; see ``emit.emit``."""
         from .emit import emit
 
         return emit(program, robot)
@@ -22,4 +23,5 @@ class UrscriptBackend:
 
 @hookimpl
 def backends() -> Iterable[Backend]:
+    """Declare the URScript backend."""
     return [UrscriptBackend()]

@@ -1,4 +1,4 @@
-"""What each controller of Universal Robots can do, from which PolyScope version on: data that the URScript backend obeys.
+"""Capabilities of Universal Robots controllers: each function's first PolyScope version, data that the backend obeys.
 
 Sources: [script] the version marks of ur_rtde 1.6.5's control script inside its wheel ("$5.10|3.15 ..." keeps a line for these
 versions and later); [client] UniversalRobots' ur_client_library, "Script Command Interface" and "Force Mode example" (no gain
@@ -19,7 +19,7 @@ CB3, E_SERIES, X = "CB3", "e-Series", "PolyScope X"
 
 
 class Capability(Value):
-    """A function, and the first PolyScope version that has it on each controller: "" none that is known of, "?" unknown."""
+    """A URScript function and its first PolyScope version on each controller: "" none that is known of, "?" unknown."""
 
     function: str
     cb3: str
@@ -28,6 +28,7 @@ class Capability(Value):
     source: str
 
     def since(self, controller: str) -> str:
+        """Return the first PolyScope version of a controller that has the function."""
         return {CB3: self.cb3, E_SERIES: self.e_series, X: self.polyscope_x}[controller]
 
 
@@ -52,7 +53,7 @@ NEEDED = {CB3: "3.15", E_SERIES: "5.11"}
 
 
 def controller_of(robot: Robot) -> tuple[str, str]:
-    """The controller that an arm declares, and the PolyScope version that its programs need.
+    """Return the controller that an arm declares, and the PolyScope version that its programs need.
 
     Raises:
         UserError: it declares none, one that programs are not written for, or what a CB3 cannot have.
@@ -66,7 +67,7 @@ def controller_of(robot: Robot) -> tuple[str, str]:
 
 
 def check_arm(program: Program, robot: Robot, language: str) -> None:
-    """The program is for this arm, and the arm is one of Universal Robots, whose axes are zero where typed programs count zero.
+    """Check that the program is for this arm, and that the arm is one of Universal Robots, whose axes are zero where typed programs count zero.
 
     Raises:
         UserError: it is not.
@@ -81,7 +82,7 @@ def check_arm(program: Program, robot: Robot, language: str) -> None:
 
 
 def lacking(text: str, controller: str, version: str) -> Iterator[str]:
-    """Functions that a program calls and a controller of this version does not have, as clauses."""
+    """List, as clauses, the functions that a program calls and a controller of this version lacks."""
     code = "\n".join(line.split("#")[0] for line in text.split("\n"))
     for c in CAPABILITIES:
         if re.search(rf"\b{c.function}\(", code):
@@ -121,7 +122,7 @@ CALLS = {
 
 
 def adapted(lines: list[str]) -> list[str]:
-    """The lines of an e-Series program with CB3's calls, one for one, so that line numbers stay."""
+    """Replace e-Series calls by those of CB3, line by line, so that line numbers stay."""
     for old, new in CALLS.items():
         lines = [re.sub(old, new, line) for line in lines]
     return lines

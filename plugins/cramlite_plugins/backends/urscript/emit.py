@@ -18,7 +18,7 @@ from cramlite.model import AnyStep, Control, Program, Robot, Section
 from cramlite.plugin import Code, UserError
 
 from ..names import Names
-from ..unsaid import refuse_drives
+from ..unsupported import refuse_drives
 from . import flow as urscript_flow
 from . import late as urscript_late
 from . import search as urscript_search
@@ -48,7 +48,7 @@ class _Writer(Struct, dict=True):
 
 
 def emit(program: Program, robot: Robot) -> Code:
-    """The program as URScript.
+    """Write the program as URScript.
 
     The text is deterministic: numbers have fixed digits. Every wait has a time-out, and every error path
     stops the robot, logs its reason with textmsg and halts.

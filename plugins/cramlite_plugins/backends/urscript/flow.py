@@ -66,7 +66,7 @@ JOINED = 600.0  # how long a control step waits for its last branch at most [s];
 GUARD = "if ok and tripped == 0:"
 
 
-class Line(Struct):
+class CodeLine(Struct):
     """A line of the program's function, and the origin of the step that begins with it."""
 
     text: str
@@ -74,7 +74,7 @@ class Line(Struct):
 
 
 class FlowWriter(Struct):
-    """Writes control steps.
+    """A writer of control steps as URScript.
 
     Args:
         gripper: of the robot.
@@ -89,34 +89,41 @@ class FlowWriter(Struct):
     poses: Names = field(default_factory=Names)
     number: int = 0
     define: list[str] = field(default_factory=list)
-    body: list[Line] = field(default_factory=list)
+    body: list[CodeLine] = field(default_factory=list)
     depth: int = 0
 
     def add(self, *texts: str, origin: str = "") -> None:
+        """Append lines at the present indentation; the first carries the step's origin."""
         for text in texts:
-            self.body.append(Line("  " * self.depth + text, origin))
+            self.body.append(CodeLine("  " * self.depth + text, origin))
             origin = ""
 
     def begin(self, condition: str) -> None:
+        """Open a block."""
         self.add(condition)
         self.depth += 1
 
     def end(self) -> None:
+        """Close a block."""
         self.depth -= 1
         self.add("end")
 
     def next(self) -> int:
+        """Return the next number for a name."""
         self.number += 1
         return self.number
 
     def thread(self) -> str:
+        """Return a new name for a thread that moves the arm."""
         return f"motion_{self.next()}"
 
     def steps(self, steps: Iterable[AnyStep]) -> None:
+        """Write steps one after the other."""
         for step in steps:
             self.step(step)
 
     def step(self, step: AnyStep) -> None:
+        """Write a step, its comment before it."""
         if said := comment(step):
             self.add(said)
         match step:
@@ -134,6 +141,7 @@ class FlowWriter(Struct):
                 self.leaf(step)
 
     def leaf(self, step: AnyStep) -> None:
+        """Write a step that holds no steps; it runs only while all has gone well."""
         text = leaf(step, self.gripper, self.thread, self.poses, watched=True)
         self.define += text.thread
         self.begin(GUARD)
@@ -141,7 +149,7 @@ class FlowWriter(Struct):
         self.end()
 
     def attempts(self, step: TryInOrder, k: int) -> None:
-        """Branch k, and, if it fails, those after it."""
+        """Write branch ``k`` (from 0) and, for its failure, those after it."""
         self.steps(step.branches[k])
         if k + 1 < len(step.branches):
             self.begin("if not ok and tripped == 0:")
@@ -150,6 +158,7 @@ class FlowWriter(Struct):
             self.end()
 
     def repeat(self, step: Repeat) -> None:
+        """Write a repetition as a counting loop."""
         counter = f"round_{self.next()}"
         self.add(f"{counter} = 0")
         self.begin(f"while ok and tripped == 0 and {counter} < {step.count}:")
@@ -158,6 +167,7 @@ class FlowWriter(Struct):
         self.end()
 
     def monitor(self, step: Monitor) -> None:
+        """Write the watched steps, with a thread that watches."""
         number_ = self.next()
         name = f"monitor_{number_}"
         self.define += _monitor(step, number_, self.gripper)
@@ -171,7 +181,11 @@ class FlowWriter(Struct):
         self.end()
 
     def parallel(self, step: Parallel) -> None:
-        """The branch of the arm runs here, the others in threads."""
+        """Write parallel branches: the arm's runs here, the others in threads.
+
+        Raises:
+            UserError: more than one branch moves the arm or the gripper.
+        """
         if wrong := clash(step.branches):
             raise UserError(f"{_label(step)}: {wrong}")
         number_ = self.next()
@@ -187,7 +201,7 @@ class FlowWriter(Struct):
         self.end()
 
     def join(self, step: Parallel, names: list[str], number_: int) -> None:
-        """The others have ended, or are stopped: at the first failure ("all") or the first success ("first")."""
+        """Write the end of parallel branches: at the first failure ("all") or the first success ("first")."""
         running = " or ".join(f"not {n}_done" for n in names)
         going = "ok" if step.until == "all" else "not ok"
         if names:
@@ -210,7 +224,7 @@ class FlowWriter(Struct):
         self.end()
 
     def side(self, name: str, branch: Iterable[AnyStep], number_: int, until: str) -> list[str]:
-        """The thread of a branch that does not move the arm."""
+        """Write the thread of a branch that does not move the arm."""
         lines = [f"global {name}_ok = True", f"global {name}_done = False", f"thread {name}():", f"  {name}_ok = True"]
         for step in branch:
             text = leaf(step, self.gripper, self.thread, self.poses, watched=True)
@@ -254,13 +268,13 @@ def _label(step: AnyStep) -> str:
 
 
 def comment(step: AnyStep) -> str:
-    """The comment before a step; empty when there is nothing to say."""
+    """Return the comment before a step; empty when there is nothing to say."""
     said = ": ".join(plain(c) for c in (step.origin, step.comment) if c)
     return f"# {said}" if said else ""
 
 
-def write(step: Control, writer: FlowWriter) -> tuple[list[str], list[Line]]:
-    """A control step of the program's own function: threads to define before it, and its lines.
+def write(step: Control, writer: FlowWriter) -> tuple[list[str], list[CodeLine]]:
+    """Write a control step of the program's own function: threads to define before it, and its lines.
 
     Inside, a failure is judged by the control steps; what is left of it ends the program.
     """

@@ -1,4 +1,4 @@
-"""Late poses in URScript: asked of a perception server when the program starts, and refused outside the tolerance.
+"""Late-bound poses in URScript: asked of a perception server at the start, and refused outside the tolerance.
 
 The server speaks text on a socket: "POSE name" is answered by the thing's pose in the base frame, six floats
 "(x, y, z, rx, ry, rz)" [m, rad], as ``socket_read_ascii_float`` reads them (URScript manual); an unknown thing by "()".
@@ -43,7 +43,7 @@ end
 
 
 def asking(program: Program) -> list[str]:
-    """How far each late thing has been moved since planning, as global variables."""
+    """Write the global variables that hold each late thing's displacement since planning."""
     if not program.late:
         return []
     lines = ["", "# ---- late poses: how each thing has moved since this was planned, base frame ----"]
@@ -57,5 +57,5 @@ def _asked(late: LatePose) -> str:
 
 
 def shift(thing: str) -> str:
-    """The name of the variable with a thing's displacement."""
+    """Return the name of the variable with a thing's displacement."""
     return "moved_" + re.sub(r"\W", "_", thing)

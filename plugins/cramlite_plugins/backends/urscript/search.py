@@ -152,7 +152,7 @@ end
 
 
 def call(step: SpiralSearch | ForceInsert | ForceExtract, poses: Names) -> str:
-    """The call that carries out a step; true when it succeeded."""
+    """Write the call that carries out a step; true when it succeeded."""
     frame = Pose((0.0, 0.0, 0.0), step.frame.quaternion)
     match step:
         case SpiralSearch():
@@ -173,6 +173,6 @@ def call(step: SpiralSearch | ForceInsert | ForceExtract, poses: Names) -> str:
 
 
 def along(frame: Pose) -> tuple[float, float, float]:
-    """The z axis of a frame, in the base."""
+    """Return the z axis of a frame in the base frame (3,), a unit vector."""
     x, y, z = (float(v) for v in frame.turn((0.0, 0.0, 1.0)))
     return x, y, z

@@ -1,5 +1,4 @@
-"""Steps that hold no steps, in URScript: what is defined before them, what leads up to them, and the call that tells
-whether they succeeded."""
+"""Steps without sub-steps as URScript: definitions, preparation, and the call that tells whether they succeeded."""
 
 from __future__ import annotations
 
@@ -25,7 +24,7 @@ from cramlite.model import (
 )
 
 from ..names import Names
-from ..unsaid import unsaid
+from ..unsupported import unsupported_step
 from . import search as urscript_search
 from .late import shift
 from .literals import label, number, pose, vector
@@ -39,7 +38,7 @@ LEAST = 0.25  # share of the pressing force below which a slide has lost its con
 
 
 class Leaf(Value):
-    """A step as text.
+    """A step as URScript text.
 
     Args:
         lines: what leads up to the call, or all of it.
@@ -53,12 +52,15 @@ class Leaf(Value):
 
 
 def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names, *, watched: bool = False) -> Leaf:
-    """The text of a step.
+    """Write a step that holds no steps.
 
     Args:
         name: gives a new name for a thread that moves.
         poses: takes what the step leads to, and names it.
         watched: plain motions too run in a thread, so that they can be stopped, and standing still can be interrupted.
+
+    Raises:
+        UserError: URScript has no counterpart of the step.
     """
     match step:
         case MoveJoints() | MoveLinear():
@@ -81,7 +83,7 @@ def leaf(step: AnyStep, gripper: Gripper, name: Callable[[], str], poses: Names,
         case Wait():
             still = number(step.duration)
             return Leaf(call=f"stand_still({still})") if watched else Leaf((f"sleep({still})",))
-    raise unsaid(step, "URScript")
+    raise unsupported_step(step, "URScript")
 
 
 def _moves(step: MoveJoints | MoveLinear, poses: Names) -> list[str]:
@@ -158,5 +160,5 @@ def _grip(step: SetGripper, gripper: Gripper) -> str:
 
 
 def count(share: float) -> int:
-    """A share of a range as one of the gripper's registers 0 .. 255."""
+    """Convert a share of a range (0 to 1) to a gripper register 0 .. 255."""
     return min(255, max(0, round(255 * share)))

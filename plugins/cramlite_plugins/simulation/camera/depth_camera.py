@@ -28,7 +28,7 @@ def render(
     seed: int = 0,
     stamp: float = 0.0,
 ) -> tuple[View, InstanceIds]:
-    """What a camera sees of a state; needs kinematics.
+    """Render a camera's view of a state: colour, depth and the body that each pixel sees; needs kinematics.
 
     Args:
         camera: the optical frame in the world: x right, y down, z forward.
@@ -57,7 +57,7 @@ def render(
 
 
 def look(world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
-    """A view, with a D435's noise if the camera has any; a camera on a flange looks from the joints that it names.
+    """Render a camera's view of a world at its start; a camera on a flange looks from the joints that it names.
 
     Raises:
         UserError: the joints are not the robot's.

@@ -1,4 +1,4 @@
-"""What a stereo depth camera gets wrong: the noise of an Intel RealSense D435, as disparities."""
+"""Noise of a stereo depth camera, an Intel RealSense D435, as errors of its disparities."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ NOTHING = 1e3
 
 
 def noisy_depth(depth: Points, cosine: Points, intrinsics: Intrinsics, noise: Noise, rng: Generator) -> Points:
-    """What the camera reports for exact depths.
+    """Add the camera's noise to exact depths.
 
     Args:
         depth: (height, width) along the optical axis [m]; infinite where there is nothing.
@@ -76,7 +76,7 @@ def noisy_depth(depth: Points, cosine: Points, intrinsics: Intrinsics, noise: No
 
 
 def noisy_colour(rgb: Points, noise: Noise, rng: Generator) -> Points:
-    """A colour image (0 to 255) with Gaussian noise."""
+    """Add Gaussian noise to a colour image (0 to 255)."""
     return np.asarray(rgb + rng.normal(0.0, noise.colour, rgb.shape))
 
 

@@ -1,4 +1,4 @@
-"""Pictures without a display or OpenGL: one ray a pixel through MuJoCo's ray caster, Lambert shading."""
+"""Rendering without a display or OpenGL: one ray a pixel through MuJoCo's ray caster, Lambert shading."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Camera(Value):
 
     @property
     def pose(self) -> Pose:
-        """z forward, x to the right, y down."""
+        """Return the optical frame in the world: x right, y down, z forward."""
         forward = np.subtract(self.target, self.eye)
         right = np.cross(forward, (0.0, 0.0, 1.0))
         return Pose.from_axes(self.eye, forward, right if np.linalg.norm(right) > 1e-9 else (1.0, 0.0, 0.0))
@@ -42,7 +42,7 @@ class Camera(Value):
 def render(
     model: Model, data: Data, camera: Camera | None = None, width: int = 480, height: int = 360, shadows: bool = False
 ) -> Image:
-    """A picture of a state, shape (height, width, 3); needs kinematics.
+    """Render a state as an image, shape (height, width, 3); needs kinematics.
 
     Args:
         shadows: cast a second ray from each point to the light; about twice the time.
@@ -62,7 +62,7 @@ def render(
 def shade(
     model: Model, geom: NDArray[np.int32], normal: Floats, directions: Floats, lit: Floats | float = 1.0
 ) -> Floats:
-    """The colour (N, 3), 0 to 1, of what rays see: each geom's own under one light, the sky where there is none.
+    """Compute the colour (N, 3), 0 to 1, that rays see: each geom's own under one light, the sky where there is none.
 
     Args:
         geom, normal: as ``cast`` gives them for the ``directions``.

@@ -1,4 +1,4 @@
-"""A virtual arm controller: it holds a commanded joint position, moves it, and watches the arm.
+"""The virtual arm controller: it holds a commanded joint position, moves it, and monitors the arm.
 
 It knows its nominal kinematics (the Denavit-Hartenberg table), the joint encoders, the wrist sensor and
 the gripper, like a real one; it never reads where objects are. Control runs at 125 Hz over 4 physics steps of
@@ -25,7 +25,7 @@ from .movep import process_motion
 from .nominal_arm import NominalArm, cross
 from .platform_drive import PlatformDrive
 from .protective_stop import ProtectiveStop, Safety, SafetyWatch
-from .trajectories import Motion, Slowed, blended_motion, joint_motion, linear_motion, slowed
+from .trajectories import Motion, StoppingMotion, blended_motion, joint_motion, linear_motion, stopping_motion
 from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
@@ -86,7 +86,7 @@ class Controller:
 
     @property
     def gripper_server(self) -> GripperServer:
-        """The gripper's registers.
+        """Return the gripper's registers.
 
         Raises:
             TypeError: it was made without.
@@ -98,23 +98,23 @@ class Controller:
     # What a program asks for
 
     def set_tcp(self, tcp: Pose) -> None:
-        """The tool centre point in the flange frame."""
+        """Set the tool centre point in the flange frame."""
         self.arm = replace(self.arm, gripper=replace(self.arm.gripper, tcp=tcp))
         self.kinematics = NominalArm(self.arm)
         self.nominal = self.kinematics.forward(self.q)
         self._forget()
 
     def set_payload(self, mass: float, center: Floats) -> None:
-        """What hangs on the flange: [kg], [m] in the flange frame."""
+        """Set the payload on the flange: mass [kg], centre of mass (3,) [m] in the flange frame."""
         self.sensor.mass, self.sensor.center = mass, center
         self._forget()
 
     def move_joints(self, goal: Floats, speed: float, acceleration: float) -> Motion:
-        """Start a movej; in force mode the compliant axes give way around it."""
+        """Start a movej to joint positions (n,) [rad, rad/s, rad/s2]; in force mode compliant axes deviate from it."""
         return self._begin(joint_motion(self.q, goal, speed, acceleration))
 
     def move_along(self, goals: list[Floats], radii: list[float], rates: list[tuple[float, float]]) -> Motion:
-        """Start several movej that blend into one another; ``radii`` are those of all goals but the last.
+        """Start several movej that blend into one another; ``radii`` [m] are those of all goals but the last.
 
         Raises:
             ValueError: a radius takes more than half of a motion.
@@ -123,19 +123,19 @@ class Controller:
         return self._begin(blended_motion(points, radii, rates, lambda q: self.kinematics.place(q)))
 
     def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
-        """Start a movel. In force mode it starts where the motion before it ended, without what gave way."""
+        """Start a movel [m/s, m/s2]; in force mode from the nominal end of the motion before, without the deviation."""
         return self._begin(linear_motion(self._start(), goal, speed, acceleration))
 
     def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
-        """Start several movep that blend into one another; ``radii`` are those of all goals but the last.
+        """Start several movep that blend into one another; ``radii`` [m] are those of all goals but the last.
 
         Raises:
             ValueError: a line has no length, a radius takes more than half of one, or the way turns straight back.
         """
         return self._begin(process_motion([self._start(), *goals], radii, speed, acceleration))
 
-    def way(self, goal: Pose) -> float:
-        """How long the way of a movel is [m]; a turn counts by its lever."""
+    def path_length(self, goal: Pose) -> float:
+        """Compute the path length of a movel [m]; a rotation counts by its lever."""
         return linear_motion(self._start(), goal, 1.0, 1.0).way
 
     def _start(self) -> Pose:
@@ -146,13 +146,13 @@ class Controller:
         return self._begin(motion)
 
     def stop(self, deceleration: float) -> Motion | None:
-        """Stop the running motion on its own path."""
-        if self.motion is None or isinstance(self.motion, Slowed):
+        """Stop the running motion on its own path, with a deceleration in its unit."""
+        if self.motion is None or isinstance(self.motion, StoppingMotion):
             return self.motion
-        return self._begin(slowed(self.motion, self.time, deceleration))
+        return self._begin(stopping_motion(self.motion, self.time, deceleration))
 
     def start_force_mode(self, mode: ForceMode) -> None:
-        """Switch force mode on; one that is on already keeps how far it has given way."""
+        """Switch force mode on; if it is on already, its deviation is kept."""
         if self.force_mode is None:
             self.nominal = self.kinematics.forward(self.q)
         else:
@@ -167,33 +167,33 @@ class Controller:
     # What it measures
 
     def actual_joints(self) -> Floats:
-        """Joint encoders (n,) [rad]."""
+        """Return the joint encoders (n,) [rad]."""
         return np.array(self.data.qpos[self.joints])
 
     def actual_speeds(self) -> Floats:
-        """Joint speeds (n,) [rad/s]."""
+        """Return the joint speeds (n,) [rad/s]."""
         return np.array(self.data.qvel[self.dofs])
 
     def joint_torques(self) -> Floats:
-        """What the servos do beyond holding the arm's own weight (n,) [Nm]."""
+        """Return the joint torques (n,) of the servos beyond those that hold the arm's own weight [Nm]."""
         return np.array(self.data.actuator_force[self.servos])
 
     def actual_tcp(self) -> Pose:
-        """The TCP in base, from the encoders and the nominal kinematics."""
+        """Return the TCP in the base frame, from the encoders and the nominal kinematics."""
         self._measure()
         return Pose.from_matrix(self._tcp)
 
     def tool_speed(self) -> Floats:
-        """(6,) commanded speed of the TCP, base axes [m/s, rad/s]."""
+        """Return the commanded twist (6,) of the TCP, base axes [m/s, rad/s]."""
         return self.kinematics.speed(self.q, self.rate)
 
     def wrench(self) -> Floats:
-        """(6,) what the environment does to the tool, base axes, at the TCP."""
+        """Return the wrench (6,) of the environment on the tool, base axes, at the TCP [N, Nm]."""
         self._measure()
         return self._wrench
 
     def applied(self) -> Floats:
-        """(6,) what gripper and load do to their environment, world axes, at the sensor; the tare does not count.
+        """Return the wrench (6,) of gripper and load on their environment, world axes, at the sensor; no tare [N, Nm].
 
         As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
         """
@@ -212,7 +212,7 @@ class Controller:
     # One control cycle
 
     def cycle(self) -> None:
-        """Move the command on, then the physics.
+        """Advance the command by a control cycle, then the physics.
 
         Raises:
             ProtectiveStop: a limit of the safety configuration, or a target that cannot be followed.
@@ -224,7 +224,7 @@ class Controller:
         self._watch()
 
     def hold(self) -> None:
-        """One cycle without a program, before it and after it: a running motion is stopped, and nothing is watched."""
+        """Advance a cycle without a program: a running motion is stopped, and nothing is monitored."""
         self.force_mode = None
         self.stop(ABANDONED)
         if self.platform is not None:

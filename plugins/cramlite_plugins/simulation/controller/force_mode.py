@@ -20,7 +20,7 @@ DEAD = np.array([0.3] * 3 + [0.03] * 3)  # N and Nm
 
 
 class ForceMode(Struct):
-    """Force mode that is switched on.
+    """Force mode while it is switched on.
 
     Args:
         frame: compliance frame in base; only its rotation counts.
@@ -37,7 +37,7 @@ class ForceMode(Struct):
     offset: Floats = field(default_factory=lambda: np.zeros(6))
 
     def advance(self, applied: Floats, period: float, scale: float = 1.0) -> None:
-        """One control cycle: ``applied`` is the wrench (6,) of the robot on its environment, base axes.
+        """Integrate the deviation over a control cycle; ``applied`` is the robot's wrench (6,), base axes [N, Nm].
 
         Args:
             scale: of the gain, as ``force_mode_set_gain_scaling`` sets it.
@@ -48,7 +48,7 @@ class ForceMode(Struct):
         self.offset += self.selection * np.clip(scale * GAIN * error, -self.limits, self.limits) * period
 
     def target(self, nominal: Pose) -> Pose:
-        """The TCP pose to go to, given where the running motion has it."""
+        """Return the commanded TCP pose: the nominal one of the running motion and the deviation."""
         shift = self.frame.turn(self.offset[:3])
         turn = Pose.from_rotvec((0, 0, 0), self.frame.turn(self.offset[3:]).tolist())
         x, y, z = (float(a + b) for a, b in zip(nominal.position, shift, strict=True))

@@ -1,4 +1,4 @@
-"""The drive of a parallel gripper, in metres and newtons: it moves the simulated fingers and feels when they stop."""
+"""The drive of a parallel gripper, in metres and newtons: it moves the simulated fingers and detects their stop."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ State = Literal["moving", "stopped opening", "stopped closing", "there"]
 
 
 class GripperDrive:
-    """One order at a time: an opening, a speed and a force.
+    """A position drive that executes one order at a time: an opening, a speed and a force.
 
     Args:
         gripper: description.
@@ -37,30 +37,30 @@ class GripperDrive:
         self.fingers = [(a, self.stroke / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
 
     def begin_as(self, data: Any) -> None:
-        """Take the fingers as they are before the first cycle."""
+        """Initialize the order from the fingers' state before the first cycle."""
         self.opening = self.goal = self.command = self.measured(data)
 
     def measured(self, data: Any) -> float:
-        """The opening [m]."""
+        """Return the measured opening [m]."""
         return self.widest - sum(scale * float(data.qpos[a]) for a, scale in self.fingers)
 
     def move(self, opening: float, speed: float, force: float) -> None:
-        """Order an opening [m] at a speed [m/s] with a grip force [N], each kept within what the gripper can do."""
+        """Order an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
         low, high = self.gripper.opening
         self.speed = float(np.clip(speed, *self.gripper.speed))
         self.force = float(np.clip(force, *self.gripper.force))
         self.begin(min(max(opening, low), high))
 
     def begin(self, opening: float) -> None:
-        """Start towards an opening, from where the fingers are: what squeezed an object must not delay the opening."""
+        """Start towards an opening [m] from the fingers' present one: a squeezed object must not delay the opening."""
         self.goal, self.still, self.command = opening, 0.0, self.opening
 
     def stop(self) -> None:
-        """Stay where the fingers are."""
+        """Stop the fingers where they are."""
         self.begin(self.opening)
 
     def state(self) -> State:
-        """Moving, there, or stopped by an object on the way."""
+        """Return whether the fingers move, have arrived, or were stopped by an object."""
         rest = self.opening - self.goal
         if abs(rest) <= TOLERANCE * self.stroke:
             return "there"
@@ -69,7 +69,7 @@ class GripperDrive:
         return "stopped closing" if rest > 0 else "stopped opening"
 
     def advance(self, data: Any, period: float) -> None:
-        """One control cycle: read the fingers, move the order on, and command the actuator."""
+        """Advance by a control cycle: read the fingers, move the order on, and command the actuator."""
         opening = self.measured(data)
         fast = abs(opening - self.opening) / period > STILL
         self.opening = opening

@@ -18,7 +18,7 @@ OBJ = {"moving": 0, "stopped opening": 1, "stopped closing": 2, "there": 3}
 
 
 class GripperServer(GripperDrive):
-    """Registers, and the motion that they order.
+    """The gripper's registers, and the motion that they order.
 
     Args:
         gripper: description.
@@ -31,18 +31,19 @@ class GripperServer(GripperDrive):
         self.echo = 0
 
     def begin_as(self, data: Any) -> None:
+        """Initialize order and registers from the fingers' state before the first cycle."""
         super().begin_as(data)
         self.set["POS"] = self.echo = round(COUNTS * (self.widest - self.opening) / self.stroke)
 
     def order(self, name: str, value: int) -> bool:
-        """``SET name value``; False for a register or value that there is not."""
+        """Execute ``SET name value``; return False for an unknown register or value."""
         if name not in SETTABLE or not 0 <= value <= COUNTS:
             return False
         self.set[name] = value
         return True
 
     def ask(self, name: str) -> int | None:
-        """``GET name``; None for a register that there is not."""
+        """Answer ``GET name``; None for an unknown register."""
         match name:
             case "POS":
                 return round(COUNTS * (self.widest - self.opening) / self.stroke)
@@ -57,7 +58,7 @@ class GripperServer(GripperDrive):
         return self.set.get(name)
 
     def advance(self, data: Any, period: float) -> None:
-        """One control cycle, with what the registers say now."""
+        """Advance by a control cycle, with the present values of the registers."""
         (slow, fast), (weak, strong) = self.gripper.speed, self.gripper.force
         self.speed = slow + (fast - slow) * self.set["SPE"] / COUNTS
         self.force = weak + (strong - weak) * self.set["FOR"] / COUNTS

@@ -1,4 +1,4 @@
-"""movep: the tool moves along straight lines with circular blends at one constant speed.
+"""Process motion (movep): straight tool paths with circular blends at one constant speed.
 
 URScript manual (e-Series 5.x), movep: "Blend circular (in tool-space) and move linear (in tool-space) to position.
 Accelerates to and moves with constant tool speed v." A corner is rounded by the circle that touches both lines at the blend
@@ -17,21 +17,23 @@ import numpy as np
 
 from cramlite.model import Floats, Pose, Value
 
-from .trajectories import Law
+from .trajectories import TrapezoidalProfile
 
 STRAIGHT = 1e-6  # directions that differ by less make no corner [rad]
 
 
-class Part(Protocol):
-    """A piece of the way: its length [m], and after part of it (0 to 1) the place and the number of legs that are done."""
+class PathSegment(Protocol):
+    """A segment of a tool path, a line or an arc."""
 
     @property
-    def length(self) -> float: ...
-    def at(self, share: float) -> tuple[Floats, float]: ...
+    def length(self) -> float:
+        """Return the length of the segment [m]."""
+    def at(self, share: float) -> tuple[Floats, float]:
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of legs done by then."""
 
 
-class Line(Value):
-    """Between two places; ``legs`` are done at its start and at its end."""
+class LineSegment(Value):
+    """A straight segment between two positions; ``legs`` are done at its start and at its end."""
 
     start: Floats
     goal: Floats
@@ -39,14 +41,16 @@ class Line(Value):
 
     @property
     def length(self) -> float:
+        """Return the length of the segment [m]."""
         return math.dist(self.start, self.goal)
 
     def at(self, share: float) -> tuple[Floats, float]:
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of legs done by then."""
         return self.start + share * (self.goal - self.start), self.legs[0] + share * (self.legs[1] - self.legs[0])
 
 
-class Arc(Line):
-    """A circle around ``centre`` from ``start``, along the unit vector ``along`` at first, by ``angle`` [rad]."""
+class ArcSegment(LineSegment):
+    """An arc around ``centre`` from ``start``, along the unit vector ``along`` at first, by ``angle`` [rad]."""
 
     centre: Floats
     along: Floats
@@ -54,9 +58,11 @@ class Arc(Line):
 
     @property
     def length(self) -> float:
+        """Return the length of the segment [m]."""
         return math.dist(self.start, self.centre) * self.angle
 
     def at(self, share: float) -> tuple[Floats, float]:
+        """Return the position (3,) [m] at a share (0 to 1) of the segment, and the number of legs done by then."""
         out, turned = self.start - self.centre, share * self.angle
         place = self.centre + math.cos(turned) * out + math.sin(turned) * math.dist(self.start, self.centre) * self.along
         middle = round(self.legs[1])  # the corner: both halves of the circle stand for the ends of their lines
@@ -64,14 +70,15 @@ class Arc(Line):
         return place, middle + ((2 * share - 1) * (before if share < 0.5 else after))
 
 
-class ProcessMotion(Law):
-    """Lines and circles, from rest to rest, in between at one speed; ``ends`` are the ways [m] to the end of each part."""
+class ProcessMotion(TrapezoidalProfile):
+    """A movep path from rest to rest, in between at one speed; ``ends`` are path lengths [m] to each part's end."""
 
     poses: Sequence[Pose]
-    parts: Sequence[Part]
+    parts: Sequence[PathSegment]
     ends: Sequence[float]
 
     def at(self, time: float) -> Floats | Pose:
+        """Return the TCP pose in the base frame at a time since the start [s]."""
         gone = self.share(time) * self.way
         k = min(bisect_right(self.ends, gone), len(self.parts) - 1)
         length = self.parts[k].length
@@ -86,7 +93,7 @@ class ProcessMotion(Law):
 
 
 def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, acceleration: float) -> ProcessMotion:
-    """Several movep.
+    """Plan several movep as one motion.
 
     Args:
         poses: of the tcp, the start included.
@@ -100,7 +107,7 @@ def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, 
     lengths = [math.dist(a, b) for a, b in pairwise(places)]
     if min(lengths) < 1e-6:
         raise ValueError("a movep needs a way: turn on the spot with movel")
-    parts: list[Part] = []
+    parts: list[PathSegment] = []
     start, done = places[0], 0.0
     for k, (corner, after, radius) in enumerate(zip(places[1:], places[2:], radii, strict=False), 1):
         shorter = min(lengths[k - 1], lengths[k])
@@ -108,23 +115,23 @@ def process_motion(poses: Sequence[Pose], radii: Sequence[float], speed: float, 
             raise ValueError(f"a blend radius of {radius:.3f} m takes more than half of a motion of {shorter:.3f} m")
         into, out = _unit(corner - places[k - 1]), _unit(after - corner)
         legs = (k - radius / lengths[k - 1], k + radius / lengths[k])
-        parts += [Line(start, corner - radius * into, (done, legs[0])), _blend(corner, into, out, radius, legs)]
+        parts += [LineSegment(start, corner - radius * into, (done, legs[0])), _blend(corner, into, out, radius, legs)]
         start, done = corner + radius * out, legs[1]
-    parts.append(Line(start, places[-1], (done, len(places) - 1.0)))
+    parts.append(LineSegment(start, places[-1], (done, len(places) - 1.0)))
     ends = tuple(accumulate(p.length for p in parts))
     return ProcessMotion(ends[-1], speed, acceleration, tuple(poses), tuple(parts), ends)
 
 
-def _blend(corner: Floats, into: Floats, out: Floats, radius: float, legs: tuple[float, float]) -> Part:
+def _blend(corner: Floats, into: Floats, out: Floats, radius: float, legs: tuple[float, float]) -> PathSegment:
     """The circle that touches both lines at ``radius`` from their corner."""
     start, goal = corner - radius * into, corner + radius * out
     angle = math.atan2(float(np.linalg.norm(np.cross(into, out))), float(into @ out))
     if angle < STRAIGHT:
-        return Line(start, goal, legs)
+        return LineSegment(start, goal, legs)
     if angle > math.pi - 1e-3:
         raise ValueError("the way turns straight back: no circle touches both lines")
     inward = _unit(out - float(out @ into) * into)
-    return Arc(start, goal, legs, start + radius / math.tan(angle / 2) * inward, into, angle)
+    return ArcSegment(start, goal, legs, start + radius / math.tan(angle / 2) * inward, into, angle)
 
 
 def _unit(way: Floats) -> Floats:

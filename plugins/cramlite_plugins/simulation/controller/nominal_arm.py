@@ -1,6 +1,6 @@
-"""The controller's own kinematics: the nominal Denavit-Hartenberg table, made for one call a control cycle.
+"""Nominal kinematics of the controller, from the Denavit-Hartenberg table, fast enough for every control cycle.
 
-Equations as in motions/kinematics.py (Siciliano et al., Robotics, 2009, 2.8.2 and 3.30), which finds all branches of
+Equations as in kinematics/kinematics.py (Siciliano et al., Robotics, 2009, 2.8.2 and 3.30), which finds all branches of
 the inverse; here one solution is followed from cycle to cycle by Newton's method. Frames are (4, 4) in the base frame.
 """
 
@@ -40,7 +40,7 @@ class NominalArm:
         self.base, self.damping = np.eye(4), DAMPING * np.eye(6)
 
     def frames(self, q: Floats) -> Floats:
-        """(n + 1, 4, 4): the base, then the frame of each joint up to the flange."""
+        """Compute the frames (n + 1, 4, 4): the base, then the frame of each joint up to the flange."""
         c, s, m = np.cos(q), np.sin(q), self.links
         m[:, 0, 0], m[:, 0, 1], m[:, 0, 2], m[:, 0, 3] = c, -s * self.ca, s * self.sa, self.a * c
         m[:, 1, 0], m[:, 1, 1], m[:, 1, 2], m[:, 1, 3] = s, c * self.ca, -c * self.sa, self.a * s
@@ -51,30 +51,30 @@ class NominalArm:
         return out
 
     def flange(self, q: Floats) -> Floats:
-        """The flange."""
+        """Compute the frame (4, 4) of the flange."""
         return np.asarray(self.frames(q)[-1])
 
     def forward(self, q: Floats) -> Pose:
-        """The tool centre point."""
+        """Solve forward kinematics: the pose of the tool centre point."""
         return Pose.from_matrix(self.flange(q) @ self.tcp)
 
     def place(self, q: Floats) -> Floats:
-        """The position of the tool centre point (3,) [m]."""
+        """Compute the position (3,) of the tool centre point [m]."""
         return np.asarray((self.flange(q) @ self.tcp)[:3, 3])
 
     def lift(self, q: Floats, center: Floats, force: Floats) -> Floats:
-        """Joint torques (n,) [Nm] that hold a force (3,) [N] at a point of the flange frame (3,) [m]."""
+        """Compute the joint torques (n,) [Nm] that hold a force (3,) [N] at a point of the flange frame (3,) [m]."""
         frames = self.frames(q)
         point = frames[-1, :3, :3] @ center + frames[-1, :3, 3]
         return _columns(frames, point)[:3].T @ force
 
     def speed(self, q: Floats, rate: Floats) -> Floats:
-        """(6,) of the tool centre point at joint speeds (n,) [m/s, rad/s]."""
+        """Compute the twist (6,) of the tool centre point at joint speeds (n,) [m/s, rad/s]."""
         frames = self.frames(q)
         return np.asarray(_columns(frames, (frames[-1] @ self.tcp)[:3, 3]) @ rate)
 
     def follow(self, target: Pose, near: Floats) -> Floats | None:
-        """The joint position for a TCP pose on the branch of a near one; None where Newton's method finds none."""
+        """Solve inverse kinematics on the branch of a near joint position; None where Newton's method fails."""
         goal, q = target.matrix, near
         for _ in range(ROUNDS):
             frames = self.frames(q)
@@ -90,7 +90,7 @@ class NominalArm:
 
 
 def cross(a: Floats | Sequence[float], b: Floats | Sequence[float]) -> Floats:
-    """a x b of two vectors (3,); numpy's own takes ten times as long for so few numbers."""
+    """Compute the cross product a x b of two vectors (3,); numpy's own takes ten times as long for so few numbers."""
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 

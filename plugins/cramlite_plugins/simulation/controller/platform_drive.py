@@ -1,4 +1,4 @@
-"""The controller of a platform: it moves the command of its joints along straight legs, and knows its odometry.
+"""The controller of a mobile platform: straight legs as commands of its joints, and odometry.
 
 Like an arm's joints, the platform is driven by servos whose force is limited; what stands in its way stops it. Nothing
 else is ever set: no position is written into the simulation.
@@ -14,24 +14,25 @@ import numpy as np
 from cramlite.model import Floats, Pose, Vector3
 
 from ..model.index import RobotIndex, flat
-from .trajectories import Law, Slowed, slowed
+from .trajectories import StoppingMotion, TrapezoidalProfile, stopping_motion
 
 TRACKING = 0.05, 0.05
 """[m, rad] off its command: something holds it. In free motion it stays below 2 mm and 2 mrad (measured)."""
 
 
-class Leg(Law):
-    """A straight leg, as a share of the way from ``start`` to ``goal`` (3,); both start and end at rest."""
+class Leg(TrapezoidalProfile):
+    """A straight leg from ``start`` to ``goal`` (3,) [m, m, rad], from rest to rest."""
 
     start: Floats
     goal: Floats
 
     def at(self, time: float) -> Floats:
+        """Return the platform's x, y, turn (3,) [m, m, rad] at a time since the start [s]."""
         return np.asarray(self.start + self.share(time) * (self.goal - self.start))
 
 
 def leg(start: Floats, goal: Floats, rates: tuple[float, float], turning: tuple[float, float]) -> Leg:
-    """A leg on which neither way nor turn exceeds its speed and acceleration.
+    """Plan a leg on which neither translation nor turn exceeds its speed and acceleration.
 
     Args:
         start, goal: x, y [m] and turn [rad].
@@ -46,7 +47,7 @@ def leg(start: Floats, goal: Floats, rates: tuple[float, float], turning: tuple[
 
 
 class PlatformDrive:
-    """A platform's servos.
+    """The servos of a platform.
 
     Args:
         model, data: MuJoCo's.
@@ -61,15 +62,16 @@ class PlatformDrive:
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.goal = np.array(data.qpos[self.joints])
         self.before, self.rate = self.goal, np.zeros(3)
-        self.motion: Leg | Slowed | None = None
+        self.motion: Leg | StoppingMotion | None = None
         self.time = 0.0
 
     @property
     def driving(self) -> bool:
+        """Check whether a leg is being driven."""
         return self.motion is not None
 
     def drive(self, place: Vector3, rates: tuple[float, float], turning: tuple[float, float]) -> None:
-        """Start a leg to x, y and turn in the world, the shorter way round, from where the last one ended."""
+        """Start a leg to x, y, turn in the world [m, m, rad], the shorter way round, from where the last one ended."""
         x0, y0, turn0 = flat(self.start)
         c, s = math.cos(turn0), math.sin(turn0)
         dx, dy = place[0] - x0, place[1] - y0
@@ -78,12 +80,12 @@ class PlatformDrive:
         self.motion, self.time = leg(self.goal, goal, rates, turning), 0.0
 
     def stop(self) -> None:
-        """Come to rest on the way, with the leg's own acceleration."""
+        """Stop on the present leg, with its own deceleration."""
         if isinstance(self.motion, Leg):
-            self.motion, self.time = slowed(self.motion, self.time, self.motion.acceleration), 0.0
+            self.motion, self.time = stopping_motion(self.motion, self.time, self.motion.acceleration), 0.0
 
     def advance(self, period: float) -> None:
-        """Move the command on by a control cycle."""
+        """Advance the command by a control cycle."""
         self.before = self.goal
         if self.motion is not None:
             self.time += period
@@ -93,16 +95,16 @@ class PlatformDrive:
         self.rate = (self.goal - self.before) / period
 
     def apply(self, share: float) -> None:
-        """Command the servos for a share of the cycle; what velocity needs is fed forward."""
+        """Command the servos for a share of the cycle, with velocity feed-forward."""
         self.data.ctrl[self.servos] = self.before + share * (self.goal - self.before) + self.lag * self.rate
 
     def actual(self) -> Pose:
-        """Where the platform is in the world, from its odometry."""
+        """Return the platform's pose in the world, from its odometry."""
         x, y, turn = (float(v) for v in self.data.qpos[self.joints])
         return self.start * Pose((x, y, 0.0), (math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)))
 
     def late(self) -> str:
-        """Why it does not follow its command, as a clause; empty where it does."""
+        """Explain, as a clause, why the platform does not follow its command; empty where it does."""
         off = self.data.qpos[self.joints] - self.goal
         way, turn = math.hypot(off[0], off[1]), abs(float(off[2]))
         if way <= TRACKING[0] and turn <= TRACKING[1]:

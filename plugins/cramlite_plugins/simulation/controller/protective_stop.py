@@ -1,4 +1,4 @@
-"""Protective stops: what a controller does not let an arm go on with."""
+"""Protective stops: limits of joints and of the safety configuration."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from cramlite.model import Floats, Robot, Value
 
 
 class Safety(Value):
-    """The controller's safety configuration: what ends in a protective stop.
+    """The controller's safety configuration: limits whose violation ends in a protective stop.
 
     Args:
         force: on the TCP [N]; the factory preset of e-Series arms is 150.
@@ -28,7 +28,7 @@ class ProtectiveStop(Exception):
 
 
 class SafetyWatch:
-    """Stops an arm that exceeds a limit, of its joints at once, of the configuration when it lasts.
+    """A monitor that stops an arm: at once for joint limits, after a time for the configuration's.
 
     Args:
         arm: whose joint limits hold.
@@ -42,7 +42,7 @@ class SafetyWatch:
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}
 
     def command(self, before: Floats, goal: Floats) -> None:
-        """Look at joint positions that are to be commanded next.
+        """Check joint positions that are to be commanded next.
 
         Raises:
             ProtectiveStop: a joint would leave its range, or move too fast.
@@ -59,7 +59,7 @@ class SafetyWatch:
             raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {most:.2f} rad/s")
 
     def cycle(self, force: float, effort: Floats, error: Floats, platform: str) -> None:
-        """Look at what came of a control cycle.
+        """Check the measurements of a control cycle.
 
         Args:
             force: on the TCP [N].

@@ -1,7 +1,7 @@
-"""Motions of the virtual UR controller: where the arm should be at a time.
+"""Trajectories of the virtual UR controller: joint positions or TCP poses over time.
 
-All start and end at rest. Joint motions may round their corners (motions/blends.py); a blend radius of a movel is
-ignored: the arm stops at its target, which is the slower and safer of the two. Law: motions/timing.py, and its sources.
+All start and end at rest. Joint motions may round their corners (kinematics/blends.py); a blend radius of a movel is
+ignored: the arm stops at its target, which is the slower and safer of the two. Law: kinematics/timing.py, and its sources.
 """
 
 from __future__ import annotations
@@ -15,23 +15,26 @@ import numpy as np
 from cramlite.model import Floats, Pose, Value
 
 from ...kinematics.blends import Section, Tcp, rounded, zone
-from ...kinematics.timing import along, trapezoid
+from ...kinematics.timing import profile_position, trapezoid
 
 # A tool that turns on the spot or nearly so: one radian takes as long as this way [m]. UR's manual leaves it open.
 RADIAN = 0.25
 
 
 class Motion(Protocol):
-    """``at(time)`` is a joint position (n,) or a TCP pose in the base frame; ``rate`` in m/s or rad/s."""
+    """A trajectory: ``at(time)`` is a joint position (n,) or a TCP pose in the base frame; ``rate`` in m/s or rad/s."""
 
     @property
-    def duration(self) -> float: ...
-    def at(self, time: float) -> Floats | Pose: ...
-    def rate(self, time: float) -> float: ...
+    def duration(self) -> float:
+        """Return the duration [s]."""
+    def at(self, time: float) -> Floats | Pose:
+        """Return the joint position (n,) [rad] or the TCP pose in the base frame at a time since the start [s]."""
+    def rate(self, time: float) -> float:
+        """Return the speed at a time since the start [m/s or rad/s]."""
 
 
-class Law(Value):
-    """A trapezoid over ``way``; speed and acceleration in the same unit."""
+class TrapezoidalProfile(Value):
+    """A trapezoidal velocity profile over ``way``; speed and acceleration in the same unit."""
 
     way: float
     speed: float
@@ -39,41 +42,45 @@ class Law(Value):
 
     @property
     def duration(self) -> float:
+        """Return the duration [s]."""
         return trapezoid(self.way, self.speed, self.acceleration)
 
     def share(self, time: float) -> float:
-        """How much of the way is done, 0 to 1."""
-        return along(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
+        """Return the share of the way that is done at a time, 0 to 1."""
+        return profile_position(time, self.way, self.speed, self.acceleration) / self.way if self.way > 0 else 1.0
 
     def rate(self, time: float) -> float:
-        """Speed at a time, in way units per second."""
+        """Return the speed at a time, in way units per second."""
         rest = self.duration - time
         if time <= 0 or rest <= 0:
             return 0.0
         return min(self.speed, self.acceleration * time, self.acceleration * rest)
 
 
-class JointMotion(Law):
-    """movej: all joints start and stop together; speed and acceleration are the leading axis's."""
+class JointMotion(TrapezoidalProfile):
+    """The trajectory of a movej: all joints start and stop together; speed and acceleration are the leading axis's."""
 
     start: Floats
     goal: Floats
 
     def at(self, time: float) -> Floats:
+        """Return the joint position (n,) [rad] at a time since the start [s]."""
         return self.start + self.share(time) * (self.goal - self.start)
 
 
 class BlendedMotion(Value):
-    """Several movej whose corners are rounded."""
+    """The trajectory of several movej with blended corners."""
 
     sections: Sequence[Section]
     duration: float
 
     def at(self, time: float) -> Floats:
+        """Return the joint position (n,) [rad] at a time since the start [s]."""
         section, since = self._now(time)
         return section.at(since)
 
     def rate(self, time: float) -> float:
+        """Return the speed of the leading axis at a time since the start [rad/s]."""
         section, since = self._now(time)
         return max(section.rate(since), 0.0)
 
@@ -85,14 +92,15 @@ class BlendedMotion(Value):
         return self.sections[-1], min(time, self.sections[-1].length)
 
 
-class LinearMotion(Law):
-    """movel: the TCP on a straight line, its rotation at a constant axis (slerp)."""
+class LinearMotion(TrapezoidalProfile):
+    """The trajectory of a movel: the TCP on a straight line, its rotation about a constant axis (slerp)."""
 
     start: Pose
     goal: Pose
     turn: Floats
 
     def at(self, time: float) -> Pose:
+        """Return the TCP pose in the base frame at a time since the start [s]."""
         share = self.share(time)
         if share >= 1.0:
             return self.goal
@@ -102,7 +110,7 @@ class LinearMotion(Law):
         return Pose(position, turned.quaternion)
 
 
-class Slowed(Value):
+class StoppingMotion(Value):
     """A motion that is being stopped on its own path: its time runs ever slower, to a stop after ``duration``."""
 
     motion: Motion
@@ -110,21 +118,23 @@ class Slowed(Value):
     duration: float
 
     def at(self, time: float) -> Floats | Pose:
+        """Return the joint position (n,) [rad] or the TCP pose at a time since the stop began [s]."""
         t = min(time, self.duration)
         passed = t - t * t / (2 * self.duration) if self.duration > 0 else 0.0
         return self.motion.at(self.since + passed)
 
     def rate(self, time: float) -> float:
+        """Return 0: the motion is being stopped already."""
         return 0.0
 
 
 def joint_motion(start: Floats, goal: Floats, speed: float, acceleration: float) -> JointMotion:
-    """A movej between two joint positions (n,) [rad, rad/s, rad/s2]."""
+    """Plan a movej between two joint positions (n,) [rad, rad/s, rad/s2]."""
     return JointMotion(float(np.abs(goal - start).max()), speed, acceleration, start.copy(), goal)
 
 
 def blended_motion(points: Sequence[Floats], radii: Sequence[float], rates: Sequence[tuple[float, float]], tcp: Tcp) -> BlendedMotion:
-    """Several movej, each but the last with a blend radius.
+    """Plan several movej, each but the last with a blend radius.
 
     Args:
         points: joint positions (n,), the start included [rad].
@@ -147,12 +157,12 @@ def blended_motion(points: Sequence[Floats], radii: Sequence[float], rates: Sequ
 
 
 def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) -> LinearMotion:
-    """A movel between two TCP poses [m/s, m/s2]."""
+    """Plan a movel between two TCP poses [m/s, m/s2]."""
     turn = np.array((start.inverse() * goal).rotvec)
     way = max(math.dist(start.position, goal.position), RADIAN * float(np.linalg.norm(turn)))
     return LinearMotion(way, speed, acceleration, start, goal, turn)
 
 
-def slowed(motion: Motion, time: float, deceleration: float) -> Slowed:
-    """Stop a motion that has run for ``time`` with a deceleration in its own unit."""
-    return Slowed(motion, time, motion.rate(time) / deceleration)
+def stopping_motion(motion: Motion, time: float, deceleration: float) -> StoppingMotion:
+    """Stop a motion that has run for ``time`` [s] with a deceleration in its own unit."""
+    return StoppingMotion(motion, time, motion.rate(time) / deceleration)

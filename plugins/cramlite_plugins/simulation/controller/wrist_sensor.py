@@ -21,7 +21,7 @@ GRAVITY = 9.81
 
 
 class WristSensor:
-    """The wrench of the environment on the tool, base axes at the TCP.
+    """The force-torque sensor: the wrench of the environment on the tool, base axes at the TCP.
 
     Args:
         up: unit vector against gravity, in the base frame.
@@ -40,7 +40,7 @@ class WristSensor:
         self.started = self.tared = False
 
     def feed(self, reading: Floats, period: float) -> None:
-        """One control cycle's mean reading (6,): force and torque of the wrist on the tool, sensor axes."""
+        """Filter a control cycle's mean reading (6,): the wrench of the wrist on the tool, sensor axes [N, Nm]."""
         self.wandered = self.wandered + period * self.drift
         reading = reading + self.wandered
         if self.noise:
@@ -50,17 +50,17 @@ class WristSensor:
         self.raw = self.raw + share * (reading - self.raw)
 
     def compensated(self, flange: Floats) -> Floats:
-        """What acts on the tool beyond the payload's weight, sensor axes, bias included."""
+        """Return the wrench (6,) on the tool less the payload's weight, sensor axes, bias included [N, Nm]."""
         weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
         known: Floats = np.concatenate([weight, cross(self.center, weight)])
         return -self.raw - known
 
     def zero(self, flange: Floats) -> None:
-        """Tare."""
+        """Tare the sensor with the flange (4, 4) where it is in the base frame."""
         self.bias, self.tared = self.compensated(flange), True
 
     def wrench(self, flange: Floats, tcp: Floats) -> Floats:
-        """(6,) force and torque of the environment on the tool, base axes, torque about the TCP.
+        """Return the wrench (6,) of the environment on the tool, base axes, torque about the TCP [N, Nm].
 
         Args:
             flange, tcp: (4, 4) in the base frame; the sensor sits at the flange.

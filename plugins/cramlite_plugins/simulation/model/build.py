@@ -50,7 +50,7 @@ class Carried(Value):
 
 
 def check(world: World, robots: Mapping[str, Robot]) -> None:
-    """What MuJoCo would refuse or silently accept.
+    """Check a world for what MuJoCo would refuse or silently accept.
 
     Raises:
         UserError: a name, type, size, mass or friction cannot be used.
@@ -111,7 +111,7 @@ def _check_joint(thing: Thing, world: World) -> None:
 
 
 def set_options(spec: Any, physics: Physics) -> None:
-    """Set on the parent: attaching a child only warns about options that differ."""
+    """Set the physics options on the parent: attaching a child only warns about options that differ."""
     spec.compiler.autolimits = True
     spec.compiler.degree = False
     spec.option.timestep = physics.timestep
@@ -122,14 +122,14 @@ def set_options(spec: Any, physics: Physics) -> None:
 
 
 def attach(spec: Any, mjcf: str, mount: RobotMount) -> None:
-    """Bolt a robot down; its names get the prefix ``{mount}/``."""
+    """Attach a robot at its mount; its names get the prefix ``{mount}/``."""
     child = mujoco.MjSpec.from_string(mjcf)
     frame = spec.worldbody.add_frame(pos=list(mount.base.position), quat=list(mount.base.quaternion))
     spec.attach(child, prefix=f"{mount.name}/", frame=frame)
 
 
 def mask_robots(spec: Any, pad_friction: float) -> None:
-    """Contact bits and pad friction of all robots and hands; before any thing is added."""
+    """Set contact bits and pad friction of all robots and hands; before any thing is added."""
     for geom in spec.geoms:
         geom.contype, geom.conaffinity = ROBOT
         if is_pad(geom.name):
@@ -137,7 +137,7 @@ def mask_robots(spec: Any, pad_friction: float) -> None:
 
 
 def is_pad(name: str) -> bool:
-    """Whether a geom of that name is a finger pad."""
+    """Check whether a geom of that name is a finger pad."""
     return name.split("/")[-1].startswith(("left_pad", "right_pad"))
 
 
@@ -244,7 +244,7 @@ def _add_geom(
 
 
 def finish(spec: Any) -> Model:
-    """Compile.
+    """Compile the specification.
 
     Raises:
         UserError: with MuJoCo's reason.

@@ -1,4 +1,4 @@
-"""A world becomes a MuJoCo model.
+"""Compilation of a world to a MuJoCo model.
 
 Names: a thing's body has the thing's name, its geoms ``{thing}/{part or "body"}/{i}``; a robot's names start
 with ``{mount}/``, those of hands with ``hand/`` and ``other_hand/``.
@@ -26,14 +26,14 @@ BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("Q
 
 
 def unstable(data: Data) -> str:
-    """Why the simulation can no longer be believed, as a clause; empty while it can."""
+    """Explain, as a clause, why the simulation has diverged; empty while it has not."""
     if data.warning.number[BAD[0] : BAD[-1] + 1].any():
         return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
     return ""
 
 
 class Compiled(Value):
-    """A model with its addresses.
+    """A compiled model with its addresses.
 
     Args:
         world: what it was made of.
@@ -54,10 +54,11 @@ class Compiled(Value):
 
     @property
     def hands(self) -> tuple[HandIndex, ...]:
+        """Return the free-floating hands."""
         return tuple(h for h in (self.hand, self.other_hand) if h is not None)
 
     def data(self) -> Data:
-        """A new state: robots and things where the world has them at the start."""
+        """Make a state: robots and things where the world has them at the start."""
         data = mujoco.MjData(self.model)
         self.initial(data)
         return data
@@ -81,7 +82,7 @@ class Compiled(Value):
         mujoco.mj_forward(self.model, data)
 
     def place(self, data: Data, thing: str, pose: Pose) -> None:
-        """Put a movable thing somewhere, at rest; one on a joint as near as that lets it. Others (fixed, carried) stay."""
+        """Put a movable thing at a pose in the world, at rest; one on a joint as near as that lets it. Others stay."""
         index, own = self.things[thing], self.world.thing(thing)
         if index.joint is not None and own.joint is not None:
             data.qpos[index.joint] = own.joint.value + own.joint.between(own.pose, pose)
@@ -90,12 +91,12 @@ class Compiled(Value):
             data.qvel[index.dof : index.dof + 6] = 0.0
 
     def pose(self, data: Data, thing: str) -> Pose:
-        """The pose of a thing in the world; needs kinematics."""
+        """Return the pose of a thing in the world; needs kinematics."""
         body = self.things[thing].body
         return Pose(tuple(data.xpos[body]), tuple(data.xquat[body]))
 
     def collisions(self, data: Data) -> set[tuple[str, str]]:
-        """The pairs in contact, each sorted, by the names of ``Owner.touch``; needs ``mj_collision``."""
+        """Return the pairs in contact, each sorted, by the names of ``Owner.touch``; needs ``mj_collision``."""
         found = set()
         for i in range(data.ncon):
             a, b = (self.owners[g].touch for g in data.contact.geom[i])
@@ -191,7 +192,7 @@ def _owner(model: Model, world: World, geom: int) -> Owner:
 
 
 def displace(compiled: Compiled, mount: str, links: Sequence[Vector3]) -> None:
-    """Move the links of a robot off their nominal places [m]: the controller goes on to reckon with those."""
+    """Shift the links of a robot off their nominal positions [m], unknown to the controller's kinematics."""
     model = compiled.model
     for name, off in zip(compiled.robots[mount].robot.joints, links, strict=False):
         model.body_pos[model.jnt_bodyid[model.joint(f"{mount}/{name}").id]] += off

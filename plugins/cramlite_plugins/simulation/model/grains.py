@@ -1,4 +1,4 @@
-"""Loose stuff in containers: small balls, each a free body, packed into a cavity at the start.
+"""Granular contents of containers: small balls, each a free body, packed into a cavity at the start.
 
 Balls roll hardly at all (condim 6): what is spilled stays where it can be counted, as peas do on a table cloth.
 """
@@ -23,7 +23,7 @@ GAP = 1.05  # between centres at the start, in diameters
 
 
 def add_grains(spec: Any, thing: Thing) -> None:
-    """Add what a thing is filled with."""
+    """Add the grains that fill a thing."""
     filling = thing.filling
     if filling is None:
         return
@@ -39,7 +39,7 @@ def add_grains(spec: Any, thing: Thing) -> None:
 
 
 def layout(thing: Thing) -> list[tuple[float, float, float]]:
-    """Centres of the balls in the world: a grid in the cavity, from its floor up.
+    """Compute the centres of the grains in the world [m]: a grid in the cavity, from its floor up.
 
     Raises:
         UserError: there is no cavity, or it is too small.

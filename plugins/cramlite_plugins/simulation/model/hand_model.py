@@ -1,4 +1,4 @@
-"""A free-floating hand with thumb and index: what a demonstrator's hand is in simulation.
+"""A free-floating hand with thumb and index: the simulated hand of a demonstrator.
 
 It is moved by servos of finite strength and holds by friction alone. Its tool frame is a gripper's: z is
 the approach direction, y the closing direction, thumb (left) on +y.
@@ -30,7 +30,7 @@ FARTHEST = math.radians(170)
 
 
 class HandIndex(EffectorIndex):
-    """The hand in the model.
+    """Addresses of a hand in the model.
 
     Args:
         slides, ball: qpos addresses of the position and of the orientation.
@@ -47,7 +47,7 @@ class HandIndex(EffectorIndex):
 
     @property
     def home(self) -> Pose:
-        """Where it waits: the tool frame in the world."""
+        """Return the pose at which the hand waits: the tool frame in the world."""
         return Pose((0.3, 0.4, 0.5)) * self.rest
 
     def set_target(self, data: Data, pose: Pose, opening: float) -> None:
@@ -61,7 +61,7 @@ class HandIndex(EffectorIndex):
         data.ctrl[self.gripper] = (self.reach[1] - opening) / 2
 
     def teleport(self, model: Model, data: Data, pose: Pose, opening: float = OPENING) -> None:
-        """Put the hand somewhere, at rest, without any physics."""
+        """Set the state of the hand: a pose (world) and an opening [m], at rest, without any physics."""
         data.qpos[self.slides : self.slides + 3] = pose.position
         data.qpos[self.ball : self.ball + 4] = _turn(pose, self.rest).quaternion
         data.qvel[self.dofs : self.dofs + 6] = 0.0
@@ -94,7 +94,7 @@ def hand_index(model: Model, rest: Pose, name: str = HANDS[0]) -> HandIndex:
 
 
 def hand_mjcf(rest: Pose = REST) -> str:
-    """The hand as MJCF text; the body's origin is the tool frame's origin, so that servos act on it directly."""
+    """Write the hand as MJCF text; its body's origin is the tool frame's, so that servos act on it directly."""
     return (
         '<mujoco model="hand"><compiler angle="radian" autolimits="true"/><worldbody>'
         '<body name="carriage" gravcomp="1">'

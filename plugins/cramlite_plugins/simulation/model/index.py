@@ -1,4 +1,4 @@
-"""Where everything is in a compiled model: addresses by name, looked up once."""
+"""Addresses in a compiled model by name, looked up once."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Data = Any  # mujoco.MjData
 
 
 class Owner(Value):
-    """What a geom belongs to.
+    """The owner of a geom.
 
     Args:
         name: the thing, or the robot's mount, or "hand".
@@ -28,15 +28,19 @@ class Owner(Value):
 
     @property
     def touch(self) -> str:
-        """The name in ``cramlite.model.rollout.Touch``: "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
+        """Return the name in ``cramlite.model.rollout.Touch``:
+        "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
         if self.kind == "effector":
             return f"effector/{self.part}"
         return f"{self.name}/{self.part}" if self.part else self.name
 
 
 class ThingIndex(Value):
-    """A thing's body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
-    address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with."""
+    """Addresses of a thing in the model.
+
+    Its body; qpos and dof are the addresses of its free joint, None where it has none, and ``joint`` the qpos
+    address of its hinge or slide; ``grains`` are the bodies and qpos addresses of what it is filled with.
+    """
 
     body: int
     qpos: int | None
@@ -46,7 +50,7 @@ class ThingIndex(Value):
 
 
 class EffectorIndex(Value):
-    """What the gripper of a robot and a hand have in common.
+    """Addresses of an effector in the model, a robot's gripper or a hand.
 
     Args:
         name: of the mount, or "hand".
@@ -72,47 +76,47 @@ class EffectorIndex(Value):
     reach: tuple[float, float]
 
     def opening(self, model: Model, data: Data) -> float:
-        """The distance between the finger pads [m], from the finger joints."""
+        """Return the distance between the finger pads [m], from the finger joints."""
         low, high = self.reach
         travel = sum(data.qpos[a] / _range(model, a) for a in self.fingers) / len(self.fingers)
         return float(high - travel * (high - low))
 
     def set_opening(self, model: Model, data: Data, opening: float) -> None:
-        """Put the fingers at an opening [m] without any physics; for start states and planning."""
+        """Set the fingers to an opening [m] without any physics; for start states and planning."""
         low, high = self.reach
         share = min(max((high - opening) / (high - low), 0.0), 1.0)
         for a in self.fingers:
             data.qpos[a] = share * _range(model, a)
 
     def pose(self, data: Data) -> Pose:
-        """The tool frame in the world; needs kinematics."""
+        """Return the tool frame in the world; needs kinematics."""
         return site_pose(data, self.tcp)
 
 
 class PlatformIndex(Value):
-    """A platform in the model: its body, and the qpos addresses and actuators of its joints x, y and turn."""
+    """Addresses of a platform in the model: its body, qpos addresses and actuators of its joints x, y and turn."""
 
     body: int
     joints: tuple[int, ...]
     actuators: tuple[int, ...]
 
     def pose(self, data: Data) -> Pose:
-        """Its frame in the world; needs kinematics."""
+        """Return the platform's frame in the world; needs kinematics."""
         return Pose(tuple(data.xpos[self.body]), tuple(data.xquat[self.body]))
 
     def put(self, data: Data, start: Pose, stand: Pose) -> None:
-        """Let it stand somewhere without any physics; ``start`` is where its mount is."""
+        """Set the platform to a pose ``stand`` without any physics; ``start`` is where its mount is."""
         data.qpos[list(self.joints)] = flat(start.inverse() * stand)
 
 
 def flat(pose: Pose) -> tuple[float, float, float]:
-    """x, y [m] and turn about z [rad] of a level pose."""
+    """Return x, y [m] and turn about z [rad] of a level pose."""
     w, _, _, z = pose.quaternion
     return pose.position[0], pose.position[1], 2.0 * math.atan2(z, w)
 
 
 class RobotIndex(EffectorIndex):
-    """A robot in the model.
+    """Addresses of a robot in the model.
 
     Args:
         robot: its description.
@@ -156,7 +160,7 @@ def _platform_index(model: Model, name: str, robot: Robot) -> PlatformIndex | No
 
 
 def effector_fields(model: Model, name: str, root: str, reach: tuple[float, float]) -> dict[str, Any]:
-    """The fields of EffectorIndex for the effector whose first body is ``{name}/{root}``."""
+    """Look up the fields of EffectorIndex for the effector whose first body is ``{name}/{root}``."""
     top = model.body(f"{name}/{root}").id
     bodies = tuple(b for b in range(model.nbody) if _inside(model, b, top))
     fingers = [model.joint(j) for b in bodies if b != top for j in _joints(model, b)]
@@ -176,7 +180,7 @@ def effector_fields(model: Model, name: str, root: str, reach: tuple[float, floa
 
 
 def site_pose(data: Data, site: int) -> Pose:
-    """The pose of a site in the world."""
+    """Return the pose of a site in the world."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = data.site_xmat[site].reshape(3, 3), data.site_xpos[site]
     return Pose.from_matrix(matrix)

@@ -1,4 +1,4 @@
-"""MuJoCo without what its windows need, until somebody opens one: nothing here does."""
+"""MuJoCo without its window dependencies, which are imported when a window is opened: nothing here opens one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class _Later(ModuleType):
 
 
 def import_mujoco() -> None:
-    """Import MuJoCo, but GLFW only when a window or an OpenGL context of it is asked for.
+    """Import MuJoCo; GLFW only when a window or an OpenGL context is asked for.
 
     ``import mujoco`` imports GLFW, whose bindings parse C declarations: a quarter of its CPU time. Whoever opens a
     ``mujoco.Renderer`` in this process still can.

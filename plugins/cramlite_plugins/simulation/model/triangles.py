@@ -1,4 +1,4 @@
-"""The geoms of a compiled model as triangles. Own lathe, because importing trimesh costs 0.95 s of CPU time."""
+"""Triangle meshes of a compiled model's geoms. Own lathe, because importing trimesh costs 0.95 s of CPU time."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _BOX = np.array([t for a, b, c, d in _SIDES for t in ((a, b, c), (a, c, d))])
 
 
 def solids(model: Model) -> tuple[Solid, ...]:
-    """Every geom that can be seen, in the frame of its body; planes and fully transparent ones are left out."""
+    """Triangulate every visible geom, in the frame of its body; planes and fully transparent ones are left out."""
     found = []
     for geom in range(model.ngeom):
         surface = _surface(model, geom) if model.geom_rgba[geom][3] > 0 else None
@@ -33,7 +33,7 @@ def solids(model: Model) -> tuple[Solid, ...]:
 
 
 def body_name(model: Model, body: int) -> str:
-    """A name for a body, also where its model has none."""
+    """Return a name for a body, also where its model has none."""
     return str(model.body(body).name) or f"body {body}"
 
 
@@ -66,7 +66,7 @@ def _segments(radius: float) -> int:
 
 
 def lathe(outline: Floats) -> tuple[Floats, Any]:
-    """An outline turned about z, closed at both ends.
+    """Triangulate the solid of revolution of an outline about z, closed at both ends.
 
     Args:
         outline: (P, 2) rows (distance from the axis, z), upwards.

@@ -1,4 +1,4 @@
-"""What is odd about a world at its start: things inside each other, things that stand on nothing."""
+"""Plausibility of a world at its start: things that penetrate each other, things without support."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FALL, WITHIN = 0.05, 0.15
 
 
 def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[str, str]]:
-    """(thing, what is odd about it)."""
+    """List what is implausible about a world at its start: (thing, reason)."""
     compiled = compile_world(world, robots)
     data = compiled.data()
     yield from _overlaps(compiled, data)

@@ -1,4 +1,4 @@
-"""Furniture that opens: a cabinet, and the drawer or the door that is mounted in it.
+"""Articulated furniture: a cabinet, and the drawer or the door that is mounted in it.
 
 All three have the same frame: the middle of the cabinet's front opening, x out of it, z up. So a drawer or a door at the
 pose of its cabinet is closed. Handles are bars that the fingers of a 2F-85 close around: 12 mm thick, 32 mm off the front.
@@ -23,7 +23,7 @@ def cabinet(
     friction: float = 0.4,
     rgba: Colour = (0.80, 0.76, 0.70, 1.0),
 ) -> Thing:
-    """A box that is open at the front. Frame: the middle of the front opening, x out of it, z up.
+    """Make a box that is open at the front. Frame: the middle of the front opening, x out of it, z up.
 
     Args:
         size: outer depth (x), width (y) and height (z).
@@ -56,7 +56,7 @@ def drawer(
     friction: float = 0.8,
     rgba: Colour = (0.70, 0.66, 0.60, 1.0),
 ) -> Thing:
-    """A drawer that slides out of its cabinet along x. Feature "handle": the middle of its bar, z out.
+    """Make a drawer that slides out of its cabinet along x. Feature "handle": the middle of its bar, z out.
 
     Args:
         parent: name of the cabinet.
@@ -101,7 +101,7 @@ def door(
     friction: float = 0.8,
     rgba: Colour = (0.70, 0.66, 0.60, 1.0),
 ) -> Thing:
-    """A door with its hinge on the side of +y. Feature "handle": the middle of its upright bar, z out.
+    """Make a door with its hinge on the side of +y. Feature "handle": the middle of its upright bar, z out.
 
     Args:
         parent: name of the cabinet.

@@ -31,7 +31,7 @@ class DeclaredFeature(BaseModel):
     size: dict[str, Length] = {}
 
     def feature(self) -> Feature:
-        """The same for the engine.
+        """Convert it to the model's feature.
 
         Raises:
             ValueError: the axis is zero, or up is along it.
@@ -56,7 +56,7 @@ def mesh_thing(
     detect: bool = True,
     rgba: Colour = (0.62, 0.58, 0.70, 1.0),
 ) -> Thing:
-    """A thing from an STL, OBJ, PLY or OFF file, in the file's frame, z up.
+    """Make a thing from an STL, OBJ, PLY or OFF file, in the file's frame, z up.
 
     Its collision shape is convex parts, between which holes stay open; mass is ``mass``, or ``density`` times the volume.
     Holes ("hole"), handles ("handle") and the face it stands on ("bottom") are found in the shape; a declared feature
@@ -68,6 +68,9 @@ def mesh_thing(
         density: [kg/m3].
         fixed: it does not move; mass and density are not asked for then.
         detect: look for holes and handles.
+
+    Raises:
+        UserError: the scale, the choice of mass or density, or the file (``shapes.files``) cannot be used.
     """
     if not 1e-6 <= scale <= 1e6:
         raise UserError(f"scale {scale:g}; it must lie between 1e-6 and 1e6, e.g. 0.001 for a file in millimetres")

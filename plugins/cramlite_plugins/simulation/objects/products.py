@@ -13,7 +13,7 @@ from cramlite.plugin import ModelMaker, hookimpl, load_yaml
 
 @lru_cache(maxsize=1)
 def entries() -> Mapping[str, Mapping[str, Any]]:
-    """Name -> model, class and parameters."""
+    """Load the products: name -> model, class and parameters."""
     found: Mapping[str, Mapping[str, Any]] = load_yaml(Path(__file__).with_name("products.yaml"))
     return found
 
@@ -38,4 +38,5 @@ def _maker(name: str) -> ModelMaker:
 
 @hookimpl
 def object_models() -> Iterable[ModelMaker]:
+    """Declare every product as an object model."""
     return [_maker(name) for name in entries()]

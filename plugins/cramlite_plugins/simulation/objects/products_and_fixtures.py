@@ -1,4 +1,4 @@
-"""Things that scenarios name: products with a hole, hangers with a peg, baskets, tables.
+"""Object models of products with a hole, blocks, hangers with a peg, baskets and tables.
 
 All sizes in metres. Peg, tip and tab follow what was measured to work (docs/explanation/simulation.md):
 a 6 mm peg with hemispherical ends, a 12 mm tip bent up by 6 mm, a hole of 9 to 12 mm out of 12 boxes.
@@ -32,7 +32,7 @@ def product(
     friction: float = 0.6,
     rgba: Colour = (0.85, 0.35, 0.25, 1.0),
 ) -> Thing:
-    """A box with a tab on top, which has a hole to hang it by.
+    """Make a box with a tab on top, which has a hole to hang it by.
 
     Frame: the centre of the box; x along its width, z up, its front is -y. Feature "hole": at the hole's centre, z
     out of the front (-y), y up. Feature "bottom": the face it stands on, z down.
@@ -62,7 +62,7 @@ def block(
     friction: float = 0.6,
     rgba: Colour = (0.45, 0.50, 0.62, 1.0),
 ) -> Thing:
-    """A plain box that can be moved. Frame: its centre, z up. Feature "bottom": the face it stands on, z down.
+    """Make a plain box that can be moved. Frame: its centre, z up. Feature "bottom": the face it stands on, z down.
 
     Args:
         size: width (x), depth (y) and height (z).
@@ -97,7 +97,7 @@ def hanger(
     wall: Size = (0.3, 0.3, 0.01),
     rgba: Colour = (0.75, 0.76, 0.78, 1.0),
 ) -> Thing:
-    """A wall panel with a peg that ends in a bent tip.
+    """Make a wall panel with a peg that ends in a bent tip.
 
     Frame: the root of the peg on the wall; x along the peg, z up. Feature "peg": at the root, z along the peg
     towards its tip, x up. Feature "tip": at the end of the bent part, z along it outwards.
@@ -106,6 +106,9 @@ def hanger(
         length, radius: of the straight part.
         tip, rise: length of the bent part, and how much higher its end is.
         wall: width, height and thickness of the panel.
+
+    Raises:
+        UserError: the tip is too short to rise so far.
     """
     run = math.sqrt(max(tip * tip - rise * rise, 0.0))
     if run <= 0 and tip > 0:
@@ -136,7 +139,7 @@ def basket(
     friction: float = 0.6,
     rgba: Colour = (0.35, 0.55, 0.40, 1.0),
 ) -> Thing:
-    """A box that is open at the top, fixed where it stands.
+    """Make a box that is open at the top, fixed where it stands.
 
     Frame: the centre of its underside, z up. Feature "cavity": at the centre of the opening, z out of it; its size are
     the inner width (x), depth (y) and height. Feature "floor": the inner floor, z up.
@@ -164,7 +167,7 @@ def table(
     friction: float = 0.6,
     rgba: Colour = (0.72, 0.62, 0.50, 1.0),
 ) -> Thing:
-    """A fixed plate. Frame: the centre of its top face, z up. Feature "top": that face.
+    """Make a fixed plate. Frame: the centre of its top face, z up. Feature "top": that face.
 
     Args:
         size: width (x), depth (y) and thickness.
@@ -176,7 +179,7 @@ def table(
 
 
 def hung(product: Thing, hanger: Thing, depth: float, yaw: float = 0.0) -> Pose:
-    """The pose of a product that hangs on a hanger, its hole resting on the peg from above.
+    """Compute the pose of a product that hangs on a hanger, its hole resting on the peg from above.
 
     Args:
         depth: of the tab's middle from the root of the peg [m].
@@ -221,7 +224,7 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
 
 
 def make(model: str, name: str, pose: Pose, parameters: Mapping[str, object] | None = None) -> Thing:
-    """A thing of the registry.
+    """Make a thing of an object model.
 
     Raises:
         UserError: no such model or parameter (names the nearest), or a value of the wrong type.

@@ -1,4 +1,4 @@
-"""Round things that scenarios name: cans, bottles, bowls with a rim, mugs and jugs with a handle. All sizes in metres.
+"""Object models of round vessels: cans, bottles, bowls with a rim, mugs and jugs with a handle. All sizes in metres.
 
 Frame of each: on its axis, half way up the body, z up. Feature "bottom": what it stands on, z down. Hollow ones
 have a "cavity": at the centre of the opening, z out of it; ``grains`` balls are loose in it at the start.
@@ -19,7 +19,7 @@ def can(
     name: str, pose: Pose, radius: Length = 0.033, height: Length = 0.115, mass: Mass = 0.35, friction: float = 0.6,
     rgba: Colour = (0.70, 0.30, 0.30, 1.0),
 ) -> Thing:  # fmt: skip
-    """A full cylinder."""
+    """Make a full cylinder."""
     body = Geom("cylinder", (radius, height / 2), rgba=rgba)
     return Thing(name, "cram:Product", pose, (body,), (_bottom(radius, height),), mass, friction)
 
@@ -28,7 +28,7 @@ def bottle(
     name: str, pose: Pose, radius: Length = 0.034, height: Length = 0.15, neck: Length = 0.014,
     neck_height: Length = 0.06, mass: Mass = 0.5, friction: float = 0.6, rgba: Colour = (0.30, 0.55, 0.35, 1.0),
 ) -> Thing:  # fmt: skip
-    """A cylinder with a thinner one on top. ``height`` is the body's, ``neck`` the neck's radius."""
+    """Make a cylinder with a thinner one on top. ``height`` is the body's, ``neck`` the neck's radius."""
     body = Geom("cylinder", (radius, height / 2), rgba=rgba)
     top = Geom("cylinder", (neck, neck_height / 2), Pose((0, 0, (height + neck_height) / 2)), rgba=rgba)
     return Thing(name, "cram:Product", pose, (body, top), (_bottom(radius, height),), mass, friction)
@@ -39,7 +39,7 @@ def bowl(
     friction: float = 0.6, grains: int = 0, grain_radius: Length = 0.005, grain_mass: Mass = 0.0006,
     rgba: Colour = (0.85, 0.82, 0.72, 1.0),
 ) -> Thing:  # fmt: skip
-    """A plate with an upright rim of boxes. ``radius`` is the outer one."""
+    """Make a plate with an upright rim of boxes. ``radius`` is the outer one."""
     geoms, features = _shell(radius, height, wall, rgba), (_bottom(radius, height), _cavity(radius, height, wall))
     filling = _filling(grains, grain_radius, grain_mass)
     return Thing(name, "soma:Bowl", pose, geoms, features, mass, friction, filling=filling)
@@ -49,7 +49,7 @@ def mug(
     name: str, pose: Pose, radius: Length = 0.042, height: Length = 0.095, wall: Length = 0.005,
     handle: Length = 0.032, mass: Mass = 0.3, friction: float = 0.6, rgba: Colour = (0.35, 0.45, 0.70, 1.0),
 ) -> Thing:  # fmt: skip
-    """A hollow cylinder of boxes with a handle on +x. ``handle`` is how far it sticks out."""
+    """Make a hollow cylinder of boxes with a handle on +x. ``handle`` is how far it sticks out."""
     grip = (0.006, 0.007, height * 0.35)
     arms = [
         Geom("box", (handle / 2, 0.007, 0.005), Pose((radius + handle / 2 - 0.004, 0, s * height * 0.3)), rgba=rgba)
@@ -66,7 +66,7 @@ def jug(
     handle: Length = 0.055, bar: Length = 0.02, mass: Mass = 0.25, friction: float = 0.6, grains: int = 0,
     grain_radius: Length = 0.005, grain_mass: Mass = 0.0006, rgba: Colour = (0.45, 0.60, 0.62, 1.0),
 ) -> Thing:  # fmt: skip
-    """A hollow cylinder of boxes with a handle on +x that a gripper's fingers fit behind.
+    """Make a hollow cylinder of boxes with a handle on +x that a gripper's fingers fit behind.
 
     Args:
         handle: how far it sticks out.

@@ -1,4 +1,4 @@
-"""What people do with two hands: one holds what the other takes over, or is at something else meanwhile.
+"""Two-handed demonstrations: one hand holds what the other takes over, or is busy meanwhile.
 
 Both are hands of the same strength, and meet each other and everything else. The other hand works from above, as over a
 table; it waits beside the one that acts.
@@ -23,7 +23,7 @@ WIDEST, CLEAR = 0.075, 0.25
 
 
 def from_above(pose: Pose, thing: Thing) -> Pose:
-    """Where a hand closes that takes a thing from above, across its shorter side."""
+    """Compute a grasp pose from above, across the thing's shorter side, in the world."""
     half = half_extents(thing)
     top = np.add(pose.position, pose.turn((0.0, 0.0, half[2] - DEEP)))
     axis = pose.turn((1.0, 0.0, 0.0) if half[0] <= half[1] else (0.0, 1.0, 0.0))
@@ -31,12 +31,12 @@ def from_above(pose: Pose, thing: Thing) -> Pose:
 
 
 def width_from_above(thing: Thing) -> float:
-    """What the fingers enclose then [m]."""
+    """Compute the width between the fingers of a grasp from above [m]."""
     return float(2 * min(half_extents(thing)[:2]))
 
 
 def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
-    """Where the other hand waits: in front, pointing down, on the side of what it might take."""
+    """Choose the pose at which the other hand waits: in front, pointing down, on the side of what it might take."""
     side = np.cross(scene.facing, (0.0, 0.0, 1.0)) * rng.choice([-1.0, 1.0]) * rng.uniform(0.28, 0.4)
     others = [np.subtract(t.pose.position, scene.product.pose.position) for t in _for_other_hand(scene)]
     if others and float(np.sum(others @ side)) < 0:
@@ -47,7 +47,7 @@ def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
 
 
 def be_busy(person: Person, scene: Scene) -> None:
-    """Tell the other hand to take something else up and put it back, while this one does what it does."""
+    """Make the other hand take something else up and put it back, while this one acts."""
     others = _for_other_hand(scene)
     if person.other is None or not others:
         return
@@ -82,7 +82,7 @@ def _raised(pose: Pose, height: float) -> Pose:
 
 
 def hand_over(person: Person, scene: Scene, hold: Pose, take: Pose) -> None:
-    """The other hand takes hold of what this one holds, this one lets go and withdraws; from then on the other acts.
+    """Hand the held thing over: the other hand takes hold, this one lets go and withdraws; then the other acts.
 
     Args:
         hold: where this hand closed, in the world, when the thing was where it is in the scene.

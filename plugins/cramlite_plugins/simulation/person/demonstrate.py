@@ -1,4 +1,4 @@
-"""A scripted person demonstrates a task; physics decides whether it succeeds.
+"""Demonstrations by a scripted person; physics decides whether they succeed.
 
 A script is a sequence of intentions (reach, grip, pull along the peg, carry). It knows where things are, as a person
 who looks at them does, but nothing holds unless contacts and friction hold it. All variety (approach, speeds,
@@ -58,7 +58,7 @@ def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rat
 
 
 def perform(scene: Scene, act: Act, rng: np.random.Generator, rate: float, *, both: bool = False) -> Person:
-    """Somebody who did it once.
+    """Simulate one performance of a script; return the person with its recording.
 
     Args:
         both: they have two hands.
@@ -115,7 +115,7 @@ Act = Callable[[Person, Scene, Pose], None]
 
 
 class Script(Value):
-    """What a demonstration consists of.
+    """A demonstration script.
 
     Args:
         see: what the person makes out in the world.

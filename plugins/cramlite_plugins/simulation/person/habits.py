@@ -1,4 +1,4 @@
-"""What people do beside what they were asked to: the variety of demonstrations.
+"""Variations of demonstrations: what people do beside what they were asked to.
 
 A person of these scripts has a pace, a tremor and habits, all from the seed: they come from anywhere in front, look twice,
 take hold again, pause, take detours, put the thing down in between, let it drop the last bit, and now and then the
@@ -34,7 +34,7 @@ BLIND = (0.04, 0.5)
 
 
 class Habits(Value):
-    """What one person does in one demonstration; the other hand is idle, "busy", or takes over ("hand_over")."""
+    """Variations of one demonstration; the other hand is idle, "busy", or takes over ("hand_over")."""
 
     second_look: bool
     regrasp: bool
@@ -46,7 +46,7 @@ class Habits(Value):
 
 
 def habits(rng: np.random.Generator, *, distracted: bool = False) -> Habits:
-    """Drawn once, before the demonstration begins.
+    """Draw the variations of a demonstration, once, before it begins.
 
     Args:
         distracted: somebody who is at two things at once: they begin with the wrong one, and are interrupted.
@@ -60,20 +60,20 @@ def habits(rng: np.random.Generator, *, distracted: bool = False) -> Habits:
     return replace(own, wrong_way=bool(wrong), interrupted=bool(stopped), other_hand=other)
 
 
-def temper(person: Person) -> None:
-    """A pace and a tremor of their own."""
+def draw_pace_and_tremor(person: Person) -> None:
+    """Draw the person's pace and tremor."""
     person.pace = person.between(*PACE)
     person.shake(person.between(*SHAKE))
 
 
 def pause(person: Person, own: Habits) -> None:
-    """Perhaps keep still for a moment."""
+    """Wait for a moment, if the person does."""
     if person.rng.random() < own.pause:
         person.wait(person.between(0.25, 0.8))
 
 
 def look_twice(person: Person, grasp: Pose) -> None:
-    """Go near, and back again."""
+    """Approach the grasp and back off again."""
     near = Pose(tuple(grasp.position + grasp.turn((0, 0, -person.between(0.09, 0.14)))), grasp.quaternion)
     before = person.aim
     person.move([near], person.between(0.2, 0.35))
@@ -83,7 +83,7 @@ def look_twice(person: Person, grasp: Pose) -> None:
 
 
 def go_wrong(person: Person, scene: Scene, grasp: Pose) -> None:
-    """Reach for another thing first, stop in front of it, and think better of it."""
+    """Reach for another thing first, stop in front of it, and return."""
     others = [t for t in scene.world.things if t.movable and t is not scene.product]
     if not others:
         return
@@ -106,7 +106,7 @@ def be_interrupted(person: Person) -> None:
 
 
 def take_again(person: Person, scene: Scene, grasp: Pose) -> None:
-    """Let go of what is held, and take hold of it again a little elsewhere."""
+    """Let go of what is held, and regrasp it a little elsewhere."""
     person.wait(person.between(0.2, 0.5))
     width = extent(scene, grasp)
     person.grip(min(width + 0.02, OPENING), person.between(0.25, 0.4))
@@ -117,14 +117,14 @@ def take_again(person: Person, scene: Scene, grasp: Pose) -> None:
 
 
 def detour(person: Person) -> None:
-    """Somewhere else than straight on, with what is held."""
+    """Move what is held along a detour."""
     side = np.array([person.between(-0.08, 0.0), person.between(-0.08, 0.08), person.between(-0.02, 0.08)])
     goal = Pose(tuple(np.add(person.aim.position, side)), person.aim.quaternion)
     person.move([goal], person.between(0.15, 0.3))
 
 
 def put_down_and_take(person: Person, scene: Scene, grasp: Pose) -> None:
-    """Stand what is held on the nearest surface, let go, step back, and take it again."""
+    """Put what is held on the nearest surface, let go, step back, and grasp it again."""
     support, top = nearest_top(person, scene)
     put_down(person, scene, support, top, grasp)
     person.grip(min(extent(scene, grasp) + 0.02, OPENING), person.between(0.3, 0.5))
@@ -140,7 +140,7 @@ def put_down_and_take(person: Person, scene: Scene, grasp: Pose) -> None:
 
 
 def nearest_top(person: Person, scene: Scene) -> tuple[Thing, Feature]:
-    """A surface to put something on, the nearest by its middle; not the inside of a container, nor the thing itself."""
+    """Find the nearest surface to put something on, by its middle; no container's inside, nor the thing itself."""
     tops = [
         (t, f)
         for t, f in featured(scene.world, "vrps:SurfaceFeature")
@@ -151,7 +151,7 @@ def nearest_top(person: Person, scene: Scene) -> tuple[Thing, Feature]:
 
 
 def put_down(person: Person, scene: Scene, support: Thing, top: Feature, grasp: Pose) -> None:
-    """Upright onto a surface, the last bit perhaps dropped."""
+    """Put what is held upright onto a surface, the last bit perhaps dropped."""
     spot = _spot(person, scene, support, top)
     body = person.pose(scene.product.name)
     goal = Pose(tuple(np.add(spot, (0, 0, half_extents(scene.product)[2]))), body.quaternion)
@@ -195,8 +195,8 @@ def _apart(spot: Floats, other: Thing, room: float = 0.12) -> bool:
     return bool(off.max() > room)
 
 
-def glitched(rollout: Rollout, thing: str, rng: np.random.Generator) -> Rollout:
-    """What a tracker recorded that lost sight of a thing while it was in the hand: poses at the origin, no contacts."""
+def with_tracking_loss(rollout: Rollout, thing: str, rng: np.random.Generator) -> Rollout:
+    """Corrupt a rollout as by a tracker that lost the thing in the hand: poses at the origin, no contacts."""
     held = np.array([_gripped(touches, thing) for touches in rollout.touches])
     seconds = rng.uniform(*BLIND)
     moments = np.flatnonzero(held)

@@ -1,4 +1,4 @@
-"""What a hand does in every demonstration: reach for the object, close on it, lead its hole somewhere."""
+"""Hand movements of every demonstration: reach for the object, grasp it, move its hole along points."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SQUEEZE = 10000.0
 
 
 def reach(person: Person, scene: Scene, grasp: Pose) -> None:
-    """Come from where the hand is, by a detour, to in front of the object; hesitate; approach."""
+    """Reach from the hand's pose, by a detour, to in front of the object; hesitate; approach."""
     person.grip(max(extent(scene, grasp) + 2 * MARGIN, person.between(0.08, OPENING)), 0.2)
     away = grasp.position + grasp.turn((0, 0, -person.between(0.07, 0.12)))
     before = Pose(tuple(away), grasp.quaternion)
@@ -29,28 +29,28 @@ def reach(person: Person, scene: Scene, grasp: Pose) -> None:
 
 
 def extent(scene: Scene, grasp: Pose) -> float:
-    """What the fingers must enclose: the object's extent along the closing axis."""
+    """Compute the object's extent along the closing axis of a grasp [m]."""
     axis = np.abs(scene.product.pose.inverse().turn(grasp.turn((0, 1, 0))))
     half = half_extents(scene.product)
     return float(min(2 * half[int(np.argmax(axis))], OPENING))
 
 
 def close(person: Person, width: float) -> None:
-    """Pinch with a force between half and nearly all of what the fingers have."""
+    """Close the fingers with a force between half and nearly all of their strength."""
     force = person.between(0.5, 0.9) * PINCH
     person.grip(max(width - 2 * force / SQUEEZE, 0.0), person.between(0.4, 0.8))
     person.wait(person.between(0.15, 0.4))
 
 
 def lead(person: Person, scene: Scene, route: list[Floats], speed: float) -> None:
-    """Move the hole along points; the hand keeps its orientation. The person sees where the hole is in the hand."""
+    """Move the hole along points (3,) [m] in the world; the hand keeps its orientation, the hole's offset is seen."""
     hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
     offset = np.array(person.tool().position) - hole
     person.move([Pose(tuple(p + offset), person.aim.quaternion) for p in route], speed)
 
 
 def tip_points(scene: Scene) -> list[Floats]:
-    """Where a bent tip leads: its end; the peg's own end where it has none."""
+    """Return the points (3,) that a bent tip leads to, in the world [m]: its end; the peg's own end without one."""
     tip = scene.hanger.feature("vrps:Tip")
     if tip is not None:
         return [scene.hanger.pose.apply(tip.pose.position)]

@@ -1,4 +1,4 @@
-"""A person takes an object that stands somewhere and threads its hole onto a peg.
+"""A demonstrated hanging: a person takes an object that stands somewhere and threads its hole onto a peg.
 
 The person looks before each part of the way and corrects; what the hole then meets, contacts and friction decide.
 """
@@ -33,6 +33,7 @@ def hang_onto_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
 
 
 def lift(person: Person) -> None:
+    """Lift what is held."""
     up = np.add(person.aim.position, (0.0, 0.0, person.between(0.06, 0.12)))
     person.move([Pose(tuple(up), person.aim.quaternion)], person.between(0.12, 0.25))
     if person.rng.random() < 0.4:
@@ -40,11 +41,12 @@ def lift(person: Person) -> None:
 
 
 def hole(person: Person, scene: Scene) -> Floats:
+    """Return the position (3,) of the hole in the world [m]."""
     return np.array((person.pose(scene.product.name) * scene.hole.pose).position)
 
 
 def face(person: Person, scene: Scene) -> None:
-    """Upright, the front turned along the peg, the hole before its tip; by an arc."""
+    """Turn the object upright, its front along the peg, and bring the hole before the peg's tip, by an arc."""
     end = tip_points(scene)[-1] + scene.along * person.between(*BEFORE)
     goal = _hand_for(person, scene, end)
     middle = (np.array(person.aim.position) + goal.position) / 2
@@ -68,7 +70,7 @@ def _hand_for(person: Person, scene: Scene, hole: Floats) -> Pose:
 
 
 def thread(person: Person, scene: Scene) -> None:
-    """Over the tip and down its bend, along the peg, and let down until the peg carries."""
+    """Thread the hole over the tip and down its bend, along the peg, and let down until the peg carries."""
     peg = scene.hanger.pose * scene.peg.pose
     length = scene.peg.size["length"]
     lead(person, scene, [tip_points(scene)[-1]], 0.04)
@@ -80,7 +82,7 @@ def thread(person: Person, scene: Scene) -> None:
 
 
 def leave(person: Person, scene: Scene, grasp: Pose) -> None:
-    """Open as far as is needed, and withdraw the way the hand points; wait until all is quiet."""
+    """Open the fingers as far as is needed, withdraw the way the hand points, and wait until all is quiet."""
     person.wait(person.between(0.1, 0.3))
     person.grip(min(extent(scene, grasp) + person.between(*FREE), OPENING), person.between(0.3, 0.6))
     person.wait(0.2)

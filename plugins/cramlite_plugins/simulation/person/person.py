@@ -1,4 +1,4 @@
-"""A person's hands: where they want to be at each instant, and the simulation that follows.
+"""A simulated person's hands: targets at each instant, and the simulation that follows them.
 
 Movements are minimum-jerk (Flash and Hogan 1985: s = 10 u^3 - 15 u^4 + 6 u^5) along curved paths; on them lie a slow
 drift of about a millimetre and the physiological tremor of 8 to 12 Hz, 0.1 to 0.3 mm (Elble and Koller 1990).
@@ -35,7 +35,7 @@ SHORTEST = 0.15
 
 
 class Limb(Struct):
-    """One hand: where it aims, and what it was told to do while the other one acts.
+    """One hand: its target, and a queue of targets for while the other one acts.
 
     Args:
         index: in the model.
@@ -52,20 +52,20 @@ class Limb(Struct):
     queue: deque[tuple[Pose, float]] = field(default_factory=deque)
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
-        """Later, after what it was told before: bring it along poses."""
+        """Queue a movement along poses of the tool frame in the world, with a mean speed [m/s]."""
         self.queue.extend((aim, self._last[1]) for aim in way(self._last[0], path, speed, curved=curved))
 
     def grip(self, opening: float, seconds: float) -> None:
-        """Later: close or open the fingers."""
+        """Queue a movement of the fingers to an opening [m] within a time [s]."""
         aim, first = self._last
         self.queue.extend((aim, first + u * (opening - first)) for u in _fractions(seconds))
 
     def wait(self, seconds: float) -> None:
-        """Later: keep still."""
+        """Queue a time of keeping still [s]."""
         self.queue.extend([self._last] * len(_fractions(seconds)))
 
     def follow(self, data: Data) -> None:
-        """One control period: the aim, off by drift and tremor, for the servos to reach."""
+        """Command the servos for a control period: the target, off by drift and tremor."""
         if self.queue:
             self.aim, self.opening = self.queue.popleft()
         noise = self.waves(data.time).tolist()
@@ -79,7 +79,7 @@ class Limb(Struct):
 
 
 class Person:
-    """Somebody who moves the hands of a compiled world.
+    """A person who moves the hands of a compiled world.
 
     Args:
         compiled: with one or two hands.
@@ -103,15 +103,16 @@ class Person:
 
     @property
     def aim(self) -> Pose:
-        """Where the hand that acts is meant to be."""
+        """Return the target of the hand that acts."""
         return self.limb.aim
 
     @property
     def opening(self) -> float:
+        """Return the target opening of the hand that acts [m]."""
         return self.limb.opening
 
     def change_hands(self) -> None:
-        """From now on the other hand acts.
+        """Make the other hand the one that acts.
 
         Raises:
             ValueError: there is none.
@@ -121,15 +122,15 @@ class Person:
         self.limb, self.other = self.other, self.limb
 
     def pose(self, thing: str) -> Pose:
-        """Where the person sees a thing."""
+        """Return the pose of a thing in the world, as the person sees it."""
         return self.compiled.pose(self.data, thing)
 
     def tool(self) -> Pose:
-        """Where the person feels the hand."""
+        """Return the tool frame of the hand that acts, in the world."""
         return self.limb.index.pose(self.data)
 
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
-        """Bring the hand along poses, the present aim first.
+        """Move the hand along poses, from the present target.
 
         Args:
             path: targets of the tool frame; orientation turns from the present one to the last.
@@ -141,32 +142,33 @@ class Person:
         self.limb.aim = path[-1]
 
     def grip(self, opening: float, seconds: float) -> None:
-        """Close or open the fingers."""
+        """Move the fingers to an opening [m] within a time [s]."""
         first = self.opening
         for u in _fractions(seconds):
             self._follow(self.aim, first + u * (opening - first))
         self.limb.opening = opening
 
     def wait(self, seconds: float) -> None:
-        """Keep still, as far as a person can."""
+        """Keep still for a time [s], but for drift and tremor."""
         for _ in _fractions(seconds):
             self._follow(self.aim, self.opening)
 
     def wait_for_other(self) -> None:
-        """Keep still until the other hand has done what it was told."""
+        """Keep still until the other hand has executed its queue."""
         while self.other is not None and self.other.queue:
             self._follow(self.aim, self.opening)
 
     def shake(self, share: float) -> None:
-        """Shake this much more, or less, than most."""
+        """Scale the tremor of both hands by a share."""
         for limb in (self.limb, *([self.other] if self.other else [])):
             limb.waves.size[3:] *= share
 
     def rollout(self) -> Rollout:
-        """Everything so far."""
+        """Return everything so far as a rollout."""
         return self.recorder.rollout()
 
     def between(self, low: float, high: float) -> float:
+        """Draw a number between two limits, uniformly."""
         return float(self.rng.uniform(low, high))
 
     def _follow(self, aim: Pose, opening: float) -> None:
@@ -182,7 +184,7 @@ class Person:
 
 
 def way(aim: Pose, path: Sequence[Pose], speed: float, *, curved: bool = False) -> Iterator[Pose]:
-    """From an aim along poses, one for each control period; see ``Person.move``."""
+    """Sample a minimum-jerk movement from a target along poses, one for each control period; see ``Person.move``."""
     points = np.array([p.position for p in (aim, *path)])
     line = _bezier(points) if curved else points
     lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
@@ -199,7 +201,7 @@ def _fractions(seconds: float) -> Floats:
 
 
 class Waves:
-    """Drift and tremor at an instant: (6,) position [m] and rotation vector [rad], each a sum of sines."""
+    """Drift and tremor over time: (6,) position [m] and rotation vector [rad], each a sum of sines."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         shape = (3, 6)
@@ -213,7 +215,7 @@ class Waves:
 
 
 def slerp(a: Pose, b: Pose, u: float) -> Pose:
-    """The orientation a share ``u`` of the shortest turn from ``a`` to ``b``; no position."""
+    """Interpolate orientations: a share ``u`` of the shortest turn from ``a`` to ``b``; no position."""
     turn = Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)
     return Pose((0, 0, 0), a.quaternion) * Pose.from_rotvec((0, 0, 0), np.multiply(turn.rotvec, u).tolist())
 

@@ -1,4 +1,4 @@
-"""What a person who demonstrates sees: an object with a hole, a peg, and where the object goes to, or stands at the start."""
+"""Perception of the demonstrating person: an object with a hole, a peg, and the object's support or container."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ STANDS = 0.02
 
 
 class Scene(Value):
-    """What the person sees: an object with a hole, a peg, and where the object goes to, or stands at the start.
+    """The scene as the person sees it: an object with a hole, a peg, and the object's container or support.
 
     Args:
         container, cavity: the container that the object goes into and its opening; for an object that stands at the
@@ -31,22 +31,26 @@ class Scene(Value):
 
     @property
     def along(self) -> Floats:
-        """Unit vector along the peg, out of the wall, world axes."""
+        """Return the unit vector (3,) along the peg, out of the wall, world axes."""
         return self.hanger.pose.turn(self.peg.pose.turn((0, 0, 1)))
 
     @property
     def facing(self) -> Floats:
-        """Where the hand comes from: out of the object's front if it stands, else along the peg it hangs on."""
+        """Return the unit vector (3,) that the hand comes from: the object's front if it stands, else the peg's."""
         return self.product.pose.turn(self.hole.pose.turn((0, 0, 1))) if self.stands else self.along
 
     @property
     def stands(self) -> bool:
-        """Whether the object stands on something at the start."""
+        """Check whether the object stands on something at the start."""
         return self.cavity.type != "cram:Cavity"
 
 
 def see_hanging(world: World) -> Scene:
-    """Find the object, the peg that it hangs on, and the container, by their features."""
+    """Find the object, the peg that it hangs on, and the container, by their features.
+
+    Raises:
+        UserError: one of them is missing, or nothing hangs on a peg.
+    """
     holed, pegs, cavities = (
         featured(world, "vrps:Hole", movable=True),
         featured(world, "vrps:Peg"),
@@ -71,7 +75,7 @@ def _off_axis(product: tuple[Thing, Feature], hanger: tuple[Thing, Feature]) -> 
 
 
 def see_standing(world: World) -> Scene:
-    """The object with a hole, the peg, and the surface that the object stands on.
+    """Find the object with a hole, the peg, and the surface that the object stands on.
 
     Raises:
         UserError: one of them is missing, or the object stands on nothing.
@@ -97,7 +101,7 @@ def _under(product: Thing, bottom: float, owner: Thing, surface: Feature) -> boo
 
 
 def featured(world: World, type_: str, *, movable: bool = False) -> list[tuple[Thing, Feature]]:
-    """Everything with a feature of a class, with that feature.
+    """List everything with a feature of a class, with that feature.
 
     Raises:
         UserError: there is nothing of the kind.
@@ -111,7 +115,7 @@ def featured(world: World, type_: str, *, movable: bool = False) -> list[tuple[T
 
 
 def half_extents(thing: Thing) -> Floats:
-    """Half side lengths of a thing's body, without its features."""
+    """Compute the half extents (3,) of a thing's body without its features [m]."""
     boxes = [g for g in thing.geoms if not g.part] or list(thing.geoms)
     reach = [np.abs(g.pose.position) + np.abs(g.pose.rotation) @ _half(g.shape, g.size) for g in boxes]
     return np.asarray(np.max(reach, axis=0))

@@ -1,4 +1,4 @@
-"""A person takes an object off a peg and puts it into a container."""
+"""A demonstrated taking-off: a person takes an object off a peg and puts it into a container."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def take_off_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
 
 
 def pull_off(person: Person, scene: Scene) -> None:
-    """Lift until the peg is in the middle of the hole, then lead the hole along the peg and over its tip."""
+    """Lift until the peg is in the middle of the hole, then move the hole along the peg and over its tip."""
     peg = scene.hanger.pose * scene.peg.pose
     hole = person.pose(scene.product.name) * scene.hole.pose
     x, y, depth = peg.inverse().apply(hole.position)
@@ -37,7 +37,7 @@ def pull_off(person: Person, scene: Scene) -> None:
 
 
 def carry(person: Person, scene: Scene) -> None:
-    """Over the container, by an arc, tilting the hand as it comes."""
+    """Carry the object over the container, by an arc, tilting the hand as it comes."""
     opening = scene.container.pose * scene.cavity.pose
     inner = np.array([scene.cavity.size[k] for k in ("width", "depth")])
     spot = opening.apply((*(person.rng.uniform(-0.12, 0.12, 2) * inner), 0.0))

@@ -1,4 +1,4 @@
-"""Demonstrations as people really give them: the scripts of ``taking_off.py`` and ``hanging.py``, with habits."""
+"""Demonstrations with variations: the scripts of ``taking_off.py`` and ``hanging.py``, with habits."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from .habits import (
     Habits,
     be_interrupted,
     detour,
-    glitched,
+    draw_pace_and_tremor,
     go_wrong,
     habits,
     look_twice,
     pause,
     put_down_and_take,
     take_again,
-    temper,
+    with_tracking_loss,
 )
 from .hand_moves import close, extent, reach
 from .hanging import face, leave, lift, thread
@@ -74,14 +74,14 @@ def hang(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False)
 
 
 def step_back(person: Person, scene: Scene) -> None:
-    """Where the other hand has room, away from the wall."""
+    """Move the object away from the wall, where the other hand has room."""
     back = np.add(person.aim.position, scene.along * person.between(0.08, 0.12))
     person.move([Pose(tuple(back), person.aim.quaternion)], person.between(0.15, 0.3))
 
 
 def _come(person: Person, scene: Scene, grasp: Pose, own: Habits) -> None:
     """Until the hand holds the object."""
-    temper(person)
+    draw_pace_and_tremor(person)
     if own.other_hand == "busy":
         be_busy(person, scene)
     if own.wrong_way:
@@ -96,7 +96,7 @@ def _come(person: Person, scene: Scene, grasp: Pose, own: Habits) -> None:
 
 
 def in_container(person: Person, scene: Scene) -> bool:
-    """Whether the object lies in the container."""
+    """Check whether the object lies in the container."""
     opening = scene.container.pose * scene.cavity.pose
     x, y, z = opening.inverse().apply(person.pose(scene.product.name).position)
     width, depth = (scene.cavity.size[k] for k in ("width", "depth"))
@@ -104,12 +104,12 @@ def in_container(person: Person, scene: Scene) -> bool:
 
 
 def on_peg(person: Person, scene: Scene) -> bool:
-    """Whether the object hangs on the peg."""
+    """Check whether the object hangs on the peg."""
     hole = (person.pose(scene.product.name) * scene.hole.pose).position
     x, y, depth = (scene.hanger.pose * scene.peg.pose).inverse().apply(hole)
     return bool(np.hypot(x, y) < THREADED and 0 <= depth <= scene.peg.size["length"])
 
 
 def recorded(rollout: Rollout, scene: Scene, rng: np.random.Generator) -> Rollout:
-    """With what the tracker missed."""
-    return glitched(rollout, scene.product.name, rng) if rng.random() < GLITCH else rollout
+    """Return the rollout as tracked: perhaps with a loss of tracking."""
+    return with_tracking_loss(rollout, scene.product.name, rng) if rng.random() < GLITCH else rollout

@@ -1,4 +1,4 @@
-"""What a wrist sensor said at its largest between two samples: a single cycle would make peaks a matter of chance."""
+"""Peak forces of a wrist sensor between two samples: a single cycle would make peaks a matter of chance."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..controller.controller import Controller
 
 
 class Peaks:
-    """Collects samples at the recorder's times.
+    """A collector of peak forces at the recorder's sample times.
 
     Args:
         period: of the samples [s].
@@ -25,7 +25,7 @@ class Peaks:
         self._wrench, self._force = np.zeros(6), 0.0
 
     def see(self, time: float, arm: Controller) -> None:
-        """One control cycle: what the tool applies (``Rollout.wrench``), and what the program feels (``Rollout.force``)."""
+        """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
         wrench = arm.applied()
         force = math.hypot(*(arm.wrench() if arm.sensor.tared else wrench)[:3])
         if np.linalg.norm(wrench[:3]) > np.linalg.norm(self._wrench[:3]):
@@ -37,5 +37,5 @@ class Peaks:
             self._wrench, self._force = wrench, force
 
     def arrays(self) -> dict[str, Floats]:
-        """The fields of a rollout: wrench (N, 6), force (N,)."""
+        """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""
         return {"wrench": np.array(self.wrenches), "force": np.array(self.forces)}

@@ -1,4 +1,4 @@
-"""Pictures of a rollout, and its scene for others to draw: any sample of it, from its recorded poses."""
+"""Pictures of a rollout and its scene for a viewer, from its recorded poses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .recorder import effector_of
 
 
 def picture(rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
-    """One sample as (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
+    """Render one sample as (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
     compiled = _compiled(_ById(rollout, robots))
     data = compiled.data()
     _put(compiled, data, rollout, sample)
@@ -28,7 +28,7 @@ def picture(rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tu
 
 
 def scene(rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
-    """What is seen of a rollout, and where it is at some samples."""
+    """Build the scene of a rollout for a viewer: its solids, and their poses at some samples."""
     compiled = _compiled(_ById(rollout, robots))
     model, data = compiled.model, compiled.data()
     shapes, rows = solids(model), []

@@ -1,4 +1,4 @@
-"""What a simulation did, as a ``cramlite.model.rollout.Rollout``: one recorder for hands and robots."""
+"""A recorder of simulations as ``cramlite.model.rollout.Rollout``, one for hands and robots."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the cont
 
 
 class Recorder:
-    """Samples a simulation at a constant rate.
+    """A recorder that samples a simulation at a constant rate.
 
     Call :meth:`observe` after every step; it keeps a sample whenever one is due. Between samples nothing is computed.
 
@@ -38,7 +38,7 @@ class Recorder:
         self._sight = Sight(compiled)
 
     def observe(self, data: Data, line: int = 0) -> None:
-        """Keep a sample if one is due. The state must be consistent, as it is after mj_step or mj_forward."""
+        """Record a sample if one is due. The state must be consistent, as it is after mj_step or mj_forward."""
         if data.time >= len(self._samples) * self.period - 1e-9:
             self._sight.look(data, camera_poses(self.compiled, data), len(self._samples) * self.period)
             self._samples.append(self._sample(data, line))
@@ -48,7 +48,7 @@ class Recorder:
         self.messages.append(Message(time, text, line))
 
     def rollout(self, outcome: str = "finished", reason: str = "") -> Rollout:
-        """Everything so far. Times are those of the samples' due dates."""
+        """Return everything so far as a rollout. Times are those of the samples' due dates."""
         samples = self._samples
         names = samples[0]["poses"] if samples else ()
         joints = samples[0]["values"] if samples else ()
@@ -99,7 +99,7 @@ class Recorder:
 
 
 def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
-    """The hand or robot of that name; without a name the hand if there is one, else the first robot.
+    """Return the hand or robot of that name; without a name the hand if there is one, else the first robot.
 
     Raises:
         KeyError: there is none.
@@ -113,14 +113,14 @@ def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
 
 
 def finger_poses(data: Data, index: EffectorIndex, name: str = "effector") -> dict[str, Pose]:
-    """The poses of both finger tips: the middle of the pads, with the tool frame's orientation."""
+    """Return the poses of both finger tips in the world: the middle of the pads, with the tool frame's orientation."""
     turn = index.pose(data).quaternion
     middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
     return {f"{name}/{side}": Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
 
 
 def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
-    """The optical frames of the world's cameras."""
+    """Return the optical frames of the world's cameras, in the world."""
     flanges = {name: index.flange for name, index in compiled.robots.items()}
     return {
         c.name: c.pose if c.mount is None else site_pose(data, flanges[c.mount]) * c.pose
@@ -130,7 +130,7 @@ def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
 
 
 def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
-    """The contacts of a state, summed over the points of each pair.
+    """List the contacts of a state, summed over the points of each pair.
 
     Contacts within an arm or an effector, and those of grains, are left out. In each pair ``a`` is the effector or robot if one takes part,
     else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
@@ -161,7 +161,7 @@ def _name(owner: Owner, effector: str) -> str:
 
 
 def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
-    """What the effector applies to its environment, at the sensor, in world axes [N, Nm], shape (6,).
+    """Compute the effector's wrench on its environment, at the sensor, in world axes [N, Nm], shape (6,).
 
     MuJoCo's sensor gives the force of the wrist on the effector, s = m a - m g - F_environment. The effector's weight
     m g is added; its inertia m a stays in (3 to 9 N in fast free motion).

@@ -1,4 +1,4 @@
-"""When the cameras of a run first see the things of which nobody knew where they are."""
+"""First sightings: when the cameras of a run first see the things whose poses were unknown."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ RAYS = 400  # are cast at a thing: of PIXELS of a small one each has its own, of
 
 
 class Sight:
-    """Looks with the cameras of a world in which things are known once they are seen; in any other one, never.
+    """A detector of first sightings in a world in which things are known once they are seen; in any other one, of none.
 
     A camera looks where it stands, as a robot's does: what it sees in passing, nobody has looked at.
 
@@ -42,7 +42,7 @@ class Sight:
         self._looked: dict[str, float] = {}
 
     def look(self, data: Data, cameras: Mapping[str, Pose], time: float) -> None:
-        """Note what is seen for the first time.
+        """Record what is seen for the first time.
 
         Args:
             cameras: name -> optical frame in the world.

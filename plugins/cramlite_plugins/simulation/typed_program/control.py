@@ -1,7 +1,7 @@
-"""What the steps do that hold steps: attempts, repetition, branches at the same time, monitors.
+"""Control steps of typed programs: attempts, repetition, parallel branches, monitors.
 
 A branch is a generator. Stopping one closes it and brings the arm to rest; the fingers of a stopped branch stay where they
-are. Meaning: ``cramlite.model.program``, and backends/urscript_flow.py for the same in URScript.
+are. Meaning: ``cramlite.model.program``, and backends/urscript/flow.py for the same in URScript.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ STOP = 2.0  # deceleration of what is stopped from outside [rad/s2 or m/s2]
 
 
 def try_in_order(run: Running, step: TryInOrder) -> Cycles:
+    """Execute branches one after the other until one succeeds; the last one's failure is the step's."""
     for k, branch in enumerate(step.branches, 1):
         try:
             yield from run.perform(branch)
@@ -27,12 +28,13 @@ def try_in_order(run: Running, step: TryInOrder) -> Cycles:
 
 
 def repeat(run: Running, step: Repeat) -> Cycles:
+    """Execute steps a number of times."""
     for _ in range(step.count):
         yield from run.perform(step.steps)
 
 
 def parallel(run: Running, step: Parallel) -> Cycles:
-    """All branches advance once a cycle, in their order."""
+    """Execute branches at the same time; each advances once a cycle, in their order."""
     going = [(branch, run.perform(branch)) for branch in step.branches]
     failures: list[StepFailed] = []
     while going:
@@ -53,6 +55,7 @@ def parallel(run: Running, step: Parallel) -> Cycles:
 
 
 def monitor(run: Running, step: Monitor) -> Cycles:
+    """Execute steps while a condition is watched, which stops them and fails the step."""
     cycles, waited, began = run.perform(step.steps), 0.0, run.arm.gripper.opening
     while True:
         ended, failed = _advanced(cycles)

@@ -1,6 +1,6 @@
-"""What the steps do that feel: contact, force mode around a motion, search, insertion, extraction, sliding.
+"""Force-controlled steps of typed programs: contact, force mode, search, insertion, extraction, sliding.
 
-Numbers and conditions: backends/urscript_parts.py and urscript_search.py, as for ``program_steps``.
+A step that fails raises ``StepFailed``. Numbers and conditions: backends/urscript/parts.py and search.py, as for ``steps``.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ LEAST = 0.25  # share of the pressing force below which a slide has lost its con
 
 
 def until_contact(run: Running, step: MoveUntilContact) -> Cycles:
+    """Move along a direction until the reaction force exceeds its threshold."""
     arm, way = run.arm, np.array(step.direction)
     here, waited, reaction = arm.actual_tcp(), 0.0, 0.0
     arm.move_linear(_moved(here, step.distance * way), step.speed, GENTLE)
@@ -53,6 +54,7 @@ def until_contact(run: Running, step: MoveUntilContact) -> Cycles:
 
 
 def force_move(run: Running, step: ForceMove) -> Cycles:
+    """Move along waypoints while some axes of a frame comply."""
     arm, waited = run.arm, 0.0
     _comply(arm, step.frame, step.compliant, step.wrench, step.limits)
     for waypoint in step.waypoints:
@@ -66,6 +68,7 @@ def force_move(run: Running, step: ForceMove) -> Cycles:
 
 
 def spiral_search(run: Running, step: SpiralSearch) -> Cycles:
+    """Press along z of a frame and move across it on a spiral until the tool gives way, or a rim holds it."""
     arm, axis = run.arm, _axis(step.frame)
     start, waited, way, across = arm.actual_tcp(), 0.0, 0.0, 0.0
     spiral = _spiral(step, arm.kinematics.forward(arm.q))
@@ -97,10 +100,12 @@ def spiral_search(run: Running, step: SpiralSearch) -> Cycles:
 
 
 def force_insert(run: Running, step: ForceInsert) -> Cycles:
+    """Push along z of a frame until the tool has gone deep enough."""
     yield from _along_axis(run, step, (0.0, 0.0, step.force), step.depth, "inserted", "deep")
 
 
 def force_extract(run: Running, step: ForceExtract) -> Cycles:
+    """Pull along z of a frame until the tool has come out far enough."""
     yield from _along_axis(run, step, (*step.across, step.force), step.way, "out", "out")
 
 
@@ -127,6 +132,7 @@ def _along_axis(
 
 
 def compliant_slide(run: Running, step: CompliantSlide) -> Cycles:
+    """Slide along waypoints while pressing along z of a frame."""
     arm, axis, waited, lost = run.arm, _axis(step.frame), 0.0, 0.0
     _comply(arm, step.frame, (0, 0, 1, 0, 0, 0), (0, 0, step.force, 0, 0, 0), SLIDING)
     path = iter(step.waypoints)

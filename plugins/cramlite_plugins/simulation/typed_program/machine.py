@@ -1,4 +1,4 @@
-"""Runs the text of a typed program on the virtual controller: the counterpart of the URScript interpreter.
+"""Execution of typed programs on the virtual controller: the counterpart of the URScript interpreter.
 
 The text is all that it is given. Before the first step it does what the URScript preamble does: tool centre point, payload,
 start check, tare; while it runs, it watches the program's force limit.
@@ -69,7 +69,7 @@ HALT = 2.0  # deceleration of an abort [rad/s2]
 
 
 def load_program(text: str, robot: Robot) -> ProgramText:
-    """Read a program that this robot is to run.
+    """Parse a program's text and check that it fits this robot.
 
     Raises:
         UserError: it is no program, is for another robot, or has joint positions of another arm.
@@ -126,10 +126,11 @@ class ProgramMachine:
         self._main = self._run()
 
     def log(self, text: str) -> None:
+        """Write a line to the program's log."""
         self._log(text)
 
     def cycle(self) -> None:
-        """Resume the program once, then watch the force.
+        """Resume the program once, then check the force limit.
 
         Raises:
             Halted: it gave up; its last message says why.
@@ -145,14 +146,14 @@ class ProgramMachine:
             raise Halted
 
     def remember(self) -> None:
-        """Nothing of the past is asked for."""
+        """Do nothing: a typed program asks for no history."""
 
     def close(self) -> None:
         """End the program."""
         self._main.close()
 
     def perform(self, steps: Iterable[AnyStep]) -> Cycles:
-        """Carry out steps one after the other.
+        """Execute steps one after the other.
 
         Raises:
             StepFailed: one of them did not come to its end.

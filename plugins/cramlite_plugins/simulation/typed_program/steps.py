@@ -1,8 +1,8 @@
-"""What each step of a typed program does on the virtual controller: motions, the gripper, waiting.
+"""Steps of typed programs on the virtual controller: motions, the gripper, waiting.
 
-One function for each type of step, a generator that yields once a control cycle; ``program_machine`` says which. A step
+One function for each type of step, a generator that yields once a control cycle; ``machine`` says which. A step
 that cannot come to its end brings the arm to rest and raises ``StepFailed``. Numbers and conditions are those that the
-URScript backend writes as text (backends/urscript*.py), so that one program does the same in both languages; a test
+URScript backend writes as text (backends/urscript), so that one program does the same in both languages; a test
 compares them.
 """
 
@@ -24,30 +24,31 @@ SETTLE = 0.3  # before taring [s]: the sensor's filter and the arm settle
 
 
 class StepFailed(Exception):
-    """A step that cannot come to its end; the message is a clause with numbers."""
+    """The failure of a step; the message is a clause with numbers."""
 
 
 class Running(Protocol):
-    """What a step may use of the program that it belongs to."""
+    """The running program as a step sees it."""
 
     @property
-    def arm(self) -> Controller: ...
+    def arm(self) -> Controller:
+        """Return the controller of the arm."""
     def log(self, text: str) -> None:
         """Write a line to the program's log."""
         ...
 
     def perform(self, steps: Iterable[AnyStep]) -> Cycles:
-        """Carry out steps one after the other; for steps that hold others."""
+        """Execute steps one after the other; for steps that hold others."""
         ...
 
 
 def force(arm: Controller) -> float:
-    """The magnitude of the measured force [N]."""
+    """Return the magnitude of the measured force [N]."""
     return math.hypot(*arm.wrench()[:3])
 
 
 def follow(arm: Controller) -> Cycles:
-    """Until the running motion has ended."""
+    """Wait until the running motion has ended."""
     motion = arm.motion
     while motion is not None and arm.motion is motion:
         yield
@@ -60,12 +61,13 @@ def brake(arm: Controller, deceleration: float = BRAKE) -> Cycles:
 
 
 def wait(arm: Controller, seconds: float) -> Cycles:
-    """Stand still [s]."""
+    """Wait for a time [s]."""
     for _ in range(max(1, round(seconds / arm.period))):
         yield
 
 
 def move_joints(run: Running, step: MoveJoints) -> Cycles:
+    """Move through joint positions, with blended corners where radii are given."""
     goals = [np.array(q) for q in step.path]
     radii = step.radii or (0.0,) * (len(goals) - 1)
     rates = step.speed, step.acceleration
@@ -82,11 +84,13 @@ def move_joints(run: Running, step: MoveJoints) -> Cycles:
 
 
 def move_linear(run: Running, step: MoveLinear) -> Cycles:
+    """Move the TCP straight to a pose."""
     run.arm.move_linear(step.target, step.speed, step.acceleration)
     yield from follow(run.arm)
 
 
 def set_gripper(run: Running, step: SetGripper) -> Cycles:
+    """Move the fingers, and check whether an object is between them."""
     gripper, waited = run.arm.gripper, 0.0
     gripper.move(step.opening, step.speed, step.force)
     while gripper.state() == "moving":
@@ -101,6 +105,7 @@ def set_gripper(run: Running, step: SetGripper) -> Cycles:
 
 
 def set_payload(run: Running, step: SetPayload) -> Cycles:
+    """Set the payload."""
     payload = run.arm.arm.payload
     if not 0 <= step.mass <= payload:
         raise StepFailed(f"{step.origin}: payload {step.mass:.3f} kg is outside 0 .. {payload:g} kg")
@@ -109,16 +114,18 @@ def set_payload(run: Running, step: SetPayload) -> Cycles:
 
 
 def zero_sensor(run: Running, step: ZeroSensor) -> Cycles:
+    """Tare the wrist sensor, after the arm has settled."""
     yield from wait(run.arm, SETTLE)
     run.arm.zero_sensor()
 
 
 def stand_still(run: Running, step: Wait) -> Cycles:
+    """Wait for a step's duration."""
     yield from wait(run.arm, step.duration)
 
 
 def drive(run: Running, step: Drive) -> Cycles:
-    """Leg by leg; what is in the way ends it as a protective stop."""
+    """Drive the platform leg by leg; an obstacle ends it as a protective stop."""
     platform = run.arm.platform
     if platform is None:
         raise StepFailed(f"{step.origin}: there is no platform to drive")

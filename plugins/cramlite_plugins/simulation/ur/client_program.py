@@ -1,4 +1,4 @@
-"""Runs a Python program for ur_rtde: it drives the virtual controller over its ports, as it would drive a real robot.
+"""Execution of Python programs for ur_rtde: they drive the virtual controller over its ports, like a real robot.
 
 The program is a process of its own, which is given its text and an address. What happens is recorded on the controller's
 side. Both run in wall time, so that two runs of one program differ a little, unlike those of URScript.
@@ -35,12 +35,12 @@ STOPPED = 5.0  # a program whose robot has stopped ends by itself within this ti
 
 
 def is_client_program(text: str) -> bool:
-    """Whether a text is a Python program for ur_rtde."""
+    """Check whether a text is a Python program for ur_rtde."""
     return "import RTDEControlInterface" in text
 
 
 def can_run() -> str:
-    """Why such programs cannot be run here; "" if they can."""
+    """Explain why such programs cannot be run here; "" if they can."""
     if importlib.util.find_spec("rtde_control") is None:
         return "the package ur-rtde is not installed in this Python (it has wheels for 3.11 and 3.12): pip install ur-rtde"
     return ""

@@ -1,4 +1,4 @@
-"""The dashboard server: commands in words, one a line.
+"""The dashboard server: text commands, one a line.
 
 Source: Universal Robots, "Dashboard Server, e-Series": commands and their answers.
 """
@@ -12,7 +12,7 @@ VERSION = "URSoftware 5.12.0.1101319 (Mar 22 2022)"
 
 
 def answer(line: str, robot: VirtualRobot) -> str:
-    """What the dashboard says to a command."""
+    """Execute a dashboard command and return the answer."""
     words = line.strip()
     fixed = {
         "PolyscopeVersion": VERSION,

@@ -1,7 +1,7 @@
-"""The URScript functions of the virtual controller: what a program's text can do to the arm and ask of it.
+"""URScript functions of the virtual controller: motion, force mode, kinematics and messages.
 
 Names, parameters and defaults: the URScript manual (e-Series 5.x), modules "motion", "internals" and "interfaces".
-A method that is a generator blocks the calling thread.
+A method that is a generator blocks the calling thread. Wrong arguments raise ``ScriptError``.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from cramlite.model import Floats, Pose
 
 from ...kinematics.kinematics import nearest_branch
-from ...kinematics.timing import lasting
+from ...kinematics.timing import profile_for_duration
 from ..controller.controller import ABANDONED, Controller
 from ..controller.force_mode import ForceMode
-from ..controller.trajectories import Motion, Slowed
+from ..controller.trajectories import Motion, StoppingMotion
 from ..urscript.builtins import PURE, Library
 from ..urscript.interpreter import Halted
 from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
@@ -37,7 +37,7 @@ NAMES = (
 
 
 def known_functions() -> Library:
-    """Every function that a program may call, for checking it: they are bound to no controller and must not be called."""
+    """Return every function that a program may call, for checking only: they are bound to no controller."""
     from .registers import Registers
 
     bare = {cls: object.__new__(cls) for cls in (Functions, Sockets, Streaming, Settings)}
@@ -47,7 +47,7 @@ def known_functions() -> Library:
 
 
 class Functions:
-    """The functions of one run.
+    """The URScript functions of one run.
 
     Args:
         controller: the arm, with a gripper behind its server.
@@ -64,13 +64,14 @@ class Functions:
         self.process: list[tuple[Pose, tuple[float, float], float]] = []
 
     def library(self) -> Library:
-        """Every function by name, the pure ones included."""
+        """Return every function by name, the pure ones included."""
         parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
         return {**PURE, **{name: getattr(part, name) for part, names in parts for name in names}}
 
     # Motion
 
     def movej(self, q: Any, a: Any = 1.4, v: Any = 1.05, t: Any = 0, r: Any = 0) -> Wait:
+        """Move to joint positions [rad] or a TCP pose, linear in joint space; blend radius ``r`` [m] into the next."""
         goal, radius = self._joints(q, "movej"), real(r, "movej")
         start = self.blending[-1][0] if self.blending else self.arm.q
         rates = _rates(v, a, "movej", t, float(np.abs(goal - start).max()))
@@ -89,11 +90,13 @@ class Functions:
         yield from self._follow(motion)
 
     def movel(self, pose: Any, a: Any = 1.2, v: Any = 0.25, t: Any = 0, r: Any = 0) -> Wait:
+        """Move the TCP to a pose on a straight line."""
         goal = as_pose(pose, "movel") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movel")
         self._only_here()
-        yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.way(goal))))
+        yield from self._follow(self.arm.move_linear(goal, *_rates(v, a, "movel", t, self.arm.path_length(goal))))
 
     def movep(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> Wait:
+        """Move the TCP to a pose at constant tool speed; blend radius ``r`` [m] into the next."""
         goal = as_pose(pose, "movep") if isinstance(pose, PoseValue) else self._tcp_at(pose, "movep")
         radius, rates = real(r, "movep"), _rates(v, a, "movep", 0, 0.0)
         if radius < 0:
@@ -113,12 +116,15 @@ class Functions:
         yield from self._follow(motion)
 
     def stopj(self, a: Any) -> Wait:
+        """Stop with a deceleration of the joints [rad/s2]."""
         yield from self._stop(a, "stopj")
 
     def stopl(self, a: Any, aRot: Any = 0) -> Wait:
+        """Stop with a deceleration of the tool [m/s2]."""
         yield from self._stop(a, "stopl")
 
     def force_mode(self, task_frame: Any, selection_vector: Any, wrench: Any, type: Any, limits: Any) -> None:
+        """Switch force mode on; only type 2, which takes the frame as it is."""
         if type != 2:
             raise ScriptError(f"force_mode: type {show(type)} is not supported; 2 takes the frame as it is")
         selection = np.array(numbers(selection_vector, 6, "force_mode's selection_vector"))
@@ -131,32 +137,41 @@ class Functions:
         self.arm.start_force_mode(ForceMode(as_pose(task_frame, "force_mode"), selection, wanted, most))
 
     def end_force_mode(self) -> None:
+        """Switch force mode off."""
         self.arm.end_force_mode()
 
     # Measurements
 
     def zero_ftsensor(self) -> None:
+        """Tare the wrist sensor."""
         self.arm.zero_sensor()
 
     def get_tcp_force(self) -> PoseValue:
+        """Return the wrench (6,) of the environment on the tool, base axes, at the TCP [N, Nm]."""
         return PoseValue(map(float, self.arm.wrench()))
 
     def force(self) -> float:
+        """Return the magnitude of the force at the TCP [N]."""
         return math.hypot(*self.arm.wrench()[:3])
 
     def get_actual_tcp_pose(self) -> PoseValue:
+        """Return the TCP pose in the base frame, from the encoders."""
         return from_pose(self.arm.actual_tcp())
 
     def get_actual_joint_positions(self) -> list[float]:
+        """Return the joint encoders [rad]."""
         return [float(v) for v in self.arm.actual_joints()]
 
     def get_target_tcp_pose(self) -> PoseValue:
+        """Return the commanded TCP pose in the base frame."""
         return from_pose(self.arm.kinematics.forward(self.arm.q))
 
     def get_target_joint_positions(self) -> list[float]:
+        """Return the commanded joint positions [rad]."""
         return [float(v) for v in self.arm.q]
 
     def get_forward_kin(self, q: Any = None, tcp: Any = None) -> PoseValue:
+        """Solve forward kinematics for joint positions and a tool offset, by default the actual ones."""
         place = self.arm.actual_tcp() if q is None else self._tcp_at(q, "get_forward_kin")
         active = self.arm.arm.gripper.tcp
         return from_pose(place if tcp is None else place * active.inverse() * as_pose(tcp, "get_forward_kin"))
@@ -164,6 +179,7 @@ class Functions:
     def get_inverse_kin(
         self, x: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10, tcp: Any = None
     ) -> list[float]:
+        """Solve inverse kinematics near joint positions, by default the commanded ones."""
         near = self.arm.q if qnear is None else self._joints(qnear, "get_inverse_kin")
         place = as_pose(x, "get_inverse_kin")
         if tcp is not None:
@@ -171,17 +187,21 @@ class Functions:
         return [float(v) for v in self._solved(place, near, "get_inverse_kin")]
 
     def is_steady(self) -> bool:
+        """Check whether the arm is at rest."""
         return self.arm.motion is None
 
     # Settings
 
     def set_tcp(self, pose: Any) -> None:
+        """Set the tool centre point in the flange frame."""
         self.arm.set_tcp(as_pose(pose, "set_tcp"))
 
     def set_payload(self, m: Any, cog: Any = None) -> None:
+        """Set mass [kg] and centre of gravity [m] of the payload."""
         self.set_target_payload(m, [0.0, 0.0, 0.0] if cog is None else cog)
 
     def set_target_payload(self, m: Any, cog: Any, inertia: Any = None) -> None:
+        """Set mass [kg] and centre of gravity [m] of the payload; its inertia is not used."""
         mass = real(m, "set_target_payload")
         if not 0 <= mass <= self.arm.arm.payload:
             raise ScriptError(f"payload {mass:.3f} kg is outside 0 .. {self.arm.arm.payload} kg")
@@ -190,24 +210,30 @@ class Functions:
     # Time and messages
 
     def sleep(self, t: Any) -> Wait:
+        """Wait for a time [s], at least one control cycle."""
         for _ in range(max(1, round(min(real(t, "sleep"), 1e6) / self.arm.period))):
             yield
 
     def sync(self) -> Wait:
+        """Wait for the next control cycle."""
         yield
 
     def get_steptime(self) -> float:
+        """Return the period of a control cycle [s]."""
         return self.arm.period
 
     def textmsg(self, s1: Any, s2: Any = "") -> None:
+        """Write a line to the log."""
         self.log(show(s1) + show(s2))
 
     def popup(
         self, s: Any, title: Any = "Popup", warning: Any = False, error: Any = False, blocking: Any = False
     ) -> None:
+        """Write a line to the log; nobody has to confirm it."""
         self.log(f"{show(title)}: {show(s)}")
 
     def halt(self) -> None:
+        """End the program."""
         raise Halted
 
     # Common parts
@@ -231,7 +257,7 @@ class Functions:
             yield
 
     def check(self) -> None:
-        """Once a cycle, after every thread has run until it waits.
+        """Check, once a cycle, that no blended motion waits for a successor after every thread has run.
 
         Raises:
             ScriptError: a movej or movep that is to be blended is not followed by another one: where in its zone the arm
@@ -242,14 +268,14 @@ class Functions:
                 raise ScriptError(f"a {name} with a blend radius must be followed by another {name}, and nothing between them may wait")
 
     def forget(self) -> None:
-        """What waited to be blended with what a program that has ended would have said next."""
+        """Discard motions that wait to be blended, after the end of their program."""
         self.blending.clear()
         self.process.clear()
 
     def _only_here(self) -> None:
         if self.blending and self.process:
             self.check()
-        if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
+        if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
     def _joints(self, q: Any, where: str) -> Floats:
@@ -272,4 +298,4 @@ def _rates(v: Any, a: Any, where: str, t: Any, way: float) -> tuple[float, float
     speed, acceleration, time = real(v, where), real(a, where), real(t, where)
     if speed <= 0 or acceleration <= 0 or time < 0:
         raise ScriptError(f"{where} needs a positive speed and acceleration, not v={show(v)}, a={show(a)}, t={show(t)}")
-    return (speed, acceleration) if time == 0 or way == 0 else lasting(way, time, acceleration)
+    return (speed, acceleration) if time == 0 or way == 0 else profile_for_duration(way, time, acceleration)

@@ -1,4 +1,4 @@
-"""The ports of the virtual controller, on loopback only, and its clock."""
+"""Network ports of the virtual controller, on loopback only, and its clock."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ Writer = asyncio.StreamWriter
 
 
 class Client(Struct, eq=False):
-    """One RTDE connection."""
+    """An RTDE connection."""
 
     writer: Writer
     output: Recipe | None = None
@@ -37,7 +37,7 @@ class Client(Struct, eq=False):
 
 
 class Ports(Struct):
-    """What is open, and who is there."""
+    """The open ports and their connections."""
 
     robot: VirtualRobot
     clients: set[Client] = field(default_factory=set)
@@ -54,7 +54,7 @@ def serve(
     ready: Callable[[str], None],
     each: Callable[[], str] = lambda: "",
 ) -> str:
-    """Serve until time is up or nobody has been connected for a while.
+    """Serve the robot until time is up or nobody has been connected for a while.
 
     Args:
         host: a loopback address.

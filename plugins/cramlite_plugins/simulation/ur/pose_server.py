@@ -1,4 +1,4 @@
-"""The perception server of the simulation: programs ask it, on a socket, where a thing is now.
+"""The perception server of the simulation: programs ask it, on a socket, for a thing's present pose.
 
 It stands for a camera with its software beside the robot. The controller model never reads where objects are; it only passes
 questions on, as it does for the gripper's server. What is answered is the simulated pose plus noise.
@@ -19,7 +19,7 @@ NOISE = 0.0005  # standard deviation of a registered position [m]: median error 
 
 
 class PoseServer:
-    """Answers "POSE name" with six floats, in the robot's base frame.
+    """A server that answers "POSE name" with six floats [m, rad], in the robot's base frame.
 
     Args:
         base: where the robot stands.
@@ -31,7 +31,7 @@ class PoseServer:
         self.random = np.random.default_rng([seed, 50010])
 
     def answer(self, line: str) -> bytes:
-        """What the server says to a line; nothing to a line that it does not understand."""
+        """Answer a line; nothing to a line that it does not understand."""
         words = line.split(maxsplit=1)
         if len(words) != 2 or words[0] != "POSE":
             return b""

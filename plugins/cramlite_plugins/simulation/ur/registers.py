@@ -1,4 +1,4 @@
-"""General-purpose registers and digital outputs: how programs and RTDE clients talk to each other.
+"""General-purpose registers and digital outputs, which connect programs and RTDE clients.
 
 Source: the URScript manual (e-Series 5.x), module "interfaces"; the RTDE Guide.
 """
@@ -17,7 +17,7 @@ _FIELDS = {"integer": "int", "float": "double", "boolean": "bit"}
 
 
 class Registers:
-    """All registers by the name of their RTDE field, with when each input was last written.
+    """Registers by the name of their RTDE field, with the time at which each input was last written.
 
     Args:
         clock: the time [s].
@@ -31,7 +31,7 @@ class Registers:
         self.outputs = 0
 
     def library(self) -> Library:
-        """The functions of a program."""
+        """Return the functions that a program may call."""
         library: dict[str, Any] = {"rtde_set_watchdog": self.rtde_set_watchdog}
         for kind in KINDS:
             for way in ("input", "output"):
@@ -42,18 +42,19 @@ class Registers:
         return {**library, "set_digital_out": self.set_digital_out, "get_digital_out": self.get_digital_out}
 
     def write_inputs(self, values: dict[str, Any]) -> None:
-        """What a client sent."""
+        """Write the inputs that a client sent."""
         self.fields |= values
         self.written |= dict.fromkeys(values, self.clock())
 
     def late(self) -> str | None:
-        """A watched input that was not written in time; the actions "pause" and "stop" both stop the program here."""
+        """Name a watched input that was not written in time; both actions, "pause" and "stop", stop the program."""
         for name, (patience, action) in self.watched.items():
             if action != "ignore" and self.clock() - self.written[name] > patience:
                 return name
         return None
 
     def rtde_set_watchdog(self, variable_name: Any, min_frequency: Any, action: Any = "pause") -> None:
+        """Watch an input that must be written with at least a frequency [Hz]."""
         frequency = real(min_frequency, "rtde_set_watchdog")
         if frequency <= 0 or action not in ("pause", "stop", "ignore"):
             raise ScriptError(f"rtde_set_watchdog: {show(min_frequency)} Hz and action {show(action)!r} do not fit")
@@ -61,10 +62,12 @@ class Registers:
         self.written[show(variable_name)] = self.clock()
 
     def set_digital_out(self, n: Any, b: Any) -> None:
+        """Set a digital output."""
         bit = 1 << _address(n, 18)
         self.outputs = self.outputs | bit if b else self.outputs & ~bit
 
     def get_digital_out(self, n: Any) -> bool:
+        """Return a digital output."""
         return bool(self.outputs >> _address(n, 18) & 1)
 
     def _reader(self, way: str, kind: str) -> Callable[..., Any]:

@@ -55,7 +55,7 @@ OUTPUTS, INPUTS = _by_name(_OUTPUTS), _by_name(_INPUTS)
 
 
 def type_of(name: str, *, output: bool) -> str:
-    """The type of a field; "NOT_FOUND" for one that the controller does not know."""
+    """Return the type of a field; "NOT_FOUND" for one that the controller does not know."""
     found = _REGISTER.fullmatch(name)
     if found and (output or found[1] == "input"):
         number = int(found[3])
@@ -66,7 +66,7 @@ def type_of(name: str, *, output: bool) -> str:
 
 
 class Recipe(Value):
-    """Fields that travel together.
+    """An RTDE recipe: fields that travel together.
 
     Args:
         number: of the recipe, on this connection.
@@ -79,21 +79,23 @@ class Recipe(Value):
 
     @property
     def complete(self) -> bool:
+        """Check whether the controller knows every field."""
         return "NOT_FOUND" not in self.types
 
     @property
     def layout(self) -> struct.Struct:
+        """Return the binary layout of a data packet's content."""
         return struct.Struct(">B" + "".join(FORMATS[t] for t in self.types))
 
     def pack(self, values: Mapping[str, Any]) -> bytes:
-        """A data packet's content; a field that has no value is zero."""
+        """Pack values as a data packet's content; a field that has no value is zero."""
         flat: list[Any] = [self.number]
         for name, kind in zip(self.names, self.types, strict=True):
             flat += _flat(values.get(name), kind)
         return self.layout.pack(*flat)
 
     def unpack(self, content: bytes) -> dict[str, Any]:
-        """The values of a data packet.
+        """Unpack the values of a data packet.
 
         Raises:
             struct.error: it has another size.
@@ -107,13 +109,13 @@ class Recipe(Value):
 
 
 def recipe(number: int, names: str, *, output: bool) -> Recipe:
-    """A recipe from what a client sent: names with commas between, a last comma is harmless."""
+    """Parse a recipe that a client sent: names with commas between, a last comma is harmless."""
     wanted = tuple(n.strip() for n in names.split(",") if n.strip())
     return Recipe(number, wanted, tuple(type_of(n, output=output) for n in wanted))
 
 
 def packet(kind: str, content: bytes) -> bytes:
-    """A packet with its header."""
+    """Make a packet: the header, then the content."""
     return HEADER.pack(HEADER.size + len(content), ord(kind)) + content
 
 

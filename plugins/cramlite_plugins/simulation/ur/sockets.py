@@ -1,4 +1,7 @@
-"""URScript's sockets on the virtual controller: only the gripper's server is there."""
+"""URScript's sockets on the virtual controller: the gripper's server and, if there is one, the perception server.
+
+Wrong arguments, and any other address, raise ``ScriptError``.
+"""
 
 from __future__ import annotations
 
@@ -31,6 +34,7 @@ class Sockets:
         self.perception: set[str] = set()
 
     def socket_open(self, address: Any, port: Any, socket_name: Any = "socket_0") -> bool:
+        """Open a socket to the gripper's or the perception server."""
         if (address, port) == PERCEPTION and self.poses is not None:
             self.perception.add(show(socket_name))
         elif (address, port) == ADDRESS:
@@ -43,30 +47,36 @@ class Sockets:
         return True
 
     def socket_close(self, socket_name: Any = "socket_0") -> None:
+        """Close a socket."""
         self.open.pop(show(socket_name), None)
 
     def socket_set_var(self, name: Any, value: Any, socket_name: Any = "socket_0") -> None:
+        """Send "SET name value"."""
         if type(value) is not int:
             raise ScriptError(f"socket_set_var needs an integer, not {show(value)}")
         self._send(f"SET {show(name)} {value}", socket_name)
 
     def socket_get_var(self, name: Any, socket_name: Any = "socket_0") -> Generator[None, None, int]:
+        """Send "GET name" and return the value; 0 for an unknown name."""
         self._buffer(socket_name)
         yield
         value = self.server.ask(show(name))
         return 0 if value is None else value
 
     def socket_send_string(self, str: Any, socket_name: Any = "socket_0") -> bool:
+        """Send a text, line by line."""
         for line in show(str).splitlines():
             self._send(line, socket_name)
         return True
 
     def socket_send_line(self, str: Any, socket_name: Any = "socket_0") -> bool:
+        """Send a line."""
         return self.socket_send_string(str, socket_name)
 
     def socket_read_byte_list(
         self, number: Any, socket_name: Any = "socket_0", timeout: Any = 2
     ) -> Generator[None, None, list[int]]:
+        """Read at most ``number`` bytes: the count, then the bytes."""
         buffer = self._buffer(socket_name)
         yield
         if type(number) is not int or number <= 0:
@@ -76,6 +86,7 @@ class Sockets:
         return [len(taken), *taken]
 
     def socket_read_string(self, socket_name: Any = "socket_0", timeout: Any = 2) -> Generator[None, None, str]:
+        """Read everything that waits."""
         buffer = self._buffer(socket_name)
         yield
         taken = buffer.decode("ascii", "replace")
@@ -85,7 +96,7 @@ class Sockets:
     def socket_read_ascii_float(
         self, number: Any, socket_name: Any = "socket_0", timeout: Any = 2
     ) -> Generator[None, None, list[float]]:
-        """Floats "(1.0, 2.0)": how many there were, then they; as many zeros as were asked for when there were others."""
+        """Read floats "(1.0, 2.0)": the count, then the floats; as many zeros as expected for another count."""
         said = yield from self.socket_read_string(socket_name, timeout)
         if type(number) is not int or not 0 < number <= 30:
             raise ScriptError(f"socket_read_ascii_float needs a count of 1 to 30, not {show(number)}")
@@ -101,7 +112,7 @@ class Sockets:
             raise ScriptError(f"socket '{show(socket_name)}': more than {LONGEST} bytes wait to be read")
 
     def answer(self, words: list[str]) -> bytes:
-        """The server's words: SET takes one or more pairs."""
+        """Answer the words of a request to the gripper's server; SET takes one or more pairs."""
         if words[:1] == ["GET"] and len(words) == 2 and (value := self.server.ask(words[1])) is not None:
             return f"{words[1]} {value}\n".encode()
         pairs = list(zip(words[1::2], words[2::2], strict=False))

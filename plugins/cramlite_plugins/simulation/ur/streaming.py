@@ -1,4 +1,4 @@
-"""Motions that are ordered again and again while the arm moves: speedj, speedl, servoj.
+"""Streamed motions, commanded again and again while the arm moves: speedj, speedl, servoj.
 
 Names, parameters and defaults: the URScript manual (e-Series 5.x), module "motion". How servoj filters its targets is not
 published; here the arm nears the target as a first-order system does, with the look-ahead time as its time constant,
@@ -17,7 +17,7 @@ from msgspec import field
 from cramlite.model import Floats, Pose, Value
 
 from ..controller.controller import Controller
-from ..controller.trajectories import Slowed
+from ..controller.trajectories import StoppingMotion
 from ..urscript.values import ScriptError, numbers, real
 
 Wait = Generator[None, None, None]
@@ -36,25 +36,28 @@ class JointSpeed(Value):
     way: float = math.inf
 
     def gone(self, time: float) -> Floats:
-        """How far each axis has come since the start."""
+        """Compute the displacement of each axis since the start [rad or m]."""
         t = min(time, self.ramp)
         bent = t * t / (2 * self.ramp) if self.ramp > 0 else 0.0
         return self.before * t + (self.wanted - self.before) * bent + self.wanted * (time - t)
 
     def at(self, time: float) -> Floats | Pose:
+        """Return the joint position (n,) [rad] at a time since the start [s]."""
         return self.start + self.gone(time)
 
     def rate(self, time: float) -> float:
+        """Return the largest speed of an axis at a time since the start [rad/s]."""
         share = min(1.0, time / self.ramp) if self.ramp > 0 else 1.0
         return float(np.abs(self.before + share * (self.wanted - self.before)).max())
 
 
 class ToolSpeed(JointSpeed):
-    """The same for the tool: (6,) [m/s, rad/s], base axes; ``start`` is unused, ``place`` is where it began."""
+    """Tool speeds (6,) [m/s, rad/s], base axes, as ``JointSpeed``; ``start`` is unused, ``place`` is the first pose."""
 
     place: Pose = field(default_factory=Pose)
 
     def at(self, time: float) -> Floats | Pose:
+        """Return the TCP pose in the base frame at a time since the start [s]."""
         gone = self.gone(time)
         x, y, z = (float(a + b) for a, b in zip(self.place.position, gone[:3], strict=True))
         turned = Pose.from_rotvec((0, 0, 0), gone[3:].tolist()) * Pose((0, 0, 0), self.place.quaternion)
@@ -62,7 +65,7 @@ class ToolSpeed(JointSpeed):
 
 
 class Servo(Value):
-    """The arm on its way to a joint target (n,) that may be replaced at any time."""
+    """A first-order approach to a joint target (n,) that may be replaced at any time."""
 
     start: Floats
     goal: Floats
@@ -71,12 +74,15 @@ class Servo(Value):
 
     @property
     def duration(self) -> float:
+        """Return the time after which the error is e^-10 of the first [s]."""
         return 10 * self.constant  # e^-10: below the encoder's resolution
 
     def at(self, time: float) -> Floats | Pose:
+        """Return the joint position (n,) [rad] at a time since the start [s]."""
         return self.goal + (self.start - self.goal) * math.exp(-time / self.constant)
 
     def rate(self, time: float) -> float:
+        """Return the largest joint speed at a time since the start [rad/s]."""
         return float(np.abs(self.goal - self.start).max()) / self.constant * math.exp(-time / self.constant)
 
 
@@ -84,17 +90,19 @@ STREAMED = (JointSpeed, Servo)
 
 
 class Streaming:
-    """The functions of one run."""
+    """The URScript functions for streamed motions of one run."""
 
     def __init__(self, controller: Controller) -> None:
         self.arm = controller
 
     def speedj(self, qd: Any, a: Any, t: Any = 0) -> Wait:
+        """Move the joints at speeds (n,) [rad/s], reached at an acceleration [rad/s2], for a time [s]."""
         wanted = np.array(numbers(qd, len(self.arm.q), "speedj"))
         ramp = _ramp(self.arm.rate, wanted, a, "speedj")
         yield from self._hold_on(JointSpeed(self.arm.q.copy(), self.arm.rate.copy(), wanted, ramp), t, ramp)
 
     def speedl(self, xd: Any, a: Any, t: Any = 0, aRot: Any = "a") -> Wait:
+        """Move the TCP at a twist (6,) in base axes [m/s, rad/s], reached at an acceleration [m/s2], for a time [s]."""
         wanted = np.array(numbers(xd, 6, "speedl"))
         before = self.arm.tool_speed()
         ramp = _ramp(before[:3], wanted[:3], a, "speedl") or _ramp(before, wanted, a, "speedl")
@@ -104,6 +112,7 @@ class Streaming:
     def servoj(
         self, q: Any, a: Any = 0, v: Any = 0, t: Any = 0.002, lookahead_time: Any = 0.1, gain: Any = GAIN
     ) -> Wait:
+        """Follow a joint target (n,) [rad] for a time [s]."""
         goal = np.array(numbers(q, len(self.arm.q), "servoj"))
         ahead, strong, wait = real(lookahead_time, "servoj"), real(gain, "servoj"), real(t, "servoj")
         if not 0.03 <= ahead <= 0.2 or not 100 <= strong <= 2000:
@@ -115,6 +124,7 @@ class Streaming:
         yield from self._wait(motion, wait)
 
     def servoc(self, pose: Any, a: Any = 1.2, v: Any = 0.25, r: Any = 0) -> None:
+        """Refuse: it is not modelled."""
         raise ScriptError("servoc is not modelled here: use servoj or movel")
 
     def _hold_on(self, motion: JointSpeed, t: Any, ramp: float) -> Wait:
@@ -132,7 +142,7 @@ class Streaming:
             raise
 
     def _free(self) -> None:
-        if self.arm.motion is not None and not isinstance(self.arm.motion, (Slowed, *STREAMED)):
+        if self.arm.motion is not None and not isinstance(self.arm.motion, (StoppingMotion, *STREAMED)):
             raise ScriptError("another thread is already moving the robot: kill it first")
 
 

@@ -1,4 +1,4 @@
-"""The robot behind the ports: a world in MuJoCo, the controller, and the program that runs on it."""
+"""The virtual robot behind the ports: a world in MuJoCo, the controller, and the program that runs on it."""
 
 from __future__ import annotations
 
@@ -67,13 +67,16 @@ class VirtualRobot:
 
     @property
     def running(self) -> bool:
+        """Check whether a program is running."""
         return self.machine is not None
 
     @property
     def time(self) -> float:
+        """Return the simulated time [s]."""
         return float(self.data.time)
 
     def log(self, text: str) -> None:
+        """Log a line with its time."""
         self.say(f"{self.time:9.3f} s  {text}")
 
     def receive(self, text: str) -> None:
@@ -96,7 +99,7 @@ class VirtualRobot:
         self.machine = machine
 
     def stop_program(self, why: str) -> None:
-        """End what runs; the arm comes to rest."""
+        """Stop the running program; the arm comes to rest."""
         if self.machine is not None:
             self.log(f"program stopped: {why}")
             self.machine.close()
@@ -105,19 +108,20 @@ class VirtualRobot:
         self.arm.freedrive = False
 
     def unlock(self) -> None:
-        """Leave the protective stop; the arm stays where it is."""
+        """Release the protective stop; the arm stays where it is."""
         self.stopped = ""
         self.arm.q = self.arm.actual_joints()
         self.arm.motion = None
 
     @property
     def safety_status(self) -> str:
+        """Return "PROTECTIVE_STOP" or "NORMAL"."""
         return "PROTECTIVE_STOP" if self.stopped else "NORMAL"
 
     # Time
 
     def cycle(self) -> None:
-        """One control cycle of 2 ms: programs, motion, physics."""
+        """Advance by a control cycle of 2 ms: programs, motion, physics."""
         try:
             self._run_secondary()
             if self.machine is None:
@@ -160,7 +164,7 @@ class VirtualRobot:
     # What clients may ask for
 
     def field(self, name: str) -> Any:
-        """The value of an RTDE output; 0 for what is not modelled (temperatures, currents)."""
+        """Return the value of an RTDE output; 0 for what is not modelled (temperatures, currents)."""
         if name in self.registers.fields:
             return self.registers.fields[name]
         get = _FIELDS.get(name)

@@ -22,50 +22,58 @@ Library = Mapping[str, Callable[..., Any]]
 
 
 def blocks(function: Callable[..., Any]) -> bool:
-    """Whether a built-in function takes time."""
+    """Check whether a built-in function takes time."""
     return inspect.isgeneratorfunction(function)
 
 
 def norm(a: Any) -> float:
+    """Return the norm of a list, the distance of a pose from the origin [m], or an absolute value."""
     if isinstance(a, PoseValue):
         a = list(a)[:3]
     return math.hypot(*(real(v, "norm") for v in a)) if isinstance(a, list) else abs(real(a, "norm"))
 
 
 def length(v: Any) -> int:
+    """Return the length of a list or a string."""
     if not isinstance(v, list | str):
         raise ScriptError(f"length needs a list or a string, not {show(v)}")
     return len(v)
 
 
 def pose_trans(p_from: Any, p_from_to: Any) -> PoseValue:
+    """Compose two poses: ``p_from_to`` is in the frame of ``p_from``."""
     return from_pose(as_pose(p_from, "pose_trans") * as_pose(p_from_to, "pose_trans"))
 
 
 def pose_inv(p_from: Any) -> PoseValue:
+    """Invert a pose."""
     return from_pose(as_pose(p_from, "pose_inv").inverse())
 
 
 def pose_add(p_1: Any, p_2: Any) -> PoseValue:
-    """Positions are added, and rotations are composed, each in the base frame."""
+    """Add two poses: positions are added, rotations composed, each in the base frame."""
     a, b = as_pose(p_1, "pose_add"), as_pose(p_2, "pose_add")
     return from_pose(Pose(_along(a, b.position, 1.0), (_turn(a) * _turn(b)).quaternion))
 
 
 def pose_sub(p_to: Any, p_from: Any) -> PoseValue:
+    """Subtract two poses: positions are subtracted, rotations relative, each in the base frame."""
     a, b = as_pose(p_to, "pose_sub"), as_pose(p_from, "pose_sub")
     return from_pose(Pose(_along(a, b.position, -1.0), (_turn(a) * _turn(b).inverse()).quaternion))
 
 
 def pose_dist(pose_from: Any, pose_to: Any) -> float:
+    """Return the distance of two poses' positions [m]."""
     return as_pose(pose_from, "pose_dist").distance(as_pose(pose_to, "pose_dist"))[0]
 
 
 def point_dist(p_from: Any, p_to: Any) -> float:
+    """Return the distance of two poses' positions [m]."""
     return as_pose(p_from, "point_dist").distance(as_pose(p_to, "point_dist"))[0]
 
 
 def interpolate_pose(p_from: Any, p_to: Any, alpha: Any) -> PoseValue:
+    """Interpolate linearly between two poses; ``alpha`` is 0 at the first, 1 at the second."""
     a, b, part = as_pose(p_from, "interpolate_pose"), as_pose(p_to, "interpolate_pose"), real(alpha, "interpolate_pose")
     way = _along(b, a.position, -1.0)
     step = Pose.from_rotvec((0, 0, 0), [part * v for v in (_turn(a).inverse() * _turn(b)).rotvec])
@@ -82,28 +90,34 @@ def _along(start: Pose, way: Vector3, share: float) -> Vector3:
 
 
 def str_cat(op1: Any, op2: Any) -> str:
+    """Concatenate two values as strings."""
     return text(show(op1) + show(op2))
 
 
 def to_str(val: Any) -> str:
+    """Convert a value to a string."""
     return show(val)
 
 
 def to_num(str: Any) -> float | int:
+    """Convert a string to a number."""
     if not isinstance(str, builtins.str) or not re.fullmatch(r"[+-]?\d+(\.\d*)?([eE][+-]?\d{1,2})?", str, re.ASCII):
         raise ScriptError(f"to_num: {show(str)!r} is no number")
     return whole(int(str)) if str.lstrip("+-").isdigit() else float(str)
 
 
 def floor(f: Any) -> int:
+    """Round down to an integer."""
     return math.floor(real(f, "floor"))
 
 
 def ceil(f: Any) -> int:
+    """Round up to an integer."""
     return math.ceil(real(f, "ceil"))
 
 
 def pow(base: Any, exponent: Any) -> float:
+    """Raise a base to an exponent."""
     return math.pow(real(base, "pow"), real(exponent, "pow"))
 
 
@@ -121,10 +135,12 @@ _REAL = {
 
 
 def atan2(x: Any, y: Any) -> float:
+    """Return the arc tangent of x / y with the signs of both [rad]."""
     return math.atan2(real(x, "atan2"), real(y, "atan2"))
 
 
 def log(b: Any, f: Any) -> float:
+    """Return the logarithm of ``f`` to the base ``b``."""
     return math.log(real(f, "log"), real(b, "log"))
 
 

@@ -1,4 +1,4 @@
-"""What can be known before a program runs: unknown functions and variables, and wrong arguments."""
+"""Static check of a program: unknown functions and variables, and wrong arguments."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Arity = tuple[tuple[str, ...], int]  # names of all parameters, how many of them
 
 
 def functions(program: Function) -> dict[str, Function]:
-    """Every function and thread of a program by name, the program itself included.
+    """Collect every function and thread of a program by name, the program itself included.
 
     Raises:
         UserError: a name is defined twice.
@@ -32,7 +32,7 @@ def functions(program: Function) -> dict[str, Function]:
 
 
 def check(program: Function, library: Library) -> None:
-    """Find what would fail at run time.
+    """Check a program for what would fail at run time.
 
     Raises:
         UserError: an unknown function or variable, or arguments that do not fit; says the line and the nearest name.
@@ -54,7 +54,7 @@ def check(program: Function, library: Library) -> None:
 
 
 def nodes(node: object) -> Iterator[object]:
-    """A node and all below it, in the order of the text."""
+    """Walk a node and all below it, in the order of the text."""
     if isinstance(node, tuple):
         for part in node:
             yield from nodes(part)

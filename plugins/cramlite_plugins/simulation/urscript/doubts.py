@@ -1,4 +1,4 @@
-"""What a program may do and probably should not: degrees for radians, waits without end, code that never runs.
+"""Lint of URScript: degrees for radians, waits without end, code that never runs.
 
 A doubt does not stop a program from running here; ``cramlite check`` reports it, and our own backends must raise none.
 """
@@ -47,14 +47,14 @@ Body = tuple[Statement, ...]
 
 
 class Doubt(Value):
-    """One thing to look at."""
+    """A lint warning."""
 
     line: int
     text: str
 
 
 def doubts(program: Function) -> list[Doubt]:
-    """Everything doubtful about a program, by line."""
+    """List the lint warnings of a program, by line."""
     found = {*_numbers(program), *_waits(program), *_dead(program), *_unused(program)}
     found |= {*_speeds(program), *_left_on(program), *_recursion(program)}
     return sorted(found, key=lambda d: (d.line, d.text))

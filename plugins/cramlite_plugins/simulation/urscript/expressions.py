@@ -1,4 +1,4 @@
-"""Expressions of URScript, by recursive descent.
+"""A parser of URScript expressions, by recursive descent.
 
 Newlines are blanks here, as in the real controller: ``global a = # comment`` may go on in the next line.
 Grammar: the URScript manual (Universal Robots, e-Series 5.x), chapter 1.
@@ -24,7 +24,11 @@ _DEEPEST = 40  # nested blocks or brackets; far above real programs, far below P
 
 
 class ExpressionParser:
-    """Tokens that are taken one after the other, and the expressions that they form."""
+    """A recursive-descent parser of expressions over a list of tokens.
+
+    Raises:
+        UserError: the tokens are no expression; says the line, what was found and what would be right.
+    """
 
     def __init__(self, words: list[Token]) -> None:
         self.words, self.at, self.depth = words, 0, 0
@@ -33,34 +37,42 @@ class ExpressionParser:
 
     @property
     def word(self) -> Token:
+        """Return the present token."""
         return self.words[self.at]
 
     def take(self) -> Token:
+        """Consume the present token."""
         token = self.word
         self.at = min(self.at + 1, len(self.words) - 1)
         return token
 
     def sees(self, *values: str) -> bool:
+        """Check whether the present token is one of these operators or keywords."""
         return self.word.kind in ("operator", "keyword") and self.word.value in values
 
     def accept(self, *values: str) -> bool:
+        """Consume the present token if it is one of these operators or keywords."""
         return self.sees(*values) and bool(self.take())
 
     def expect(self, value: str, where: str) -> Token:
+        """Consume an operator or keyword, or raise the error that says where it is missing."""
         if not self.sees(value):
             raise self.unexpected(f"'{value}' {where}")
         return self.take()
 
     def identifier(self, what: str) -> Token:
+        """Consume a name, or raise the error that says what is missing."""
         if self.word.kind != "name":
             raise self.unexpected(what)
         return self.take()
 
     def unexpected(self, wanted: str) -> UserError:
+        """Make the error of an unexpected token."""
         found = f"'{self.word.value}'" if self.word.value else "the end of the text"
         return complaint(self.word.line, f"expected {wanted}, found {found}")
 
     def deeper(self) -> None:
+        """Count a level of nesting, and refuse too many."""
         self.depth += 1
         if self.depth > _DEEPEST:
             raise complaint(self.word.line, f"nested more than {_DEEPEST} deep")
@@ -68,12 +80,14 @@ class ExpressionParser:
     # Expressions
 
     def expression(self, level: int = 0) -> Expression:
+        """Parse an expression from a level of precedence upwards."""
         self.deeper()
         value = self.operation(level)
         self.depth -= 1
         return value
 
     def operation(self, level: int) -> Expression:
+        """Parse the operators of a level of precedence, the lowest first."""
         if level == len(_LEVELS):
             return self.unary()
         operators = _LEVELS[level]
@@ -87,6 +101,7 @@ class ExpressionParser:
         return left
 
     def unary(self) -> Expression:
+        """Parse signs before an operand."""
         line = self.word.line
         if self.sees("-", "+"):
             self.deeper()
@@ -97,6 +112,7 @@ class ExpressionParser:
         return self.postfix()
 
     def postfix(self) -> Expression:
+        """Parse an operand with its indices."""
         value = self.atom()
         while self.sees("["):
             line = self.take().line
@@ -105,6 +121,7 @@ class ExpressionParser:
         return value
 
     def atom(self) -> Expression:
+        """Parse a literal, a name, a call, a list or a parenthesis."""
         token = self.word
         if token.kind == "name":
             return self.named()
@@ -128,6 +145,7 @@ class ExpressionParser:
         raise self.unexpected("a value")
 
     def named(self) -> Expression:
+        """Parse a variable, a call or a pose."""
         token = self.identifier("a name")
         if self.accept("("):
             return self.call(token)
@@ -141,6 +159,7 @@ class ExpressionParser:
         return Name(token.value, token.line)
 
     def call(self, function: Token) -> Call:
+        """Parse the arguments of a call."""
         arguments: list[Expression] = []
         named: list[tuple[str, Expression]] = []
         while not self.accept(")"):
@@ -157,6 +176,7 @@ class ExpressionParser:
         return Call(function.value, tuple(arguments), tuple(named), function.line)
 
     def items(self) -> tuple[Expression, ...]:
+        """Parse a list in brackets."""
         self.expect("[", "that opens a list")
         items: list[Expression] = []
         while not self.accept("]"):

@@ -1,4 +1,4 @@
-"""URScript's syntax tree becomes Python source, so that a statement costs a fraction of a microsecond.
+"""Compilation of URScript's syntax tree to Python source, so that a statement costs a fraction of a microsecond.
 
 Every function is a Python generator: it yields whenever its thread waits for the next control cycle.
 Names: ``f_NAME`` a function of the program, ``v_NAME`` a local variable, ``b_NAME`` a built-in function,
@@ -45,7 +45,7 @@ _SWAPPED = {"<=": "greater", ">=": "less"}  # a <= b is not a > b; there is no N
 
 
 def generate(program: Function, library: Library) -> str:
-    """The Python source of a program: functions nested as in the program, outermost first."""
+    """Generate the Python source of a program: functions nested as in the program, outermost first."""
     scope = _assigned(nodes(program), "global") | _assigned(_flat(program.body), "")
     return "\n".join(_Writer(program, library, scope).function(program, frozenset(), outermost=True)) + "\n"
 

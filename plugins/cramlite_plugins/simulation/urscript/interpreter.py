@@ -1,4 +1,4 @@
-"""Runs a URScript program: threads in lockstep with the control cycle, and limits that stop it.
+"""A URScript interpreter: threads in lockstep with the control cycle, and limits that stop them.
 
 ``load`` turns text into a program that was checked; ``Machine`` runs it. Each ``cycle`` resumes every
 thread once, in the order in which they were started, until it waits: for sync(), sleep(), a motion, a socket.
@@ -33,7 +33,7 @@ _HELPERS = (
 
 
 class Limits(Value):
-    """What stops a program that would never end.
+    """Execution limits that stop a program which would never end.
 
     Args:
         slice: statements of one thread within one control cycle: more is an endless loop without sync().
@@ -54,11 +54,11 @@ class Loaded(Value):
 
 
 class Halted(Exception):
-    """The program called halt."""
+    """Raised when the program calls halt."""
 
 
 class Stopped(Exception):
-    """The program was stopped: ``line`` and ``reason``, a clause."""
+    """Raised when the program is stopped: ``line`` and ``reason``, a clause."""
 
     def __init__(self, line: int, reason: str) -> None:
         super().__init__(f"line {line}: {reason}")
@@ -138,7 +138,7 @@ class Machine:
 
     @property
     def finished(self) -> bool:
-        """Whether the program's own function has ended; its threads end with it."""
+        """Check whether the program's own function has ended; its threads end with it."""
         return not self.root.alive
 
     def cycle(self) -> None:
@@ -189,14 +189,14 @@ class Machine:
     # Called by generated code
 
     def at(self, line: int) -> None:
-        """A statement begins."""
+        """Count a statement of a thread, and enforce the limits."""
         self.line = line
         self.count += 1
         if self.count > self.limits.slice:
             raise ScriptError(f"{self.limits.slice} statements without sync(), sleep() or a motion: an endless loop")
 
     def main(self, line: int) -> None:
-        """A statement of the outermost function begins."""
+        """Count a statement of the outermost function, and record its line."""
         self.main_line = line
         self.at(line)
 
@@ -230,7 +230,7 @@ class Machine:
             yield
 
     def critical(self, enter: bool) -> None:
-        """Inside a critical section no other thread runs."""
+        """Enter or leave a critical section, inside which no other thread runs."""
         self.held = self.current if enter else None
 
 

@@ -1,4 +1,4 @@
-"""The kinds of values that a program's text shows, and where one of another kind is needed."""
+"""Type inference over a program's text: values of a kind where another one is needed."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ GIVES = {
 
 
 def wrong_kinds(program: Function) -> list[Doubt]:
-    """Every place where the text shows a value of a wrong kind."""
+    """List every place where the text shows a value of a wrong kind."""
     known = _variables(program)
     found = [d for node in nodes(program) for d in _at(node, known)]
     return sorted(set(found), key=lambda d: (d.line, d.text))

@@ -1,4 +1,4 @@
-"""URScript text to tokens."""
+"""A lexer of URScript."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TOKEN = re.compile(
 
 
 class Token(Value):
-    """A word of the text; ``kind`` is number, name, keyword, text, operator or end; ``column`` counts from 0."""
+    """A token of the text; ``kind`` is number, name, keyword, text, operator or end; ``column`` counts from 0."""
 
     kind: str
     value: str
@@ -34,12 +34,12 @@ class Token(Value):
 
 
 def complaint(line: int, what: str) -> UserError:
-    """The error of a program that cannot be run: the place first."""
+    """Make the error of a program that cannot be run: the place first."""
     return UserError(f"URScript, line {line}: {what}")
 
 
 def tokens(text: str) -> Iterator[Token]:
-    """The tokens of a program, comments and blanks left out, an "end of text" last.
+    """Split a program into tokens, comments and blanks left out, an "end of text" last.
 
     Raises:
         UserError: a character or a string that is none of URScript's.

@@ -1,4 +1,4 @@
-"""URScript text to a syntax tree: programs, functions and statements (see expressions.py for the rest)."""
+"""A parser of URScript: programs, functions and statements (see expressions.py for the rest)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LARGEST = 5_000_000  # characters
 
 
 def parse(text: str) -> Function:
-    """The program: one ``def`` or ``sec`` in column 0 up to its ``end`` in column 0.
+    """Parse a program: one ``def`` or ``sec`` in column 0 up to its ``end`` in column 0.
 
     Raises:
         UserError: the text is not URScript; says the line, what stands there and what would be right.

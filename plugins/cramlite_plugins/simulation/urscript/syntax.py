@@ -6,21 +6,29 @@ from cramlite.model import Value
 
 
 class Number(Value):
+    """A number literal."""
+
     value: float | int
     line: int
 
 
 class Text(Value):
+    """A string literal."""
+
     value: str
     line: int
 
 
 class Truth(Value):
+    """A Boolean literal."""
+
     value: bool
     line: int
 
 
 class Name(Value):
+    """A variable."""
+
     name: str
     line: int
 
@@ -42,12 +50,16 @@ class Item(Value):
 
 
 class Unary(Value):
+    """An operator before its operand."""
+
     operator: str
     operand: Expression
     line: int
 
 
 class Binary(Value):
+    """An operator between two operands."""
+
     operator: str
     left: Expression
     right: Expression
@@ -90,12 +102,16 @@ class Evaluate(Value):
 
 
 class If(Value):
+    """``if``, ``elif``, ``else``: pairs of condition and statements, and the statements otherwise."""
+
     branches: tuple[tuple[Expression, tuple[Statement, ...]], ...]
     otherwise: tuple[Statement, ...]
     line: int
 
 
 class While(Value):
+    """``while condition``."""
+
     condition: Expression
     body: tuple[Statement, ...]
     line: int
@@ -109,6 +125,8 @@ class Jump(Value):
 
 
 class Return(Value):
+    """``return value``; None without a value."""
+
     value: Expression | None
     line: int
 

@@ -1,7 +1,7 @@
-"""URScript's values and arithmetic.
+"""Values and arithmetic of URScript.
 
 Booleans, integers (32 bits), floats and strings are Python's; lists are Python lists, poses the
-subclass ``PoseValue``. Lists and poses are values: assigning one copies it.
+subclass ``PoseValue``. Lists and poses are values: assigning one copies it. Wrong operands raise ``ScriptError``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ LONGEST = 1023  # characters of a string (URScript manual, "Types")
 
 
 class ScriptError(Exception):
-    """What stops a running program: a clause with its reason; the line is added where it is caught."""
+    """A run-time error of a program: a clause with its reason; the line is added where it is caught."""
 
 
 class PoseValue(list[float]):
@@ -25,12 +25,12 @@ class PoseValue(list[float]):
 
 
 def copied(value: Any) -> Any:
-    """The value that an assignment stores."""
+    """Copy a value for an assignment."""
     return type(value)(copied(v) for v in value) if isinstance(value, list) else value
 
 
 def list_value(*items: Any) -> list[Any]:
-    """The value of a literal [...]: a list, or a list of lists (a matrix), and no deeper."""
+    """Make the value of a literal [...]: a list, or a list of lists (a matrix), and no deeper."""
     return [_element(v) for v in items]
 
 
@@ -41,12 +41,12 @@ def _element(value: Any) -> Any:
 
 
 def item(value: Any, index: Any) -> Any:
-    """value[index]; indices count from 0 and are never negative."""
+    """Return value[index]; indices count from 0 and are never negative."""
     return value[_position(value, index)]
 
 
 def set_item(value: Any, index: Any, new: Any) -> None:
-    """value[index] = new."""
+    """Set value[index] = new."""
     place = _position(value, index)
     value[place] = real(new, "a pose") if isinstance(value, PoseValue) else _element(new)
 
@@ -60,19 +60,19 @@ def _position(value: Any, index: Any) -> int:
 
 
 def pose_value(*numbers: Any) -> PoseValue:
-    """The value of a literal p[...]."""
+    """Make the value of a literal p[...]."""
     return PoseValue(real(n, "a pose") for n in numbers)
 
 
 def real(value: Any, where: str) -> float:
-    """A finite number, or the error that says where one is needed."""
+    """Check that a value is a finite number; the error says where one is needed."""
     if type(value) not in (int, float) or not abs(value) < 1e300:
         raise ScriptError(f"{where} needs a number, not {show(value)}")
     return float(value)
 
 
 def as_pose(value: Any, where: str) -> Pose:
-    """A pose value as a ``Pose``."""
+    """Convert a pose value to a ``Pose``."""
     if not isinstance(value, PoseValue):
         raise ScriptError(f"{where} needs a pose p[...], not {show(value)}")
     v = [real(n, where) for n in value]
@@ -80,57 +80,65 @@ def as_pose(value: Any, where: str) -> Pose:
 
 
 def from_pose(pose: Pose) -> PoseValue:
-    """A ``Pose`` as a pose value."""
+    """Convert a ``Pose`` to a pose value."""
     return PoseValue((*pose.position, *pose.rotvec))
 
 
 def numbers(value: Any, count: int, where: str) -> list[float]:
-    """A list of exactly ``count`` numbers."""
+    """Check that a value is a list of exactly ``count`` numbers."""
     if not isinstance(value, list) or len(value) != count:
         raise ScriptError(f"{where} needs a list of {count} numbers, not {show(value)}")
     return [real(n, where) for n in value]
 
 
 def truth(value: Any) -> bool:
-    """The value of a condition."""
+    """Check that a value is a Boolean, as conditions need."""
     if type(value) is not bool:
         raise ScriptError(f"a condition needs True or False, not {show(value)}")
     return value
 
 
 def add(a: Any, b: Any) -> Any:
+    """Return a + b."""
     return a + b if type(a) is float and type(b) is float else whole(_number(a, "+") + _number(b, "+"))
 
 
 def subtract(a: Any, b: Any) -> Any:
+    """Return a - b."""
     return a - b if type(a) is float and type(b) is float else whole(_number(a, "-") - _number(b, "-"))
 
 
 def multiply(a: Any, b: Any) -> Any:
+    """Return a * b."""
     return a * b if type(a) is float and type(b) is float else whole(_number(a, "*") * _number(b, "*"))
 
 
 def divide(a: Any, b: Any) -> Any:
+    """Return a / b."""
     if _number(b, "/") == 0:
         raise ScriptError("division by zero")
     return _number(a, "/") / b
 
 
 def modulo(a: Any, b: Any) -> Any:
+    """Return a % b."""
     if _number(b, "%") == 0:
         raise ScriptError("division by zero")
     return _number(a, "%") % b
 
 
 def negative(a: Any) -> Any:
+    """Return -a."""
     return whole(-_number(a, "-"))
 
 
 def less(a: Any, b: Any) -> bool:
+    """Check whether a < b."""
     return bool(_number(a, "<") < _number(b, "<"))
 
 
 def greater(a: Any, b: Any) -> bool:
+    """Check whether a > b."""
     return bool(_number(a, ">") > _number(b, ">"))
 
 
@@ -141,21 +149,21 @@ def _number(value: Any, operator: str) -> Any:
 
 
 def whole(value: Any) -> Any:
-    """The value, if it fits: integers have 32 bits."""
+    """Check that an integer fits into 32 bits."""
     if type(value) is int and not -(2**31) <= value < 2**31:
         raise ScriptError(f"the integer {value} does not fit into 32 bits")
     return value
 
 
 def text(value: str) -> str:
-    """The string, if it is not too long."""
+    """Check that a string is not too long."""
     if len(value) > LONGEST:
         raise ScriptError(f"a string of {len(value)} characters; {LONGEST} is the longest")
     return value
 
 
 def show(value: Any) -> str:
-    """A value as textmsg and to_str print it."""
+    """Format a value as textmsg and to_str print it."""
     if isinstance(value, bool) or value is None:
         return str(value)
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""What a backend's language cannot say: one paragraph with the step, the reason, and the backend that can."""
+"""Steps that a backend's language cannot express: an error with the step, the reason, and the backend that can."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from cramlite.model import AnyStep, Drive, Program, walk
 from cramlite.plugin import UserError
 
 
-def unsaid(step: AnyStep, language: str, why: str = "") -> UserError:
-    """The refusal of a step.
+def unsupported_step(step: AnyStep, language: str, why: str = "") -> UserError:
+    """Make the error that refuses a step.
 
     Args:
         why: in a clause; what the language lacks, by default.
@@ -18,10 +18,10 @@ def unsaid(step: AnyStep, language: str, why: str = "") -> UserError:
 
 
 def refuse_drives(program: Program, language: str) -> None:
-    """Before a language that moves an arm only.
+    """Refuse a program that drives a platform, for a language that moves an arm only.
 
     Raises:
         UserError: the program drives a platform.
     """
     if drive := next((s for s in walk(program.steps) if isinstance(s, Drive)), None):
-        raise unsaid(drive, language, f"it drives a platform, and {language} moves an arm only")
+        raise unsupported_step(drive, language, f"it drives a platform, and {language} moves an arm only")
