@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+from msgspec.structs import replace
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..base.errors import UserError
@@ -245,6 +246,11 @@ class Scenario(Value):
     def ontologies(self) -> tuple[Path, ...]:
         """Its further ontology files."""
         return tuple(map(self.beside, self.spec.ontologies))
+
+    def demonstrated_by(self, episode: Path) -> Scenario:
+        """This scenario with a demonstration as its goal, whatever that was before."""
+        update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None}
+        return replace(self, spec=self.spec.model_copy(update=update))
 
 
 def read_scenario(path: Path | str) -> Scenario:

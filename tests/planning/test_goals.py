@@ -11,8 +11,9 @@ from conftest import Run
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Setting, Trace, find_scenario, read_scenario
+from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Pose
-from cramlite.planning.operators import Grounder, facts_of
+from cramlite.planning.operators import Grounder
 from cramlite.planning.task_sequences import plans_for_goal
 from cramlite.plugin import UserError
 
@@ -54,9 +55,10 @@ def test_the_shortest_sequence_comes_first(scenario: str, goal: str, first: str)
 
 def test_every_task_is_applicable_where_it_stands() -> None:
     setting = _setting("hang_onto_hanger")
-    grounder = Grounder(setting.world, ENGINE.knowledge.taxonomy)
+    scene = symbolic_world(setting.world, ENGINE.knowledge.taxonomy, setting.relations)
+    grounder = Grounder(scene, ENGINE.knowledge.predicates)
     operators = {str(o): o for o in grounder.ground(ENGINE.knowledge.rules, ENGINE.knowledge.tasks)}
-    facts = start = facts_of(setting.world, setting.relations)
+    facts = start = grounder.initial()
     for name in ("Grasping(Patient=coffee)", "PickingUp(Locatum=coffee, Relatum=counter)"):
         assert operators[name].applies(facts)
         facts = operators[name].apply(facts)

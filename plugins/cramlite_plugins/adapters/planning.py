@@ -10,10 +10,11 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from cramlite import Engine, Goal, Operator, Setting, Solution, Trace, nearest_miss
+from cramlite.interpretation.fluents import matches, symbolic_world
 from cramlite.model import Value
 from cramlite.planning.goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
-from cramlite.planning.operators import Fact, Grounder, Pattern, facts_of, matches
-from cramlite.plugin import UserError
+from cramlite.planning.operators import Grounder
+from cramlite.plugin import Fact, Pattern, UserError
 
 Planner = Callable[[Any], "list[str] | None"]
 """From a unified-planning problem to the names of the actions of a plan; None where there is none."""
@@ -47,11 +48,12 @@ def problem_of(engine: Engine, setting: Setting, goal: Goal) -> Problem:
     Raises:
         UserError: the goal is none, or names what there is not.
     """
-    grounder = Grounder(setting.world, engine.knowledge.taxonomy)
-    operators = grounder.ground(engine.knowledge.goal_rules, engine.knowledge.tasks)
+    known = engine.knowledge
+    grounder = Grounder(symbolic_world(setting.world, known.taxonomy, setting.relations), known.predicates)
+    operators = grounder.ground(known.goal_rules, known.tasks)
     (meaning,) = meant(goal, {}, grounder)
     target = wanted(meaning.says, grounder)
-    return Problem(facts_of(setting.world, setting.relations), target, with_sides(target, operators, engine.knowledge.tasks))
+    return Problem(grounder.initial(), target, with_sides(target, operators, known.tasks))
 
 
 def to_unified_planning(problem: Problem, impossible: Iterable[str] = ()) -> Any:
