@@ -16,7 +16,9 @@ if TYPE_CHECKING:
     from .base.errors import CramliteError, NoSolution, PluginError, Unresolvable, UserError
     from .base.resources import data_folder, find_scenario
     from .cli.trace_text import trace_text
+    from .engine.candidates import CandidateSequence
     from .engine.engine import Engine
+    from .engine.reading import Reading
     from .engine.setting import Setting
     from .engine.solution import Solution
     from .interpretation.interpretation import Interpretation
@@ -40,7 +42,9 @@ __version__ = VERSION
 _HOMES = {
     ".base.errors": "CramliteError NoSolution PluginError Unresolvable UserError",
     ".base.resources": "data_folder find_scenario",
+    ".engine.candidates": "CandidateSequence",
     ".engine.engine": "Engine",
+    ".engine.reading": "Reading",
     ".engine.setting": "Setting",
     ".engine.solution": "Solution",
     ".interpretation.interpretation": "Interpretation",
@@ -64,6 +68,7 @@ _NAMES = LazyNames(__name__, _HOMES)
 
 __all__ = [
     "Budget",
+    "CandidateSequence",
     "CramliteError",
     "Engine",
     "Entry",
@@ -77,6 +82,7 @@ __all__ = [
     "Plan",
     "PlanningProblem",
     "PluginError",
+    "Reading",
     "RuleSpec",
     "Scenario",
     "Setting",

@@ -71,7 +71,7 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
         from ..planning.task_sequences import plans_for_goal
 
         trace, goal = Trace(), " and ".join(scenario.spec.goal)
-        plan = next(plans_for_goal(scenario, setting, engine.knowledge, trace), None)
+        plan = next(plans_for_goal(setting.name, scenario, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge, trace), None)
         if plan is None:
             why = "; ".join(dict.fromkeys(e.reason for e in trace.entries if e.outcome == "refused"))
             raise UserError(f"{scenario.where('goal')}: no plan achieves the goal '{goal}': {why}.")

@@ -5,12 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from msgspec.structs import replace
 
 from ..base.errors import NoSolution, PluginError, UserError
 from ..base.json_text import as_json
@@ -29,6 +26,7 @@ from .texts import solution_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
+    from ..engine.reading import Reading
     from ..engine.setting import Setting
     from ..engine.solution import Solution
     from ..scenario.scenario import Scenario
@@ -56,9 +54,11 @@ def resolve_scenario(
         PluginError: nothing was found, and a plugin broke on the way.
         UserError: the scenario cannot be used.
     """
-    scenario = _with_demonstration(read_scenario(find_scenario(name)), demonstration)
+    scenario = read_scenario(find_scenario(name))
+    scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     engine = make_engine(scenario, plugins)
-    setting = engine.setting(scenario, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
+    reading = engine.read(scenario)
+    setting = engine.setting(reading, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
     _say_notes(scenario, setting, engine)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
@@ -66,10 +66,12 @@ def resolve_scenario(
         print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
         return 0
     trace, say = _earlier_trace(run), Progress(quiet=json_output)
-    solution, tried = _first_solution(run, scenario, setting, engine, trace, say)
+    solution, tried = _first_solution(run, reading, setting, engine, trace, say)
     if solution is None:
         if report:
-            _report_refusal(run, scenario, setting, trace, engine, tried)
+            from ..report import Finished, write_page
+
+            write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
         if json_output:
             print(as_json(_nothing(trace, run, engine, seed)))
         text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
@@ -81,25 +83,23 @@ def resolve_scenario(
 
 
 def _first_solution(
-    run: RunDirectory, scenario: Scenario, setting: Setting, engine: Engine, trace: Trace, say: Progress
-) -> tuple[Solution | None, Sequence[Solution]]:
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress
+) -> tuple[Solution | None, Solution | None]:
     """The first proven program, and the last one that was refused of the first candidate that had one."""
-    tried: list[Solution] = []
-
-    def refused(number: int) -> None:
-        _write_trace(run, trace, engine)
-        run.refuse(number)
-
-    def failed(judged: Solution) -> None:
-        if not tried or tried[-1].number == judged.number:
-            tried[:] = [judged]
-
-    solutions = engine.resolve(
-        scenario, setting=setting, seed=setting.seed, trace=trace, progress=say,
-        skip=run.refused, refused=refused, failed=failed,
-    )  # fmt: skip
+    tried: Solution | None = None
     try:
-        return next(solutions, None), tried
+        for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say):
+            if candidate.number in run.refused:
+                said = "refused before this run was resumed"
+                trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
+                continue
+            for attempt in candidate.attempts():
+                if attempt.verdict.passed:
+                    return attempt, tried
+                tried = attempt if tried is None or tried.number == attempt.number else tried
+            _write_trace(run, trace, engine)
+            run.refuse(candidate.number)
+        return None, tried
     finally:
         _write_trace(run, trace, engine)
 
@@ -125,20 +125,6 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
     warn_of(engine.registry.faults)
 
 
-def _report_refusal(
-    run: RunDirectory, scenario: Scenario, setting: Setting, trace: Trace, engine: Engine, tried: Sequence[Solution]
-) -> None:
-    """The report of a search that proved nothing: about a program that ran, or the demonstration alone."""
-    from ..report import Finished, write_page
-
-    last = tried[-1] if tried else None
-    found, episode = (last.interpretation, last.episode) if last else (None, None)
-    if last is None and scenario.spec.demonstration is not None:
-        episode = engine.read_episode(scenario.beside(scenario.spec.demonstration))
-        found = engine.interpret(episode)
-    write_page(Finished(engine, run, setting, trace, last, found, episode))
-
-
 def record_demonstration(
     name: str,
     *,
@@ -161,13 +147,6 @@ def record_demonstration(
     )
     warn_of(engine.registry.faults)
     return 0
-
-
-def _with_demonstration(scenario: Scenario, path: Path | None) -> Scenario:
-    if path is None:
-        return scenario
-    update = {"demonstration": str(path.resolve()), "tasks": None, "designator": None, "goal": None}
-    return replace(scenario, spec=scenario.spec.model_copy(update=update))
 
 
 def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import asdict
 
+from ..ontology.foundation import ACTION
+
 if TYPE_CHECKING:
     from ..engine.solution import Solution
     from ..interpretation.interpretation import Interpretation, Interpreted
@@ -51,7 +53,7 @@ def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
 def _label(action: Interpreted) -> str:
     """What the recording itself calls the action, or what was concluded from motion."""
     event = action.segments[0].event if action.segments else None
-    if event is None or event.type == "soma:PhysicalAction":
+    if event is None or event.type == ACTION:
         return ""
     whom = event.roles.get("object", "")
     source = "inferred from motion" if event.inferred else "so named in the recording"
@@ -67,7 +69,7 @@ def _repair_lines(repairs: Sequence[Repair], most: int = 20) -> list[str]:
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
     """Every action with the tasks it may execute; first what was repaired before."""
-    lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} candidate task sequences"]
+    lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} readings"]
     lines += _repair_lines(list(repairs))
     for k, action in enumerate(found.actions):
         lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s{_label(action)}")

@@ -1,26 +1,63 @@
-"""Attempts at a plan: complete programs, each with what the judges found when its text had run."""
+"""Candidate task sequences and attempts at them: complete programs, each with what the judges found when its text had run."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
+from ..base.value import Value
 from ..planning.budget import Budget
 from ..planning.search import Search
 from ..plugin.grounding import Context
 from .late_poses import parametric
 from .proof import assemble, conflict_of, prove
+from .solution import Solution
 
 if TYPE_CHECKING:
+    from ..interpretation.ranking import TaskSequence
     from ..model.plan import Plan
     from ..model.verdict import Verdict
     from ..planning.state import State
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
+    from .reading import Reading
     from .setting import Setting
 
 Progress = Callable[[str], None]
+
+
+class CandidateSequence(Value, eq=False):
+    """A task sequence that may achieve a goal; ``Engine.candidates`` gives them.
+
+    Args:
+        number: its rank, from 1.
+        plan: the sequence, generalised.
+        sequence: what the demonstration was read as; None where there is none.
+        reading, setting, knowledge, budget: of the goal: what it says, where, who knows what, and how much work.
+        trace, progress, stop: as ``Engine.resolve`` has them.
+    """
+
+    number: int
+    plan: Plan
+    sequence: TaskSequence | None
+    reading: Reading
+    setting: Setting
+    knowledge: Knowledge
+    budget: Budget
+    trace: Trace
+    progress: Progress
+    stop: Callable[[], bool]
+
+    def attempts(self) -> Iterator[Solution]:
+        """Complete programs, lazily, each with what the judges found; those that they refused are among them."""
+        self.trace.candidate = self.number
+        self.progress(f"candidate {self.number}: {self.plan}")
+        made = attempts(self.plan, self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop)
+        for candidate, verdict in made:
+            yield Solution(
+                self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode
+            )
 
 
 def attempts(

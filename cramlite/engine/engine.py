@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Never
+from typing import TYPE_CHECKING, Never
 
 from ..base.errors import UserError
 from ..base.seeds import whole_seed
@@ -14,22 +14,21 @@ from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
 from ..plugin.registry import Registry
 from ..plugin.selection import INSTALLED, PluginChoice
+from .reading import Reading
 from .solution import Solution
 
 if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation
+    from ..interpretation.ranking import TaskSequence
     from ..model.episode import Episode
     from ..model.plan import Plan
     from ..model.world import World
-    from ..planning.task_goals import Goal
     from ..scenario.scenario import Scenario
-    from ..scenario.task_specs import RuleSpec, TaskSpec
-    from .candidates import Progress
+    from .candidates import CandidateSequence, Progress
+    from .reading import AnyGoal
     from .setting import Setting
 
 
-Source = tuple["Interpretation | None", "Episode | None"]
-"""What a plan came from: a demonstration, as it was understood, or nothing of the kind."""
 KEPT = 4
 """Engines for scenarios that ask for one of their own."""
 
@@ -123,80 +122,116 @@ class Engine:
             )
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
+    def read(self, goal: AnyGoal | Reading) -> Reading:
+        """The reading of a goal, which stands for the goal wherever one is asked for: a demonstration is then read and
+        interpreted once for all of them, when the first needs it. The reading of a reading is that reading."""
+        if isinstance(goal, Reading):
+            return goal
+        engine = self._for(goal)
+
+        def episode() -> Episode | None:
+            from ..model.episode import Episode
+            from ..scenario.scenario import Scenario
+
+            if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
+                return engine.read_episode(goal.beside(goal.spec.demonstration))
+            return goal if isinstance(goal, Episode) else None
+
+        return Reading(goal, episode, engine.interpret)
+
     def setting(
-        self, scenario: Scenario, *, seed: int = 0, backend: str | None = None, now: World | None = None, rest: Plan | None = None
-    ) -> Setting:
+        self, goal: Scenario | Reading, *, seed: int = 0, backend: str | None = None, now: World | None = None,
+        rest: Plan | None = None,
+    ) -> Setting:  # fmt: skip
         """The robot's world of a scenario.
 
         Args:
+            goal: a scenario, or its reading.
             now: the world as it really is by now, where it is no longer as the scenario has it; only a camera is shown it.
             rest: the plan that is left by then: what the camera looks for; by default the scenario's.
 
         Raises:
-            UserError: an unknown robot, model, backend, thing, plugin or budget; a seed that is no whole number.
+            UserError: an unknown robot, model, backend, thing, plugin or budget; a seed that is no whole number; the
+                reading of something else.
         """
+        from ..scenario.scenario import Scenario
         from .setting_from_scenario import setting_of
 
-        engine = self.suited(scenario)
+        reading = self.read(goal)
+        scenario, engine = reading.goal, self._for(reading.goal)
+        if not isinstance(scenario, Scenario):
+            raise UserError(f"A setting is that of a scenario, not of {type(scenario).__name__}: pass read_scenario(path).")
         budget_of(scenario)  # what is wrong with it is said before any work
 
         def likeliest(before: Setting) -> Plan | None:
-            return rest or next((plan for plan, _ in engine.plans(scenario, before, Trace())), None)
+            return rest or next((plan for plan, _ in engine.plans(reading, before, Trace())), None)
 
         return setting_of(scenario, engine.knowledge, likeliest, seed=whole_seed(seed), backend=backend, now=now)
 
     def resolve(
         self,
-        goal: Scenario | Episode | Goal | Sequence[TaskSpec | RuleSpec] | TaskSpec | RuleSpec,
+        goal: AnyGoal | Reading,
         *,
         setting: Setting | None = None,
         seed: int = 0,
         budget: Budget | None = None,
         trace: Trace | None = None,
         progress: Progress = lambda _: None,
-        skip: Collection[int] = (),
-        refused: Callable[[int], None] = lambda _: None,
-        failed: Callable[[Solution], None] = lambda _: None,
         stop: Callable[[], bool] = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
         """Proven programs for a goal, one after another; nothing is computed before the first is asked for.
 
+        They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
+
         Args:
-            goal: a scenario, an episode, a ``Goal``, tasks, or one task; all but a scenario with ``setting``.
+            goal: a scenario, an episode, a ``Goal``, tasks, or one task; all but a scenario with ``setting``. Or the
+                reading of one.
             setting: where, and from which state, the goal is to be achieved; by default a scenario's own.
             seed: the same one gives the same programs.
             budget: counted work; by default the scenario's.
             trace: is filled while the search runs, also when nothing is found.
             progress: called with a line for people.
-            skip: numbers of candidate sequences, from 1, that an earlier run refused.
-            refused: called with the number of each candidate of which nothing could be proven.
             stop: asked before each question to a plugin and before each run of a text, from the thread that resolves;
                 True ends the iterator, and the trace says so. What runs is not interrupted: it takes a few seconds.
-            failed: called with each complete program that was judged and refused.
 
         Raises:
             UserError: the goal cannot be used.
             TypeError: an argument that there is not, such as ``world``, the old name of ``setting``.
         """
-        from .candidates import attempts
-
         _refuse(unknown)
-        engine, seed = self._for(goal), whole_seed(seed)
-        setting, trace, budget = engine._setting(goal, setting, seed), trace or Trace(), budget or _budget(goal)
-        plans = engine.plans(goal, setting, trace, progress)
-        for number, plan, source in _to_try(plans, budget.sequences, trace, skip, stop):
-            progress(f"candidate {number}: {plan}")
-            proven = False
-            for candidate, verdict in attempts(plan, setting, engine.knowledge, budget, trace, progress, stop):
-                solution = Solution(number, candidate, verdict, trace, setting, *source)
-                if verdict.passed:
-                    proven = True
-                    yield solution
-                else:
-                    failed(solution)
-            if not proven:
-                refused(number)
+        for candidate in self.candidates(
+            goal, setting=setting, seed=seed, budget=budget, trace=trace, progress=progress, stop=stop
+        ):
+            yield from (one for one in candidate.attempts() if one.verdict.passed)
+
+    def candidates(
+        self,
+        goal: AnyGoal | Reading,
+        *,
+        setting: Setting | None = None,
+        seed: int = 0,
+        budget: Budget | None = None,
+        trace: Trace | None = None,
+        progress: Progress = lambda _: None,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> Iterator[CandidateSequence]:
+        """The task sequences that may achieve a goal, best first, as many as the budget has. Each is tried when its
+        ``attempts`` are asked for, or passed over if they are not; the arguments are those of ``resolve``.
+
+        Raises:
+            UserError: the goal cannot be used.
+        """
+        from .candidates import CandidateSequence
+
+        reading, seed = self.read(goal), whole_seed(seed)
+        engine, trace = self._for(reading.goal), trace or Trace()
+        setting, budget = engine._setting(reading, setting, seed), budget or _budget(reading.goal)
+        plans = engine.plans(reading, setting, trace, progress)
+        for number, plan, sequence in _to_try(plans, budget.sequences, trace, stop):
+            yield CandidateSequence(
+                number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop
+            )
 
     def _for(self, goal: object) -> Engine:
         """The engine that works on a goal."""
@@ -204,12 +239,13 @@ class Engine:
 
         return self.suited(goal) if isinstance(goal, Scenario) else self
 
-    def _setting(self, goal: object, setting: Setting | None, seed: int) -> Setting:
+    def _setting(self, reading: Reading, setting: Setting | None, seed: int) -> Setting:
         """Where a goal is to be achieved."""
         from ..scenario.scenario import Scenario
 
+        goal = reading.goal
         if isinstance(goal, Scenario):
-            return setting or self.setting(goal, seed=seed)
+            return setting or self.setting(reading, seed=seed)
         if isinstance(goal, str | Path):
             raise UserError(f"'{goal}' is text: pass read_scenario(path), or Goal((\"block on shelf\",)) with a setting.")
         if setting is None:
@@ -217,28 +253,23 @@ class Engine:
         return setting
 
     def plans(
-        self, goal: Any, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
-    ) -> Iterator[tuple[Plan, Source]]:
-        """The task sequences of a goal, best first, each with what it came from; arguments and errors as for ``resolve``."""
-        from ..model.episode import Episode
+        self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None
+    ) -> Iterator[tuple[Plan, TaskSequence | None]]:
+        """The task sequences of a goal as plans, best first; those of a demonstration each with what it was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
         from ..scenario.scenario import Scenario
 
-        _refuse(unknown)
-        engine = self._for(goal)
-        knowledge = engine.knowledge
-        if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
-            goal = engine.read_episode(goal.beside(goal.spec.demonstration))
-        if isinstance(goal, Episode):
-            found = engine.interpret(goal)
-            progress(f"{len(found.actions)} actions, {found.count()} candidate task sequences")
-            plans = plans_from_interpretation(setting.name, found, goal, knowledge.tasks, trace)
-            yield from ((plan, (found, goal)) for plan in plans)
-        elif isinstance(goal, Goal) or (isinstance(goal, Scenario) and goal.spec.goal is not None):
-            yield from ((plan, (None, None)) for plan in plans_for_goal(goal, setting, knowledge, trace))
+        reading = self.read(goal)
+        asked, knowledge = reading.goal, self._for(reading.goal).knowledge
+        found, episode = reading.interpretation, reading.episode
+        if found is not None and episode is not None:
+            progress(f"{len(found.actions)} actions, {found.count()} readings")
+            yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace)
+        elif isinstance(asked, Goal) or (isinstance(asked, Scenario) and asked.spec.goal is not None):
+            yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, setting.symbolic(knowledge.taxonomy), knowledge, trace))
         else:
-            yield plan_from_tasks(setting.name, goal, knowledge.tasks, setting.world), (None, None)
+            yield plan_from_tasks(setting.name, asked, knowledge.tasks, setting.world), None  # type: ignore[arg-type]
 
 
 def _refuse(unknown: Mapping[str, object]) -> None:
@@ -255,10 +286,10 @@ def _budget(goal: object) -> Budget:
 
 
 def _to_try(
-    plans: Iterable[tuple[Plan, Source]], most: int, trace: Trace, skip: Collection[int], stop: Callable[[], bool]
-) -> Iterator[tuple[int, Plan, Source]]:
-    """The first so many task sequences, numbered from 1, without those to skip; why others are left out is traced."""
-    for number, (plan, source) in enumerate(plans, 1):
+    plans: Iterable[tuple[Plan, TaskSequence | None]], most: int, trace: Trace, stop: Callable[[], bool]
+) -> Iterator[tuple[int, Plan, TaskSequence | None]]:
+    """The first so many task sequences, numbered from 1; why others are left out is traced."""
+    for number, (plan, sequence) in enumerate(plans, 1):
         if number > most:
             trace.spent("sequences", most, f"{most} task sequences were tried, the rest left out")
             return
@@ -266,10 +297,7 @@ def _to_try(
             trace.stopped()
             return
         trace.candidate = number
-        if number in skip:
-            trace.add(0, "sequence", str(plan), "refused", "engine", "refused before this run was resumed", kind="sequence")
-        else:
-            yield number, plan, source
+        yield number, plan, sequence
 
 
 def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:

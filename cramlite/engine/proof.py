@@ -9,6 +9,8 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import UserError
+from ..model.designator_name import top_of
+from ..model.entity_name import thing_of
 from ..model.plan import Plan
 from ..model.program import Program, Snapshot
 from ..model.program_json import typed_code
@@ -26,7 +28,7 @@ from .setting import Setting
 def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:
     """The typed program of a fully grounded state of a plan in a setting."""
     belief, robot = setting.belief(), setting.robot
-    used = sorted({str(v).split("/")[0] for v in end.bindings.values() if isinstance(v, str)})
+    used = sorted({thing_of(v) for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
         Snapshot(thing, belief.pose(thing), belief.poses[thing].source) for thing in used if thing in belief.poses
     )
@@ -182,7 +184,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     """
     names = [name for name, _ in state.choices]
     tasks = [a.name for a in state.actions]
-    failed = [f.origin.split("/")[0] for f in verdict.objections]
+    failed = [top_of(f.origin) for f in verdict.objections]
     if any(f in tasks and f not in names for f in failed):
         return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
     known = [tasks.index(f) for f in failed if f in tasks]

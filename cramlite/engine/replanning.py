@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.value import Value
+from ..model.entity_name import EntityName
 from ..model.geometry import Pose
 from ..model.program_json import typed_code
 from ..model.steps import MoveJoints, SetGripper, walk
@@ -207,7 +208,7 @@ def as_left(done: Round) -> World:
     rollout, world = done.rollout, done.attempt.world
     mount = world.robots[0]
     joints, opening = tuple(map(float, rollout.joints[-1])), float(rollout.opening[-1])
-    mount = replace(mount, base=_end(rollout, f"{mount.name}/base", mount.base), joints=joints, opening=opening)
+    mount = replace(mount, base=_end(rollout, str(EntityName(mount.name, "base")), mount.base), joints=joints, opening=opening)
     things = tuple(_moved(t, _end(rollout, t.name, t.pose)) if t.movable else t for t in world.things)
     return replace(world, things=things, robots=(mount, *world.robots[1:]))
 

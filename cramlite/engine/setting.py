@@ -9,6 +9,7 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ..base.value import Value
+from ..interpretation.fluents import SymbolicWorld, symbolic_world
 from ..model.belief import initial_belief
 from ..planning.state import State
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from ..model.plan import Plan
     from ..model.robot import Robot
     from ..model.world import World
+    from ..ontology.taxonomy import Taxonomy
     from ..perception.active_perception import Look
     from ..planning.state import Item
     from ..plugin.protocols import Backend
@@ -60,6 +62,10 @@ class Setting(Value):
         at = self.robot.arm_at(mount.base) if self.robot.platform else None
         belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
         return replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
+
+    def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
+        """Return what is known of the world before anything is done, as task planning takes it."""
+        return symbolic_world(self.world, taxonomy, self.relations)
 
     def start(self, plan: Plan) -> State:
         """Return the state that the search for a plan begins at: at home, or where the robot stands since it looked, with the

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
@@ -25,6 +23,7 @@ from .results import DemonstrationResult
 from .spec import Demonstration, Experiment
 from .store import LOCK, Store, code_key, locked
 from .trial import run_trial
+from .worker import worker_pool
 
 DEATHS = 2
 """A demonstration whose worker died this often is given up, and counts as failed."""
@@ -121,9 +120,7 @@ def _round(
         store.ended(name)
     progress = Progress(len(order.demonstrations), len(left), say)
     found: dict[str, DemonstrationResult] = {}
-    pool = ProcessPoolExecutor(
-        min(order.workers, len(left)), mp_context=multiprocessing.get_context("spawn"), initializer=_worker
-    )
+    pool = worker_pool(min(order.workers, len(left)))
     try:
         for result in _results(pool, [order.trial(d) for d in left]):
             found[result.name] = result
@@ -166,21 +163,6 @@ def _stop(pool: ProcessPoolExecutor) -> None:
     pool.shutdown(wait=False, cancel_futures=True)
     for child in multiprocessing.active_children():
         child.terminate()
-
-
-def _worker() -> None:
-    """A worker leaves Ctrl-C to its parent, and ends when the parent does."""
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-
-    def follow() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)
-
-    threading.Thread(target=follow, daemon=True).start()
 
 
 class Progress:

@@ -6,28 +6,22 @@ Runs in a worker process. Whatever is finished is written at once, so that a wor
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.seeds import derive_seed
-from ..engine.candidates import attempts
+from ..engine.candidates import CandidateSequence
+from ..engine.reading import Reading
 from ..engine.recording import record_episode
-from ..engine.setting import Setting
-from ..interpretation.coherence import candidates
-from ..interpretation.ranking import TaskSequence
-from ..model.episode import Episode
-from ..model.verdict import Verdict
+from ..engine.solution import Solution
 from ..planning.budget import Budget
-from ..planning.plan import TaskCall, plan_from_episode
-from ..planning.trace import Trace
-from ..plugin.protocols import Candidate
+from ..planning.trace import Entry, Trace
 from .bench import Bench, Trial, bench, goal_missed
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
-from .spec import AblationSpec, Demonstration
+from .spec import AblationSpec, Demonstration, SetSpec
 from .store import Store
 from .twins import execute_in_twin
 
@@ -44,37 +38,53 @@ def run_trial(trial: Trial) -> DemonstrationResult:
         return done
     store.began(trial.demonstration.name)
     place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins)
-    result = _demonstrated(trial, store, place)
+    try:
+        result = _demonstrated(trial, store, place)
+    finally:
+        place.executor.close()  # a worker waits for its own processes before it ends
     store.save(trial.demonstration.name, "result", result)
     store.ended(trial.demonstration.name)
     return result
 
 
 def _demonstrated(trial: Trial, store: Store, place: Bench) -> DemonstrationResult:
-    one, watch = trial.demonstration, place.watch
+    one, watch, engine = trial.demonstration, place.watch, place.engine
     watch.restart()
     with watch("record"):
-        folder = _recorded(one, store, place)
+        scenario = place.scenario.demonstrated_by(_recorded(one, store, place))
+    reading = engine.read(scenario)
     with watch("interpret"):
         try:
-            episode = place.engine.read_episode(folder)
-            found = place.engine.interpret(episode)
-            listed = list(candidates(found, place.engine.knowledge.rules))
+            found = reading.interpretation
+            assert found is not None
+            listed = sum(1 for _ in found.sequences())
         except UserError as error:
             return DemonstrationResult(one.name, one.object, one.seed, 0, 0, 0, (), f"interpret: {error}", watch.read())
-    ablation = place.experiment.ablation(trial.without)
-    seconds, most = watch.read(), ablation.candidates or place.experiment.spec.most_candidates
-    results: tuple[CandidateResult, ...] = ()
-    for k, sequence in enumerate(listed[:most], 1):
-        results = (*results, store.candidate(one.name, k) or _candidate(trial, store, place, k, sequence, episode))
-        if results[-1].executed and place.experiment.choose(trial.set_name).until_solved:
-            break
-    holes = len(found.holes)
-    reason = (
-        "" if results else f"interpret: {found.count()} readings, none agrees with itself; {holes} actions unexplained"
-    )
-    counts = (found.count(), len(listed), len(results))
+    seconds, trace = watch.read(), Trace()
+    results = tuple(_until_solved(_results(trial, store, place, reading, trace), place.experiment.choose(trial.set_name)))
+    reason = "" if results else "interpret: " + "; ".join(e.reason for e in trace.entries)
+    counts = (found.count(), listed, len(results))
     return DemonstrationResult(one.name, one.object, one.seed, *counts, results, reason, seconds)
+
+
+def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterator[CandidateResult]:
+    """All results, or those up to the first that succeeded, as the set has it."""
+    for result in results:
+        yield result
+        if result.executed and chosen.until_solved:
+            return
+
+
+def _results(
+    trial: Trial, store: Store, place: Bench, reading: Reading, trace: Trace
+) -> Iterator[CandidateResult]:
+    """What became of each candidate; one that is finished is read."""
+    one, spec = trial.demonstration, place.experiment.spec
+    most = place.experiment.ablation(trial.without).candidates or spec.most_candidates
+    setting = replace(place.engine.setting(reading), seed=derive_seed(one.seed, (), "resolve"))
+    budget = Budget(**{**spec.budget, "sequences": most})
+    for candidate in place.engine.candidates(reading, setting=setting, budget=budget, trace=trace):
+        yield store.candidate(one.name, candidate.number) or _candidate(trial, store, place, candidate)
 
 
 def _recorded(one: Demonstration, store: Store, place: Bench) -> Path:
@@ -101,32 +111,30 @@ def _recorded(one: Demonstration, store: Store, place: Bench) -> Path:
         return store.adopt(part, name)
 
 
-def _candidate(
-    trial: Trial, store: Store, place: Bench, number: int, sequence: TaskSequence, episode: Episode
-) -> CandidateResult:
+def _candidate(trial: Trial, store: Store, place: Bench, candidate: CandidateSequence) -> CandidateResult:
     """Plan, prove, execute; written as soon as it is known."""
-    one, watch = trial.demonstration, place.watch
+    sequence, watch = candidate.sequence, place.watch
+    assert sequence is not None  # a demonstration was read as it
     watch.restart()
     tasks = tuple(f"{m.task.split(':')[-1]}({', '.join(m.roles.values())})" for m in sequence.matches)
-    seed = derive_seed(one.seed, (), f"candidate {number}")
     made: list[tuple[Attempt, bool]] = []
-    trace = Trace()
-    for k, (attempt, reached) in enumerate(_attempts(trial, store, place, number, sequence, episode, seed, trace)):
+    for attempt, reached in _attempts(trial, store, place, candidate):
         made.append((attempt, reached))
-        if attempt.accepted or k + 1 >= Budget(**place.experiment.spec.budget).proofs:
+        if attempt.accepted:
             break
     planned = any(a.execution is not None for a, _ in made)
     best = next((a for a, reached in made if a.accepted and reached), None)
     executed = best is not None and best.execution is not None and best.execution.succeeded
+    said = [e for e in candidate.trace.entries if e.candidate == candidate.number]
     result = CandidateResult(
-        number, tasks, sequence.score, planned, best is not None, executed,
-        _reason(made, best, trace), tuple(a for a, _ in made), watch.read(),
+        candidate.number, tasks, sequence.score, planned, best is not None, executed,
+        _reason(made, best, said), tuple(a for a, _ in made), watch.read(),
     )  # fmt: skip
-    store.save(one.name, str(number), result)
+    store.save(trial.demonstration.name, str(candidate.number), result)
     return result
 
 
-def _reason(made: list[tuple[Attempt, bool]], best: Attempt | None, trace: Trace) -> str:
+def _reason(made: list[tuple[Attempt, bool]], best: Attempt | None, entries: Iterable[Entry]) -> str:
     """Where a candidate failed, and why; empty if it did not."""
     if best is not None:
         return "" if best.execution and best.execution.succeeded else f"execution: {_of(best.execution)}"
@@ -136,11 +144,11 @@ def _reason(made: list[tuple[Attempt, bool]], best: Attempt | None, trace: Trace
         return f"simulation: {attempt.reason or 'accepted, but the goal was not reached'}"
     if made:
         return f"plan: {made[-1][0].reason}"
-    said = [e for e in trace.entries if e.outcome in ("refused", "impossible", "failed", "fault", "capped")]
+    said = [e for e in entries if e.outcome in ("refused", "impossible", "failed", "fault", "capped")]
     return "plan: " + ("; ".join(f"{e.designator}: {e.reason}" for e in _telling(said)) or "nothing was refused")
 
 
-def _telling(said: list[Any]) -> list[Any]:
+def _telling(said: list[Entry]) -> list[Entry]:
     """The two that came furthest down the plan: what stood in the way last. That all of something failed says less."""
     for outcomes in (("impossible", "fault", "capped"), ("refused",)):
         if found := [e for e in said if e.outcome in outcomes]:
@@ -153,38 +161,28 @@ def _of(execution: Execution | None) -> str:
 
 
 def _attempts(
-    trial: Trial, store: Store, place: Bench, number: int, sequence: TaskSequence, episode: Episode, seed: int,
-    trace: Trace,
-) -> Iterator[tuple[Attempt, bool]]:  # fmt: skip
+    trial: Trial, store: Store, place: Bench, candidate: CandidateSequence
+) -> Iterator[tuple[Attempt, bool]]:
     """Each complete program with what became of it in the believed world and in the twin; and whether it reached
     the goal in the believed world."""
-    engine, spec = place.engine, place.experiment.spec
-    calls = [
-        TaskCall(engine.knowledge.tasks[m.task], m.roles) for m in sequence.matches if m.task in engine.knowledge.tasks
-    ]
-    if len(calls) < len(sequence.matches):
-        trace.add(0, "sequence", "", "impossible", "engine", "no plugin offers one of the task types", kind="sequence")
-        return
-    setting = replace(engine.setting(place.scenario, seed=0), seed=seed)
-    plan = plan_from_episode(setting.name, calls, episode)
-    found = attempts(plan, setting, engine.knowledge, Budget(**spec.budget), trace)
+    attempts = candidate.attempts()
     while True:
         with place.watch("plan"):  # what is simulated and detected in it is told apart
-            candidate, verdict = next(found, (None, None))
-        if candidate is None or verdict is None:
+            judged = next(attempts, None)
+        if judged is None:
             return
-        yield _attempt(trial, store, place, number, candidate, verdict, setting)
+        yield _attempt(trial, store, place, judged)
 
 
-def _attempt(
-    trial: Trial, store: Store, place: Bench, number: int, candidate: Candidate, verdict: Verdict, setting: Setting
-) -> tuple[Attempt, bool]:
+def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> tuple[Attempt, bool]:
+    candidate, verdict = judged.candidate, judged.verdict
     if candidate.code is None or candidate.rollout is None:
         return Attempt(False, verdict.reason), False
     with place.watch("judge"):
         reached = not goal_missed(place, candidate)
     ablation: AblationSpec = place.experiment.ablation(trial.without)
-    store.write(f"results/{trial.demonstration.name}/{number}{candidate.code.suffix}", candidate.code.text)
-    execution = execute_in_twin(trial, store, place, number, candidate, setting, errors=ablation.twin)
+    name = f"{judged.number}{candidate.code.suffix}"
+    store.write(f"results/{trial.demonstration.name}/{name}", candidate.code.text)
+    execution = execute_in_twin(trial, store, place, judged, errors=ablation.twin)
     force = (candidate.rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5
     return Attempt(verdict.passed, "" if verdict.passed else verdict.reason, execution, float(force)), reached

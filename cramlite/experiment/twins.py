@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.seeds import derive_seed
-from ..engine.setting import Setting
+from ..engine.solution import Solution
 from ..model.rollout import Rollout
 from ..model.world import World
 from ..plugin.protocols import Candidate
@@ -24,17 +24,16 @@ DEATHS = 2
 """A text whose execution ended its process this often counts as failed."""
 
 
-def execute_in_twin(
-    trial: Trial, store: Store, place: Bench, number: int, candidate: Candidate, setting: Setting, *, errors: bool
-) -> Execution:
-    """Run a candidate's text where things are not quite as believed, and judge how that ended.
+def execute_in_twin(trial: Trial, store: Store, place: Bench, judged: Solution, *, errors: bool) -> Execution:
+    """Run a program's text where things are not quite as believed, and judge how that ended.
 
     Args:
-        number: of the candidate: names its files, and seeds its twin.
+        judged: the program; the number of its candidate names the files, and seeds the twin.
         errors: whether the twin has any; without them it is the believed world.
     """
     from .bench import goal_missed
 
+    candidate, number, setting = judged.candidate, judged.number, judged.setting
     assert candidate.code is not None
     seed = derive_seed(trial.demonstration.seed, (), f"twin {number}")
     world = setting.world
@@ -61,7 +60,7 @@ def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout
     assert candidate.code is not None
     for _ in range(DEATHS):
         try:
-            rollout, seconds = place.executor.run(candidate.code.text, candidate.code.suffix, world, seed)
+            rollout, seconds = place.executor.run(candidate.code.text, world, seed)
         except ExecutorDied:
             continue
         place.watch.add("execute", seconds)

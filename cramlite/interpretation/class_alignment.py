@@ -10,16 +10,9 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from ..model.episode import Episode, Event, Repair
+from ..ontology.foundation import ACTION, STATE, STATE_ROLES
 from ..ontology.taxonomy import Taxonomy
 
-ANONYMOUS = "soma:PhysicalAction"
-#: State -> its roles; the fillers of a foreign state take them in this order, where its roles have other names.
-STATE_ROLES = {
-    "soma:ContactState": ("a", "b"),
-    "soma:SupportState": ("supporter", "supportee"),
-    "soma:ContainmentState": ("container", "content"),
-    "cram:GraspState": ("gripper", "object"),
-}
 _OURS = ("cram", "soma", "dul", "artm", "vrps")
 
 
@@ -40,10 +33,11 @@ def aligned(episode: Episode, taxonomy: Taxonomy) -> Episode:
 
 def _aligned(event: Event, type_: str | None, taxonomy: Taxonomy) -> Event:
     if type_ is None:
-        return replace(event, type=ANONYMOUS)
-    if not taxonomy.is_a(type_, "soma:StateType"):
+        return replace(event, type=ACTION)
+    if not taxonomy.is_a(type_, STATE):
         return replace(event, type=type_)
-    names = STATE_ROLES.get(type_, ())
+    said = taxonomy.fillers(type_, STATE_ROLES)
+    names = tuple(str(said[0]).split()) if said else ()  # fillers take them in this order where theirs have other names
     known = {k: v for k, v in event.roles.items() if k in names}
     rest = [v for k, v in event.roles.items() if k not in names]
     free = [n for n in names if n not in known]

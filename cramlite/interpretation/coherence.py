@@ -14,15 +14,16 @@ and ends (no reach, path or physics is asked):
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
 from itertools import islice
 
 from ..base.value import Value
+from ..model.entity_name import thing_of
+from ..ontology.taxonomy import Taxonomy
 from .conditions import Atom, Every, Not, Variable, atoms
-from .interpretation import Interpretation
 from .matching import Match
-from .ranking import TaskSequence, best_first
+from .ranking import DEFAULT_CAP, TaskSequence, best_first
 from .rules import Rule
 from .timeline import PhaseName
 
@@ -44,6 +45,13 @@ class Claims(Value):
     begins: frozenset[Fact]
     ends: frozenset[Fact]
     passive: bool
+
+
+NOTHING = Claims(frozenset(), frozenset(), frozenset(), frozenset(), passive=False)
+"""What is said of a task that no rule speaks about."""
+
+LOOKED_AT = 5000
+"""Readings that are looked at, most of which contradict themselves."""
 
 
 def claims(rule: Rule, match: Match) -> Claims:
@@ -84,82 +92,109 @@ def _passive(rule: Rule) -> bool:
 def same(a: Fact, b: Fact) -> bool:
     """Whether two facts may be about the same: equal where both name something; a part counts as its whole."""
     pairs = zip(a[1:], b[1:], strict=False)
-    return a[0] == b[0] and all("_" in (x, y) or x.split("/")[0] == y.split("/")[0] for x, y in pairs)
+    return a[0] == b[0] and all("_" in (x, y) or thing_of(x) == thing_of(y) for x, y in pairs)
 
 
-def candidates(found: Interpretation, rules: Iterable[Rule], limit: int = 5000) -> Iterator[TaskSequence]:
-    """The coherent sequences of an interpretation, best first.
+def candidates(
+    actions: Sequence[Sequence[Match]], rules: Iterable[Rule], taxonomy: Taxonomy, cap: int = DEFAULT_CAP
+) -> Iterator[TaskSequence]:
+    """The coherent sequences of some actions, best first: those among the first ``LOOKED_AT`` by ``best_first``.
 
     Args:
-        limit: of sequences looked at.
+        actions: the matches of each action, none of them empty.
+        rules: that matched.
+        cap: unfinished sequences kept.
     """
     by_task = {rule.task: rule for rule in rules}
-    actions = [a.matches for a in found.actions if not a.hole]
-    readings = [[claims(by_task[m.task], m) for m in matches] for matches in actions]
+    readings = [[_said(by_task, m) for m in matches] for matches in actions]
+    numbers = [{id(m): r for r, m in enumerate(matches)} for matches in actions]
     honest = [
-        [m for m, c in zip(matches, said, strict=True) if _ended(c, said)]
+        [m for m, claim in zip(matches, said, strict=True) if explains_ends(claim, said)]
         for matches, said in zip(actions, readings, strict=True)
     ]
-    for sequence in islice(best_first(honest, found.taxonomy), limit) if all(honest) else ():
-        if coherent([claims(by_task[m.task], m) for m in sequence.matches], readings):
+    asked = demands(readings)
+    for sequence in islice(best_first(honest, taxonomy, cap), LOOKED_AT) if all(honest) else ():
+        if coherent([n[id(m)] for n, m in zip(numbers, sequence.matches, strict=True)], asked):
             yield sequence
 
 
-def coherent(chosen: Sequence[Claims], readings: Sequence[Sequence[Claims]]) -> bool:
-    """Whether a choice among the readings of each action fulfils the four conditions above."""
-    return all(
-        _presupposed(k, chosen, readings) and _lasting(k, chosen, readings) and _closed(k, chosen, readings)
-        and _ended(chosen[k], readings[k])
-        for k in range(len(chosen))
-    )  # fmt: skip
+def _said(rules: Mapping[str, Rule], match: Match) -> Claims:
+    return claims(rules[match.task], match) if match.task in rules else NOTHING
 
 
-Side = Callable[[Claims], frozenset[Fact]]
+def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
+    """Condition 4, of one reading of an action among all of them."""
+    return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 
-def _begins(claim: Claims) -> frozenset[Fact]:
-    return claim.begins
+def coherent(chosen: Sequence[int], asked: Iterable[Demand]) -> bool:
+    """Whether a choice, the number of a reading for each action, fulfils the first three conditions."""
+    made = set(enumerate(chosen))
+    return all(not made.isdisjoint(d.any_of) for d in asked if d.of is None or d.of in made)
 
 
-def _ends(claim: Claims) -> frozenset[Fact]:
-    return claim.ends
+Choice = tuple[int, int]
+"""An action and one of its readings, both counted from 0."""
 
 
-def _last(facts: Fact, side: Side, readings: Sequence[Sequence[Claims]]) -> int | None:
-    """The last action of which some reading says that the fact begins (or ends)."""
-    return next((k for k in reversed(range(len(readings))) if any(_says(c, side, facts) for c in readings[k])), None)
+class Demand(Value):
+    """What the choice of one reading demands of the choice of others.
+
+    Args:
+        of: the choice that demands it; None if every choice does.
+        any_of: choices of which one must be made.
+    """
+
+    of: Choice | None
+    any_of: frozenset[Choice]
 
 
-def _says(claim: Claims, side: Side, fact: Fact) -> bool:
-    return any(same(fact, f) for f in side(claim))
+Sayers = Callable[[Fact], Sequence[Choice]]
+"""The readings that say of a fact that it begins (or ends), in order of the actions."""
 
 
-def _presupposed(k: int, chosen: Sequence[Claims], readings: Sequence[Sequence[Claims]]) -> bool:
-    """Condition 1."""
-    for facts, side in ((chosen[k].needs, _begins), (chosen[k].denies, _ends)):
+def demands(readings: Sequence[Sequence[Claims]]) -> tuple[Demand, ...]:
+    """The first three conditions on a choice among the readings of each action."""
+    begins, ends = _sayers(readings, lambda c: c.begins), _sayers(readings, lambda c: c.ends)
+    found: list[Demand] = []
+    for k, said in enumerate(readings):
+        found += _lasting(k, said, begins, ends)
+        for r, claim in enumerate(said):
+            found += _presupposed((k, r), claim, begins, ends)
+            found += _closed((k, r), claim, ends)
+    return tuple(found)
+
+
+def _sayers(readings: Sequence[Sequence[Claims]], side: Callable[[Claims], frozenset[Fact]]) -> Sayers:
+    @cache
+    def of(fact: Fact) -> Sequence[Choice]:
+        return [(k, r) for k, said in enumerate(readings) for r, c in enumerate(said) if _among(fact, side(c))]
+
+    return of
+
+
+def _among(fact: Fact, facts: Iterable[Fact]) -> bool:
+    return any(same(fact, f) for f in facts)
+
+
+def _presupposed(at: Choice, claim: Claims, begins: Sayers, ends: Sayers) -> Iterator[Demand]:
+    """Condition 1: it is settled by the last action before that may have begun (or ended) the relation."""
+    for facts, sayers in ((claim.needs, begins), (claim.denies, ends)):
         for fact in facts:
-            at = _last(fact, side, readings[:k])
-            if at is not None and not any(_says(c, side, fact) for c in chosen[at:k]):
-                return False
-    return True
+            before = [c for c in sayers(fact) if c[0] < at[0]]
+            if before:
+                yield Demand(at, frozenset(c for c in before if c[0] == before[-1][0]))
 
 
-def _lasting(k: int, chosen: Sequence[Claims], readings: Sequence[Sequence[Claims]]) -> bool:
-    """Condition 2, of what may have begun in one action."""
-    begun = {f for c in readings[k] for f in c.begins}
-    lasting = [f for f in begun if not any(_says(c, _ends, f) for later in readings[k + 1 :] for c in later)]
-    return all(any(_says(c, _begins, f) for c in chosen[k:]) for f in lasting)
+def _lasting(k: int, said: Iterable[Claims], begins: Sayers, ends: Sayers) -> Iterator[Demand]:
+    """Condition 2, of what may have begun in one action and nothing may have ended later."""
+    for fact in {f for c in said for f in c.begins}:
+        if not any(c[0] > k for c in ends(fact)):
+            yield Demand(None, frozenset(c for c in begins(fact) if c[0] >= k))
 
 
-def _closed(k: int, chosen: Sequence[Claims], readings: Sequence[Sequence[Claims]]) -> bool:
-    """Condition 3, of what the chosen reading of one action begins."""
-    for fact in chosen[k].begins:
-        at = next((j for j in range(k + 1, len(readings)) if any(_says(c, _ends, fact) for c in readings[j])), None)
-        if at is not None and not any(_says(c, _ends, fact) for c in chosen[k + 1 :]):
-            return False
-    return True
-
-
-def _ended(chosen: Claims, readings: Sequence[Claims]) -> bool:
-    """Condition 4."""
-    return chosen.passive or all(_says(chosen, _ends, f) for c in readings for f in c.ends)
+def _closed(at: Choice, claim: Claims, ends: Sayers) -> Iterator[Demand]:
+    """Condition 3, of what a reading begins."""
+    for fact in claim.begins:
+        if later := frozenset(c for c in ends(fact) if c[0] > at[0]):
+            yield Demand(at, later)

@@ -15,11 +15,13 @@ from msgspec.structs import replace
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.episode import Episode
+from ..ontology.foundation import ACTION, TELLS_APART
 from ..ontology.taxonomy import Taxonomy
+from .coherence import candidates
 from .conditions import Binding
 from .decision_tree import DecisionTree
 from .matching import Match, Rejection, matches_of, reject
-from .ranking import DEFAULT_CAP, TaskSequence, best_first
+from .ranking import DEFAULT_CAP, TaskSequence
 from .rules import Rule
 from .timeline import PADDING, Segment, Timeline
 
@@ -70,11 +72,13 @@ class Interpretation(Value, eq=False):
         episode: its name.
         actions: in order of time.
         taxonomy: for ranking, and for names in questions.
+        rules: that matched: by what they say begins and ends, readings agree with themselves or not.
     """
 
     episode: str
     actions: tuple[Interpreted, ...]
     taxonomy: Taxonomy
+    rules: Sequence[Rule] = ()
 
     @property
     def holes(self) -> tuple[Interpreted, ...]:
@@ -82,20 +86,21 @@ class Interpretation(Value, eq=False):
         return tuple(a for a in self.actions if a.hole)
 
     def count(self) -> int:
-        """The number of task sequences: the product over all actions that some task explains.
-        0 if none is explained."""
+        """The number of readings, those that contradict themselves among them: the product over all actions that some
+        task explains. 0 if none is explained."""
         total = 1 if len(self.holes) < len(self.actions) else 0
         for action in self.actions:
             total *= len(action.matches) or 1
         return total
 
     def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
-        """Task sequences, best first, one at a time. The order and its reasons: ranking.py.
+        """Candidate task sequences, best first, one at a time: the readings that agree with themselves (coherence.py),
+        in the order of ranking.py.
 
         Args:
             cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
         """
-        return best_first([a.matches for a in self.actions if not a.hole], self.taxonomy, cap)
+        return candidates([a.matches for a in self.actions if not a.hole], self.rules, self.taxonomy, cap)
 
     def why(self, task: str, action: int) -> str:
         """Why an action is, or is not, a task; in words.
@@ -150,10 +155,6 @@ def _action_json(action: Interpreted) -> dict[str, Any]:
     return data
 
 
-TELLING = ("cram:GraspState",)
-"""States whose boundaries always tell actions apart: no joined action may hide that a thing was taken or let go."""
-
-
 def interpret(
     episode: Episode, rules: Sequence[Rule], taxonomy: Taxonomy, *, padding: float = PADDING, merge: bool = True
 ) -> Interpretation:
@@ -173,7 +174,7 @@ def interpret(
         timeline = Timeline(episode, taxonomy)
         judge = _Judge(timeline, {r.task: r for r in rules}, DecisionTree(rules, timeline), padding)
         actions = judge.judge_all(judge.timeline.segments())
-        return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy)
+        return Interpretation(episode.name, tuple(judge.merged(actions) if merge else actions), taxonomy, rules)
 
 
 class _Judge(Value):
@@ -202,7 +203,7 @@ class _Judge(Value):
             matches,
             segments,
             "",
-            None if label == "soma:PhysicalAction" else label,
+            None if label == ACTION else label,
             lambda: self.reject(segment, {m.task for m in matches}),
         )
 
@@ -221,7 +222,7 @@ class _Judge(Value):
     def _telling(self, time: float) -> bool:
         """Whether a state that always tells actions apart begins or ends at this boundary."""
         boundaries = self.timeline.boundaries
-        return any(time in boundaries(type_) for type_ in TELLING)
+        return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.saying(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
         """Neighbours joined where one action is all that they are. A hole is tried with what it leads to

@@ -19,6 +19,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 from ..base.value import Value
+from ..ontology.foundation import TASK
 from ..ontology.taxonomy import Taxonomy
 from .matching import Match
 
@@ -47,7 +48,7 @@ class TaskSequence(Value):
 
 def specificity(match: Match, taxonomy: Taxonomy) -> float:
     """How much one interpretation of an action claims."""
-    depth = taxonomy.depth(match.task) - taxonomy.depth("dul:Task")
+    depth = taxonomy.depth(match.task) - taxonomy.depth(TASK)
     return depth + PER_CONDITION * match.conditions + PER_CHANGE * match.changes
 
 

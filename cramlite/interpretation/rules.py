@@ -20,6 +20,7 @@ from typing import Any
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..base.yaml_file import line_of, load_yaml
+from ..ontology.foundation import ROLE, TASK
 from ..ontology.taxonomy import Taxonomy
 from .condition_parser import ConditionError, parse_condition
 from .conditions import Atom, Condition, Every, Not, atoms, binds, mentions, tests
@@ -143,9 +144,9 @@ def _load(path: Path, predicates: dict[str, Predicate], taxonomy: Taxonomy) -> R
     for key in data:
         if key not in _KEYS:
             raise UserError(f"{path}:{line_of(data, [key])}: unknown key '{key}'; {nearest(str(key), _KEYS)}")
-    task = _class(path, data, ["task"], data.get("task"), "dul:Task", taxonomy)
+    task = _class(path, data, ["task"], data.get("task"), TASK, taxonomy)
     roles = _mapping(path, data)
-    roles = {n: _class(path, data, ["roles", n], r, "dul:Role", taxonomy) for n, r in roles.items()}
+    roles = {n: _class(path, data, ["roles", n], r, ROLE, taxonomy) for n, r in roles.items()}
     clauses = tuple(c for phase in PHASES for c in _clauses(path, data, phase, predicates, taxonomy))
     rule = Rule(task, roles, clauses, _text(path, data, "explain"), _text(path, data, "source"), path)
     _check(rule, path, data)

@@ -15,6 +15,7 @@ from typing import Any, Literal
 from ..base.value import Value
 from ..model.episode import Entity, Episode, Event
 from ..ontology.taxonomy import Taxonomy
+from .fluents import PLAIN, Fluent
 from .state_index import StateIndex
 
 PhaseName = Literal["pre", "run", "post"]
@@ -46,6 +47,10 @@ class Predicate(Value):
             It may be cautious: True costs time only.
         complete: asked with every argument open, it gives all its rows; it is then asked once, and indexed.
         value: it yields numbers, and is used in comparisons.
+        static: ``static(scene, *arguments)`` for planning: whether it holds of entities of a world (``fluents.SymbolicWorld``), or a
+            value predicate's number, where classes, parts and what the task holds decide; None where it takes a recording,
+            or where tasks change it.
+        fluent: for planning: how it behaves where tasks change it, and the goals that ask for it.
         cost: rough cost, 1 for a look at the states; cheaper conditions are checked first.
         doc: one sentence for people.
     """
@@ -61,6 +66,8 @@ class Predicate(Value):
     possible: Callable[[Timeline], bool] | None = None
     cost: int = 1
     doc: str = ""
+    static: Callable[..., bool | float] | None = None
+    fluent: Fluent = PLAIN
 
 
 class Segment(Value):
@@ -213,12 +220,10 @@ class Timeline:
             return min(segment.end + padding, (follower.start + follower.end) / 2)
         return segment.end + padding
 
-    @property
+    @cached_property
     def labelled(self) -> tuple[Event, ...]:
         """The recorded actions, by start."""
-        if "labelled" not in self.memo:
-            self.memo["labelled"] = tuple(sorted(self.episode.of("action"), key=lambda e: (e.start, e.end)))
-        return self.memo["labelled"]  # type: ignore[no-any-return]
+        return tuple(sorted(self.episode.of("action"), key=lambda e: (e.start, e.end)))
 
     @property
     def _labelled_starts(self) -> list[float]:

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     from ..base.value import Value, replace
     from .belief import Belief, Estimate, Held, Relation, initial_belief
     from .control_flow import Compound, attempts, monitor, retry, sequence
+    from .designator_name import chain, inside, is_inside, top_of
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
+    from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
     from .geometry import Floats, Pose, Vector3
     from .plan import Plan
@@ -57,6 +59,8 @@ _HOMES = {
     ".belief": "Belief Estimate Held Relation initial_belief",
     ".control_flow": "Compound attempts monitor retry sequence",
     ".designators": "Action Designator Late Location Motion Object Place Stand",
+    ".designator_name": "chain inside is_inside top_of",
+    ".entity_name": "EntityName thing_of",
     ".episode": "Entity Episode Event Repair Track",
     ".geometry": "Floats Pose Vector3",
     ".plan": "Plan",
@@ -91,6 +95,7 @@ __all__ = [
     "Designator",
     "Drive",
     "Entity",
+    "EntityName",
     "Episode",
     "Estimate",
     "Event",
@@ -156,8 +161,11 @@ __all__ = [
     "World",
     "ZeroSensor",
     "attempts",
+    "chain",
     "clash",
     "initial_belief",
+    "inside",
+    "is_inside",
     "is_program_text",
     "monitor",
     "objections",
@@ -165,6 +173,8 @@ __all__ = [
     "replace",
     "retry",
     "sequence",
+    "thing_of",
+    "top_of",
     "typed_code",
     "uses_arm",
     "walk",

@@ -8,6 +8,7 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ..base.value import Value
+from .entity_name import EntityName, thing_of
 from .geometry import Pose
 from .world import Feature, Thing, World
 
@@ -71,14 +72,14 @@ class Belief(Value):
 
     def thing(self, entity: str) -> Thing:
         """The thing that an entity name ("thing" or "thing/feature") belongs to."""
-        return self.world.thing(entity.split("/")[0])
+        return self.world.thing(thing_of(entity))
 
     def feature(self, entity: str, type_: str | None = None) -> Feature | None:
         """The feature that an entity names, or the thing's first feature of a class."""
-        thing, _, part = entity.partition("/")
-        owner = self.world.thing(thing)
-        if part:
-            return next((f for f in owner.features if f.name == part), None)
+        name = EntityName.parse(entity)
+        owner = self.world.thing(name.thing)
+        if name.part:
+            return next((f for f in owner.features if f.name == name.part), None)
         return owner.feature(type_) if type_ else None
 
     def base(self) -> Pose:
@@ -91,9 +92,9 @@ class Belief(Value):
         Raises:
             KeyError: the thing is held (its pose depends on the arm) or unknown.
         """
-        thing, _, part = entity.partition("/")
-        pose = self.base().inverse() * self.poses[thing].pose
-        feature = self.feature(entity) if part else None
+        name = EntityName.parse(entity)
+        pose = self.base().inverse() * self.poses[name.thing].pose
+        feature = self.feature(entity) if name.part else None
         return pose * feature.pose if feature else pose
 
     def moved(self, joints: tuple[float, ...]) -> Belief:
@@ -105,10 +106,9 @@ class Belief(Value):
         return replace(self, at=at, held=held)
 
     def grasped(self, held: Held) -> Belief:
-        """The thing moves with the hand from now on; nothing else supports it until that is known."""
+        """The thing moves with the hand from now on."""
         poses = {k: v for k, v in self.poses.items() if k != held.thing}
-        resting = self.unrelated("on", held.thing).unrelated("in", held.thing)
-        return replace(resting, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
+        return replace(self, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
 
     def released(self, estimate: Estimate, opening: float) -> Belief:
         """Let go of what is held; it is then where ``estimate`` says."""

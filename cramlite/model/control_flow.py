@@ -18,6 +18,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ..base.value import Value
+from .designator_name import inside
 from .designators import Action, Designator, Motion
 
 Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "repeat", "monitor"]
@@ -77,7 +78,7 @@ def attempts(name: str, *parts: Designator) -> Compound:
 def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
     """Attempts at one part: as it is, then with each change of its parameters, until one succeeds."""
     again = [
-        replace(part, name=f"{part.name}/attempt_{k}", parameters={**part.parameters, **change})
+        replace(part, name=inside(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
         for k, change in enumerate(changes, 2)
     ]
     return attempts(name, part, *again)

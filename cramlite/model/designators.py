@@ -14,6 +14,8 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ..base.value import Value
+from .designator_name import inside
+from .entity_name import thing_of
 from .geometry import Pose
 
 
@@ -45,6 +47,11 @@ class Object(Value):
         what = " or ".join(self.types) or "anything"
         having = f" with {', '.join(self.features)}" if self.features else ""
         return f"{self.entity or what}{having}"
+
+    @property
+    def thing(self) -> str:
+        """The thing that is asked for by name, or whose part is; "" where nothing is."""
+        return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
         """One designator that asks for what both ask for."""
@@ -154,7 +161,7 @@ class Action(Value):
 
     def inside(self, name: str) -> str:
         """The name of a designator that belongs to this action."""
-        return f"{self.name}/{name}"
+        return inside(self.name, name)
 
 
 class Late(Value):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ..base.value import Value
+from .designator_name import top_of
 from .geometry import Pose, Vector3
 from .robot import FORCE_LIMIT
 from .steps import (
@@ -112,4 +113,4 @@ class Code(Value):
     def task_of(self, line: int) -> str:
         """The task whose code the line is in: the last origin at or before it."""
         before = [k for k in self.origins if k <= line]
-        return self.origins[max(before)].split("/")[0] if before else ""
+        return top_of(self.origins[max(before)]) if before else ""

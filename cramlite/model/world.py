@@ -6,12 +6,14 @@ JSON, the world file that a controller process is given beside a program.
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from msgspec import field
 from msgspec.structs import replace
 
 from ..base.value import Value
+from .entity_name import EntityName
 from .geometry import Pose, Vector3
 from .view import D435, Intrinsics
 
@@ -37,6 +39,22 @@ class Geom(Value):
     friction: float | None = None
     rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
     corners: tuple[Vector3, ...] = ()
+
+    @property
+    def half_extents(self) -> Vector3:
+        """Half side lengths of the box around it, along its own axes [m]."""
+        if self.shape in ("box", "convex"):
+            return (self.size[0], self.size[1], self.size[2])
+        radius = self.size[0]
+        along = radius if self.shape == "sphere" else self.size[1] + (radius if self.shape == "capsule" else 0.0)
+        return (radius, radius, along)
+
+    @property
+    def radius(self) -> float:
+        """Radius of the ball about its origin that just holds it [m]."""
+        if self.shape == "convex":
+            return max(math.hypot(*c) for c in self.corners)
+        return sum(self.size) if self.shape == "capsule" else math.hypot(*self.size)
 
 
 class Inertia(Value):
@@ -240,7 +258,7 @@ class Camera(Value):
     @property
     def name(self) -> str:
         """What runs and episodes call it; no thing can be called so."""
-        return f"{self.mount or 'world'}/camera"
+        return str(EntityName(self.mount or "world", "camera"))
 
 
 class World(Value):

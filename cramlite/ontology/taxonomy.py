@@ -170,6 +170,10 @@ class Taxonomy(Value, dict=True):
         place = {c: k for k, c in enumerate(order)}
         return tuple(sorted(found, key=lambda cr: (place[cr[0]], -cr[1].order, str(cr[1].filler))))
 
+    def saying(self, property_: str) -> tuple[str, ...]:
+        """The classes of which themselves, not only of an ancestor, something is said by a property; sorted."""
+        return tuple(sorted(c for c, found in self.restrictions.items() if any(r.property == property_ for r in found)))
+
     def offers(self, name: str, property_: str, wanted: str) -> bool:
         """Whether some restriction of the class gives it a filler of class ``wanted``."""
         return any(isinstance(f, str) and self.is_a(f, wanted) for f in self.fillers(name, property_))

@@ -17,6 +17,7 @@ from ..base.value import Value
 from ..model.belief import Estimate, Relation, initial_belief
 from ..model.designators import Action, Location
 from ..model.world import Camera, Thing, World
+from ..ontology.prefixes import local_name
 from ..plugin.expert import RELATIONS, Judged
 from ..scenario.scenario import Scenario
 from ..scenario.worlds import camera_of
@@ -24,6 +25,7 @@ from .query import ObjectQuery
 from .recognition import SIGMA, believed, estimate, facts, renamed, surety
 from .result import Perceived
 from .runner import perceive
+from .view_queries import HANGING, INSIDE, bears
 
 if TYPE_CHECKING:
     from ..model.robot import Robot
@@ -222,13 +224,13 @@ def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tup
     wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
     known = [classes.resolve(w) for w in wanted]
     named = [t.name for t in furniture.things if t.name in wanted or any(k and classes.is_a(t.type, k) for k in known)]
-    return tuple(named or [t.name for t in furniture.things if t.feature("vrps:Peg") or t.feature("cram:Cavity")])
+    return tuple(named or [t.name for t in furniture.things if bears(t, classes, HANGING, INSIDE)])
 
 
 def go_and_look(
     around: tuple[str, ...], seen: Look, robot: Robot, camera: Camera, knowledge: Knowledge, seed: int
 ) -> Iterator[State]:
-    """The task LookingFor, resolved in a world of which only furniture, and what was seen before, is known: motions to
+    """The task that looks, resolved in a world of which only furniture, and what was seen before, is known: motions to
     where the camera sees some places, as program steps, one alternative after another.
 
     Raises:
@@ -248,10 +250,10 @@ def go_and_look(
     belief = replace(belief, poses={**belief.poses, **seen.estimates})
     context = Context(robot, mount, {}, knowledge.taxonomy, seed=seed, camera=camera)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace)
-    name = f"view_{len(seen.pictures) + 1}"
-    action = Action(
-        f"0.LookingFor_{len(seen.pictures) + 1}", "soma:LookingFor", goal=Location(name, "view", parameters={"around": around})
-    )
+    number, task = len(seen.pictures) + 1, _looking(knowledge)
+    name = f"view_{number}"
+    goal = Location(name, "view", parameters={"around": around})
+    action = Action(f"0.{local_name(task)}_{number}", task, goal=goal)
     start = replace(done or State((), belief), agenda=(action,), belief=belief, choices=())
     found = search.solve(start)
     first = next(found, None)
@@ -264,6 +266,18 @@ def go_and_look(
             state = found.send(frozenset({name}))  # another view, not another way to the same
         except StopIteration:
             state = None
+
+
+def _looking(knowledge: Knowledge) -> str:
+    """The task that brings a camera somewhere.
+
+    Raises:
+        UserError: no plugin offers one.
+    """
+    found = next((name for name, task in knowledge.tasks.items() if task.looks), None)
+    if found is None:
+        raise UserError("No plugin offers a task that looks (TaskType.looks), so the arm's camera cannot be brought anywhere.")
+    return found
 
 
 def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, **more: Any) -> Perceived:

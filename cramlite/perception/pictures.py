@@ -61,8 +61,7 @@ def wires(view: View, pose: Any, model: Thing) -> Iterator[list[tuple[float, flo
     pairs = [(i, j) for i in range(8) for j in range(i) if np.abs(signs[i] - signs[j]).sum() == 2]
     to_camera = view.camera.inverse() * pose
     for geom in model.geoms:
-        half = geom.size if len(geom.size) == 3 else (geom.size[0], geom.size[0], sum(geom.size))
-        pixels = view.intrinsics.project((to_camera * geom.pose).apply(signs * half))
+        pixels = view.intrinsics.project((to_camera * geom.pose).apply(signs * geom.half_extents))
         for i, j in pairs:
             if np.isfinite(pixels[[i, j]]).all():
                 yield [(float(pixels[k][0]), float(pixels[k][1])) for k in (i, j)]

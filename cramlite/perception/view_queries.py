@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING
 
@@ -12,10 +11,14 @@ from ..model.control_flow import Compound
 from ..model.designators import Action, Designator, Object
 from ..model.plan import Plan
 from ..model.world import Thing, World
+from ..ontology.foundation import BEARS
 from .query import ObjectQuery, query_from
 
 if TYPE_CHECKING:
     from ..ontology.taxonomy import Taxonomy
+
+HANGING, STANDING, INSIDE = "hanging", "standing", "inside"
+"""How a part of a thing bears others: what ontologies say with ``foundation.BEARS``."""
 
 Queries = tuple[tuple[ObjectQuery, ...], ...]
 
@@ -29,14 +32,15 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy) -> Queries:
     """
     wholes = tuple(o for o in plan.objects if o.part_of is None)
     places = {o.name: _things(o, furniture, taxonomy) for o in wholes}
-    felt = [o.part_of for o in plan.objects if o.part_of and "vrps:Peg" in o.features and places.get(o.part_of)]
+    felt = [o.part_of for o in plan.objects if o.part_of and _borne(o.features, taxonomy, HANGING) and places.get(o.part_of)]
     found: dict[str, tuple[ObjectQuery, ...]] = {}
     for wanted in (o for o in wholes if not places[o.name]):
-        at = [p for place in _beside(wanted, plan) for p in _views(places.get(place, ()))] or _views(furniture.things)
+        at = [p for place in _beside(wanted, plan) for p in _views(places.get(place, ()), taxonomy)]
+        at = at or list(_views(furniture.things, taxonomy))
         needs = replace(wanted, types=()) if wanted.features or wanted.affords else wanted
         found[wanted.name] = tuple(query_from(needs, on=p) for p in dict.fromkeys(at)) or (query_from(needs),)
     covered = {q.value("on") for queries in found.values() for q in queries[:1]}
-    pegs = (p for name in dict.fromkeys(felt) for p in _views(places[name]) if p not in covered)
+    pegs = (p for name in dict.fromkeys(felt) for p in _views(places[name], taxonomy) if p not in covered)
     return (*((query_from(Object(""), on=p),) for p in pegs), *found.values())
 
 
@@ -65,16 +69,23 @@ def _actions(steps: Iterable[Designator]) -> Iterator[Action]:
             yield step
 
 
-def _views(things: tuple[Thing, ...]) -> Iterator[str]:
+def bears(thing: Thing, taxonomy: Taxonomy, *ways: str) -> bool:
+    """Whether a part of a thing bears others in one of these ways: "hanging", "standing", "inside"."""
+    return _borne((f.type for f in thing.features), taxonomy, *ways)
+
+
+def _borne(features: Iterable[str], taxonomy: Taxonomy, *ways: str) -> bool:
+    return any(way in taxonomy.fillers(f, BEARS) for f in features for way in ways)
+
+
+def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
     """What a camera looks at in one picture: pegs of one class at once, by the class; else one thing after another, the
     smallest first: less is expected on a floor than on a table."""
-    hangers = [t for t in things if t.feature("vrps:Peg")]
-    carriers = [
-        t for t in things if t not in hangers and (t.feature("vrps:SurfaceFeature") or t.feature("cram:Cavity"))
-    ]
+    hangers = [t for t in things if bears(t, taxonomy, HANGING)]
+    carriers = [t for t in things if t not in hangers and bears(t, taxonomy, STANDING, INSIDE)]
     yield from dict.fromkeys(t.type for t in hangers)
     yield from (t.name for t in sorted(carriers, key=_size))
 
 
 def _size(thing: Thing) -> float:
-    return max((math.hypot(*g.size) for g in thing.geoms), default=0.0)
+    return max((g.radius for g in thing.geoms), default=0.0)

@@ -17,10 +17,11 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError, nearest
 from ..base.value import Value
+from ..interpretation.fluents import EFFECTOR, Fact, GoalCondition, GoalPhrase, Pattern, matches
 from ..plugin.task_type import TaskType
 from ..scenario.scenario import ObjectSpec
 from ..scenario.task_specs import TaskSpec, WhereSpec
-from .operators import GRIPPER, Fact, Grounder, Operator, Pattern, contents, matches
+from .operators import Grounder, Operator
 from .task_goals import Goal
 
 LONGEST = 10
@@ -29,34 +30,37 @@ LONGEST = 10
 TRIED = 20000
 """States that are looked at: with ten things and pegs a four-task sequence takes some hundred."""
 
-FORMS = "'THING on PLACE', 'THING in PLACE', 'THING off PLACE', 'VESSEL poured into VESSEL', 'THING held', 'THING open' or 'THING closed'"
-"""What a goal may say; "on" a thing with a peg means that it hangs there."""
-
-SIDES = {"near": "near", "left of": "left_of", "right of": "right_of", "in front of": "in_front_of", "behind": "behind"}
-"""Where on or in the place, beside another thing: the words of a goal, and a task's ``where``."""
+SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
+"""Where in the place a spot is chosen, beside another thing: words of a goal -> key of a task's ``where``."""
 
 PLACED = "placed"
 """Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot."""
 
 NEEDLESS = "no step asks for what it changes"
 
-_GOAL = re.compile(
-    r"(\w+) (?:hangs |stands |lies |is )?(on|in|off|poured into|held|open|closed)(?: (\w+)(?: ({}) (\w+))?)?".format(
-        "|".join(SIDES)
-    )
-)
+
+class Spot(Value):
+    """A place that a goal wants chosen beside something.
+
+    Args:
+        where: of the task that chooses it.
+        makes: facts, one of which that task brings about.
+    """
+
+    where: Mapping[str, str]
+    makes: frozenset[Fact]
 
 
 class Wanted(Value):
     """What must hold in the end, and what may not.
 
     Args:
-        sides: fact that a thing was placed -> the ``where`` of the task that places it.
+        sides: fact that a thing was placed -> the spot.
     """
 
     needs: frozenset[Fact]
     without: frozenset[Pattern]
-    sides: Mapping[Fact, Mapping[str, str]] = field(default_factory=dict)
+    sides: Mapping[Fact, Spot] = field(default_factory=dict)
 
     def met(self, facts: frozenset[Fact]) -> bool:
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
@@ -69,6 +73,21 @@ class TaskPlan(Value):
     reasons: tuple[str, ...]
 
 
+class Said(Value):
+    """A goal as it was read.
+
+    Args:
+        phrase: whose form it has.
+        things: that it is about, in the order of the form.
+        side, other: key of ``where`` and the thing beside which the spot is; "" for none.
+    """
+
+    phrase: GoalPhrase
+    things: tuple[str, ...]
+    side: str = ""
+    other: str = ""
+
+
 def wanted(goals: Iterable[str], grounder: Grounder, where: str = "") -> Wanted:
     """The facts of goals such as "coffee on hook", "tin in basket near cup", "tea off hanger", "drawer open".
 
@@ -77,52 +96,63 @@ def wanted(goals: Iterable[str], grounder: Grounder, where: str = "") -> Wanted:
     """
     needs: set[Fact] = set()
     without: set[Pattern] = set()
-    sides: dict[Fact, dict[str, str]] = {}
+    sides: dict[Fact, Spot] = {}
     for text in goals:
-        said = _GOAL.fullmatch(text.strip())
-        if said is None or (said[2] in ("held", "open", "closed")) != (said[3] is None):
-            raise UserError(
-                f"{where}'{text}' is no goal; say {FORMS}; a place may end in 'near', {_quoted(SIDES)} THING."
-            )
-        thing, word, place, side, other = said.groups()
-        for name in filter(None, (thing, place, other)):
-            if name not in grounder.things:
-                raise UserError(f"{where}the goal '{text}' names '{name}'; {nearest(name, grounder.things)}.")
-        more, no = _facts(thing, word, place or "", grounder, f"{where}the goal '{text}'")
-        if side:
-            if word not in ("on", "in") or grounder.things[place].feature("vrps:Peg"):
-                why = f"'{side}' chooses a spot on a surface or in a container, and there is none here"
-                raise UserError(f"{where}the goal '{text}': {why}.")
-            if other in (thing, place):
-                why = f"what it is '{side}' must be another thing than '{thing}' and '{place}'"
-                raise UserError(f"{where}the goal '{text}': {why}.")
-            fact = (PLACED, place, thing)
-            more, sides[fact] = more | {fact}, {SIDES[side]: other}
-        needs |= more
-        without |= no
-    return Wanted(frozenset(needs), frozenset(without), sides)
+        said = _read(text, grounder.fluents.phrases, where)
+        what = f"{where}the goal '{text}'"
+        meaning = _meaning(said, grounder, what)
+        if said.side:
+            _check_side(said, meaning, what)
+            sides[(PLACED, *said.things[::-1])] = Spot({said.side: said.other}, meaning.needs)
+        needs |= meaning.needs
+        without |= meaning.without
+    return Wanted(frozenset(needs | set(sides)), frozenset(without), sides)
 
 
-def _quoted(words: Iterable[str]) -> str:
-    return ", ".join(f"'{w}'" for w in words if w != "near")
+def _read(text: str, phrases: Iterable[GoalPhrase], where: str) -> Said:
+    """What a goal says, by the forms that predicates declare."""
+    for phrase in phrases:
+        found = re.fullmatch(_pattern(phrase), " ".join(text.split()))
+        if found is not None:
+            words, count = [g or "" for g in found.groups()], len(_places(phrase))
+            side, other = words[count:] or ("", "")
+            return Said(phrase, tuple(words[:count]), SIDES.get(side, ""), other)
+    forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
+    said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
+    sides = ", ".join(f"'{s}'" for s in SIDES)
+    raise UserError(f"{where}'{text}' is no goal; {said}; a place may end in {sides} THING.")
 
 
-def _facts(thing: str, word: str, place: str, grounder: Grounder, what: str) -> tuple[set[Fact], set[Pattern]]:
-    free: set[Pattern] = {("grasps", None, thing), ("touches", GRIPPER, thing)}
-    if word == "held":
-        return {("grasps", GRIPPER, thing)}, set()
-    if word in ("open", "closed"):
-        return {(f"joint_{word}", thing)}, {("touches", GRIPPER, thing)}
-    if word == "poured into":
-        if contents(thing) not in grounder.contents:
-            raise UserError(f"{what}: '{thing}' holds nothing that could be poured.")
-        lifted: set[Pattern] = {("supports", None, thing)}  # its rule does not ask for it, but nobody tilts what stands
-        return {("contains", place, contents(thing))}, lifted
-    if word == "in":
-        return {("in_or_above", thing, place)}, free
-    peg = grounder.things[place].feature("vrps:Peg")
-    there: Fact = ("touches", thing, f"{place}/{peg.name}") if peg else ("supports", place, thing)
-    return (set(), {there}) if word == "off" else ({there}, free)
+def _places(phrase: GoalPhrase) -> list[str]:
+    return [w for w in phrase.form.split() if w.isupper()]
+
+
+def _pattern(phrase: GoalPhrase) -> str:
+    """The form as an expression whose groups are its things, and, where it names a place, a side and the thing there."""
+    first, *words = (r"(\w+)" if w.isupper() else re.escape(w) for w in phrase.form.split())
+    verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""
+    beside = rf"(?: ({'|'.join(SIDES)}) (\w+))?" if len(_places(phrase)) > 1 else ""
+    return f"{first} {verbs}{' '.join(words)}{beside}"
+
+
+def _meaning(said: Said, grounder: Grounder, what: str) -> GoalCondition:
+    """What the phrase makes of things that there are."""
+    for name in filter(None, (*said.things, said.other)):
+        if name not in grounder.things:
+            raise UserError(f"{what} names '{name}'; {nearest(name, grounder.things)}.")
+    try:
+        return said.phrase.meaning(grounder.scene, *said.things)
+    except UserError as error:
+        raise UserError(f"{what}: {error}") from error
+
+
+def _check_side(said: Said, meaning: GoalCondition, what: str) -> None:
+    side = next(words for words, key in SIDES.items() if key == said.side)
+    if not meaning.spot:
+        raise UserError(f"{what}: '{side}' chooses a spot on a surface or in a container, and there is none here.")
+    if said.other in said.things:
+        own = " and ".join(f"'{t}'" for t in said.things)
+        raise UserError(f"{what}: what it is '{side}' must be another thing than {own}.")
 
 
 def with_sides(goal: Wanted, operators: Iterable[Operator], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
@@ -131,9 +161,7 @@ def with_sides(goal: Wanted, operators: Iterable[Operator], tasks: Mapping[str, 
 
 
 def _placed(operator: Operator, goal: Wanted) -> set[Fact]:
-    made = {("supports", p, t) for _, p, t in goal.sides} | {("in_or_above", t, p) for _, p, t in goal.sides}
-    pairs = {f[1:] if f[0] == "supports" else f[:0:-1] for f in operator.adds & made}
-    return {f for f in goal.sides if f[1:] in pairs}
+    return {fact for fact, spot in goal.sides.items() if spot.makes & operator.adds}
 
 
 def task_plans(
@@ -216,7 +244,7 @@ def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: Wanted | None 
     """The tasks of a plan as a scenario would list them; those that the goal wants beside something with their ``where``."""
     sides = goal.sides if goal else {}
     chosen = [
-        next((WhereSpec.model_validate(sides[f]) for f in sorted(s.adds) if f in sides), None) for s in plan.steps
+        next((WhereSpec.model_validate(sides[f].where) for f in sorted(s.adds) if f in sides), None) for s in plan.steps
     ]
     return [
         TaskSpec(task=s.task, roles=_fillers(s, tasks[s.task]), where=where)
@@ -225,7 +253,7 @@ def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: Wanted | None 
 
 
 def _fillers(step: Operator, task: TaskType) -> dict[str, str]:
-    return {r: e for r, e in step.roles.items() if e != GRIPPER and task.role(r) is not None}
+    return {r: e for r, e in step.roles.items() if e != EFFECTOR and task.role(r) is not None}
 
 
 def meant(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounder) -> Iterator[Goal]:
@@ -242,7 +270,8 @@ def _things(spec: ObjectSpec, grounder: Grounder) -> list[str]:
     """Things that an object may mean: those of its class first, then those that have what is asked for."""
     if spec.entity:
         return [spec.entity]
-    fit = [n for n in grounder.things if all(grounder.has(n, f) for f in spec.features)]
-    fit = [n for n in fit if all(grounder.taxonomy.affords(grounder.types[n], a) for a in spec.affords)]
-    own = [n for n in fit if any(grounder.taxonomy.is_a(grounder.types[n], t) for t in spec.types)]
+    fit = [n for n in grounder.things if all(grounder.scene.has(n, f) for f in spec.features)]
+    taxonomy, types = grounder.scene.taxonomy, grounder.scene.types
+    fit = [n for n in fit if all(taxonomy.affords(types[n], a) for a in spec.affords)]
+    own = [n for n in fit if any(taxonomy.is_a(types[n], t) for t in spec.types)]
     return own + [n for n in fit if n not in own and (spec.features or spec.affords or not spec.types)]

@@ -10,27 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
+from msgspec.structs import replace
+
 from ..base.value import Value
 from ..interpretation.conditions import OPERATORS, And, Atom, Compare, Condition, Every, Not, Or, Variable
+from ..interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern, SymbolicWorld, contents, fluents_of, matches
 from ..interpretation.rules import Rule
-from ..model.world import Thing, World
-from ..ontology.taxonomy import Taxonomy
+from ..interpretation.timeline import Predicate
 from ..plugin.task_type import TaskType
-
-GRIPPER = "gripper"
-"""The effector, as facts name it."""
-
-Fact = tuple[str, ...]
-"""A relation that holds: its predicate and the entities, e.g. ("touches", "tea", "hook/peg")."""
-
-Pattern = tuple[str | None, ...]
-"""A fact with None where anything may stand."""
-
-STATIC = ("effector", "isa", "has", "thing", "part")
-"""Predicates about classes and parts: they choose fillers and never change."""
-
-GUIDED_DOF = 4.0
-"""Degrees of freedom that a peg takes from a thing with a hole; all else that supports takes one (rule of PickingUp)."""
 
 
 class Operator(Value):
@@ -38,11 +25,12 @@ class Operator(Value):
 
     Args:
         task: class.
-        roles: role -> entity; the effector is ``GRIPPER``.
+        roles: role -> entity; the effector is ``EFFECTOR``.
         needs: facts that must hold.
         without: patterns that nothing may match.
         adds: facts that hold afterwards.
         removes: patterns; what matches does not hold afterwards.
+        fluents: what follows from a change.
     """
 
     task: str
@@ -51,55 +39,38 @@ class Operator(Value):
     without: frozenset[Pattern]
     adds: frozenset[Fact]
     removes: frozenset[Pattern]
+    fluents: Fluents
 
     def __str__(self) -> str:
-        return f"{self.task.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != GRIPPER)})"
+        return f"{self.task.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
     def applies(self, facts: frozenset[Fact]) -> bool:
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
 
     def apply(self, facts: frozenset[Fact]) -> frozenset[Fact]:
-        """The facts afterwards; what no longer touches does not support, and the reverse."""
-        gone = {f for f in facts if any(matches(f, p) for p in self.removes)} - self.adds
-        lifted = {(f[1], f[2]) for f in gone if f[0] == "supports"}
-        gone |= {f for f in facts if f[0] == "touches" and {(whole(f[1]), f[2]), (whole(f[2]), f[1])} & lifted}
-        gone |= {("touches", f[2], f[1]) for f in gone if f[0] == "touches"}
-        left = (facts - gone) | self.adds
-        parted = {(f[1], whole(f[2])) for f in gone if f[0] == "touches"}
-        parted -= {(f[1], whole(f[2])) for f in left if f[0] == "touches" and "/" in f[2]}
-        left -= {(p, *pair) for a, b in parted for p in ("touches",) for pair in ((a, b), (b, a))} - self.adds
-        touching = {(whole(f[1]), f[2]) for f in left if f[0] == "touches"}
-        return frozenset(f for f in left if f[0] != "supports" or (f[1], f[2]) in touching)
-
-
-def matches(fact: Fact, pattern: Pattern) -> bool:
-    return len(fact) == len(pattern) and all(p is None or p == f for f, p in zip(fact, pattern, strict=True))
-
-
-def whole(entity: str) -> str:
-    """The thing that an entity belongs to."""
-    return entity.split("/")[0]
-
-
-def contents(vessel: str) -> str:
-    """What a vessel was filled with, as an entity."""
-    return f"{vessel}/contents"
+        """The facts afterwards, with all that follows from the change as predicates declare it."""
+        return self.fluents.after(facts, self.adds, self.removes)
 
 
 class Grounder:
     """Rules over the things of one world become operators.
 
     Args:
-        world: whose things and features fill roles.
-        taxonomy: says what they are.
+        scene: whose things and features fill roles.
+        predicates: of the rules; they say what follows from what.
+
+    Raises:
+        PluginError: predicates do not agree with each other.
     """
 
-    def __init__(self, world: World, taxonomy: Taxonomy) -> None:
-        self.world, self.taxonomy = world, taxonomy
-        self.things = {t.name: t for t in world.things}
-        self.contents = [contents(t.name) for t in world.things if t.filling is not None]
-        self.types = {GRIPPER: "soma:Gripper", **{t.name: t.type for t in world.things}}
-        self.types |= {f"{t.name}/{f.name}": f.type for t in world.things for f in t.features}
+    def __init__(self, scene: SymbolicWorld, predicates: Iterable[Predicate]) -> None:
+        self.scene, self.fluents = scene, fluents_of({p.name: p.fluent for p in predicates})
+        self.things = {t.name: t for t in scene.world.things}
+        self.contents = [contents(t.name) for t in scene.filled()]
+
+    def initial(self) -> frozenset[Fact]:
+        """What holds at the start, as predicates declare it; the hand is empty."""
+        return self.fluents.initial(self.scene)
 
     def ground(self, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
         """The operators of those rules whose tasks a plugin offers."""
@@ -108,9 +79,10 @@ class Grounder:
     def _ground(self, rule: Rule, task: TaskType) -> Iterator[Operator]:
         clauses = [(c.phase, part) for c in rule.clauses if c.phase != "run" for part in _parts(c.condition)]
         names = list(dict.fromkeys((*rule.roles, *(v for _, c in clauses for v in _variables(c)))))
-        asked = [c for _, c in clauses if isinstance(c, Atom) and c.predicate.name in STATIC]
-        atoms = [c for _, c in clauses if isinstance(c, Atom) and c.predicate.name == "contains"]
-        inside = {v[1] for v in map(_variables, atoms) if len(v) == 2}
+        atoms = [c for _, c in clauses if isinstance(c, Atom)]
+        asked = [a for a in atoms if a.predicate.static]
+        last = [a.terms[-1] for a in atoms if a.predicate.fluent.of_contents]
+        inside = {t.name for t in last if isinstance(t, Variable)}
         for fillers in product(*(self.contents if n in inside else self._candidates(n, asked, task) for n in names)):
             binding = dict(zip(names, fillers, strict=True))
             if len(set(fillers)) == len(fillers) and (found := self._bound(rule, task, clauses, binding)):
@@ -118,109 +90,90 @@ class Grounder:
 
     def _candidates(self, name: str, asked: Iterable[Atom], task: TaskType) -> list[str]:
         """Entities that conditions on classes, and what the task type's role asks for, leave for a variable."""
-        alone = [a for a in asked if _variables(a) == [name]]
         role = task.role(name)
-        if any(a.predicate.name == "effector" for a in alone) or (role is not None and role.effector):
-            return [GRIPPER]
-        found = [e for e in self.types if e != GRIPPER and all(self.holds(a, {name: e}) for a in alone)]
-        return [e for e in found if role is None or all(self.has(e, f) for f in role.features)]
+        if role is not None and role.effector:
+            return [EFFECTOR]
+        alone, anyone = [a for a in asked if _variables(a) == [name]], replace(self.scene, held=frozenset(self.things))
+        found = [e for e in anyone.entities if all(_static(a, {name: e}, anyone) for a in alone)]
+        if found == [EFFECTOR]:  # only where nothing else will do: conditions that name no class are about things
+            return found
+        features = role.features if role is not None else ()
+        return [e for e in found if e != EFFECTOR and all(self.scene.has(e, f) for f in features)]
 
     def _bound(
         self, rule: Rule, task: TaskType, clauses: Iterable[tuple[str, Condition]], binding: dict[str, str]
     ) -> Operator | None:
         """The operator for one choice of fillers; None where a condition on classes does not hold."""
-        grasped = [
-            c.arguments(dict(binding)) for _, c in clauses if isinstance(c, Atom) and c.predicate.name == "grasps"
-        ]
-        held = {str(thing) for _, thing in grasped}
+        atoms = (c for _, c in clauses if isinstance(c, Atom) and c.predicate.fluent.in_hand)
+        held = frozenset(str(a.arguments(dict(binding))[-1]) for a in atoms)
         if not all(name in self.things and self.things[name].movable for name in held):
             return None  # only what can move can be in the hand
-        chain = {GRIPPER, *held}
-        before, after = (
-            self._facts([c for p, c in clauses if p == phase], binding, chain) for phase in ("pre", "post")
-        )
+        scene = replace(self.scene, held=held)
+        before, after = (self._facts([c for p, c in clauses if p == phase], binding, scene) for phase in ("pre", "post"))
         if before is None or after is None:
             return None
         needs, adds = before[0], after[0]
-        if (
-            type(task).effects is TaskType.effects
-        ):  # it brings nothing anywhere: what it ends in contact with, it touches before
-            needs |= {f for f in adds if f[0] == "touches"}
-        adds = _consequences(adds, held)
+        if type(task).effects is TaskType.effects:  # it brings nothing anywhere
+            needs |= {f for f in adds if self.fluents[f[0]].by_moving}
+        adds = self.fluents.implied(adds, held)
         if not (adds - needs) and not after[1]:
             return None
-        return Operator(rule.task, {r: binding[r] for r in rule.roles}, needs, before[1], adds, after[1])
+        roles = {r: binding[r] for r in rule.roles}
+        return Operator(rule.task, roles, needs, before[1], adds, after[1], self.fluents)
 
     def _facts(
-        self, conditions: Iterable[Condition], binding: dict[str, str], chain: set[str]
+        self, conditions: Iterable[Condition], binding: dict[str, str], scene: SymbolicWorld
     ) -> tuple[frozenset[Fact], frozenset[Pattern]] | None:
         """What must hold and what may not; None where it cannot be."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
         for condition in conditions:
             match condition:
-                case Atom() if condition.predicate.name in (*STATIC, "chain"):
-                    if not self.holds(condition, binding, chain):
+                case Atom() | Not(Atom()) | Compare(Atom()) if _is_static(condition):
+                    if not _decided(condition, binding, scene):
                         return None
                 case Atom():
-                    yes |= _both(_pattern(condition, binding))
-                case Not(Atom() as inner) if inner.predicate.name in (*STATIC, "chain"):
-                    if self.holds(inner, binding, chain):
-                        return None
+                    yes |= self.fluents.both_ways(_pattern(condition, binding))
                 case Not(Atom() as inner):
-                    no |= _untouched(_pattern(inner, binding))
+                    no |= self.fluents.denied(_pattern(inner, binding))
                 case Every(Atom() as given, then):
-                    no |= self._others(given, then, binding, chain)
-                case Compare(Atom() as left) if left.predicate.name == "constrained_dof":
-                    dof = GUIDED_DOF if self.has(str(left.arguments(dict(binding))[0]), "vrps:Peg") else 1.0
-                    if not OPERATORS[condition.symbol](dof, float(str(condition.right))):
-                        return None
+                    no |= self._others(given, then, binding, scene)
         return frozenset(yes), frozenset(no)
 
-    def _others(self, given: Atom, then: Condition, binding: dict[str, str], chain: set[str]) -> set[Pattern]:
+    def _others(self, given: Atom, then: Condition, binding: dict[str, str], scene: SymbolicWorld) -> set[Pattern]:
         """Facts that ``every given -> then`` forbids: those of entities of which ``then`` does not hold."""
         (free,) = [v for v in _variables(given) if v not in binding] or [""]
-        inner, wanted = (then.inner, False) if isinstance(then, Not) else (then, True)
-        if not free or not isinstance(inner, Atom) or inner.predicate.name not in (*STATIC, "chain"):
+        if not free or not _is_static(then):
             return set()
-        wrong = [e for e in self.types if self.holds(inner, {**binding, free: e}, chain) != wanted]
-        return {p for e in wrong for p in _both(_pattern(given, {**binding, free: e}))}
-
-    def holds(self, atom: Atom, binding: Mapping[str, str], chain: Iterable[str] = ()) -> bool:
-        """A condition on classes and parts."""
-        first, *rest = (str(a) for a in atom.arguments(dict(binding)))
-        match atom.predicate.name:
-            case "effector":
-                return first == GRIPPER
-            case "isa":
-                return self._isa(first, rest[0])
-            case "has":
-                return self.has(first, rest[0])
-            case "thing":
-                return first in self.things
-            case "part":
-                return whole(rest[0]) == first != rest[0]
-            case _:
-                return whole(first) in chain
-
-    def _isa(self, entity: str, class_: str) -> bool:
-        return self.taxonomy.is_a(self.types.get(entity, ""), class_)
-
-    def has(self, entity: str, class_: str) -> bool:
-        """An entity is of a class, or a part of it is."""
-        parts = [n for n in self.types if n == entity or ("/" not in entity and whole(n) == entity)]
-        return any(self._isa(p, class_) for p in parts)
+        wrong = [e for e in scene.entities if not _decided(then, {**binding, free: e}, scene)]
+        return {p for e in wrong for p in self.fluents.both_ways(_pattern(given, {**binding, free: e}))}
 
 
-def _consequences(facts: frozenset[Fact], held: set[str]) -> frozenset[Fact]:
-    """What is grasped is touched; what a held thing is brought to touch supports it, and is touched as a whole."""
-    found = set(facts)
-    for fact in facts:
-        if fact[0] == "grasps":
-            found |= _both(("touches", fact[1], fact[2]))
-        if fact[0] == "touches" and fact[1] in held and fact[2] != GRIPPER:
-            found |= {("supports", whole(fact[2]), fact[1])} | _both(("touches", fact[1], whole(fact[2])))
-    return frozenset(found)
+def _is_static(condition: Condition) -> bool:
+    """Whether a condition, denied or compared or as it is, is decided before anything is done."""
+    match condition:
+        case Atom(predicate) | Not(Atom(predicate)):
+            return predicate.static is not None
+        case Compare(Atom(predicate), _, right):
+            return predicate.static is not None and not isinstance(right, Variable)
+    return False
+
+
+def _decided(condition: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> bool:
+    """Whether a static condition holds."""
+    match condition:
+        case Not(Atom() as inner):
+            return not _static(inner, binding, scene)
+        case Compare(Atom() as left, symbol, right):
+            return bool(OPERATORS[symbol](_static(left, binding, scene), float(str(right))))
+        case Atom():
+            return bool(_static(condition, binding, scene))
+    raise AssertionError(f"{condition} is not static")
+
+
+def _static(atom: Atom, binding: Mapping[str, str], scene: SymbolicWorld) -> bool | float:
+    assert atom.predicate.static is not None
+    return atom.predicate.static(scene, *map(str, atom.arguments(dict(binding))))
 
 
 def _parts(condition: Condition) -> Iterator[Condition]:
@@ -243,53 +196,3 @@ def _variables(condition: Condition) -> list[str]:
 
 def _pattern(atom: Atom, binding: Mapping[str, str]) -> Pattern:
     return (atom.predicate.name, *(None if a is None else str(a) for a in atom.arguments(dict(binding))))
-
-
-def _both(pattern: Pattern) -> set[Fact]:
-    """Contact goes both ways."""
-    return {pattern, ("touches", *pattern[:0:-1])} if pattern[0] == "touches" else {pattern}  # type: ignore[arg-type]
-
-
-def _untouched(pattern: Pattern) -> set[Pattern]:
-    """What a denial forbids; that nothing collides means that the gripper touches nothing."""
-    if pattern[0] == "collides":
-        return {("touches", GRIPPER, None), ("touches", None, GRIPPER)}
-    return {pattern, ("touches", *pattern[:0:-1])} if pattern[0] == "touches" else {pattern}
-
-
-def facts_of(world: World, relations: Iterable[tuple[str, str, str]]) -> frozenset[Fact]:
-    """What holds at the start: what hangs, what stands on what, what is open, what is filled; the gripper is empty."""
-    facts: set[Fact] = set()
-    hanging = {s: o for p, s, o in relations if p == "hangs_on"}
-    for thing in world.things:
-        if thing.filling is not None:
-            facts.add(("contains", thing.name, contents(thing.name)))
-        hanger = hanging.get(thing.name)
-        if hanger is not None:
-            peg = world.thing(whole(hanger)).feature("vrps:Peg")
-            for place in {whole(hanger), f"{whole(hanger)}/{peg.name}" if peg else hanger}:
-                facts |= _both(("touches", thing.name, place))
-            facts.add(("supports", whole(hanger), thing.name))
-        elif thing.joint is not None:
-            closed = thing.joint.value - thing.joint.lower < 0.1 * (thing.joint.upper - thing.joint.lower)
-            facts.add(("joint_closed" if closed else "joint_open", thing.name))
-        elif thing.movable and (below := _below(thing, world)):
-            facts |= _both(("touches", thing.name, below)) | {("supports", below, thing.name)}
-    return frozenset(facts)
-
-
-def _below(thing: Thing, world: World) -> str | None:
-    """The fixed thing with the highest surface under a thing; None where there is none."""
-    x, y, z = thing.pose.position
-    found = []
-    for other in world.things:
-        for feature in other.features:
-            if other.movable or other.joint is not None or feature.type != "vrps:SurfaceFeature":
-                continue
-            across = (other.pose * feature.pose).inverse().apply((x, y, z))
-            inside = all(
-                abs(a) <= feature.size.get(k, 0.0) / 2 for a, k in zip(across, ("width", "depth"), strict=False)
-            )
-            if inside and across[2] >= 0.0:
-                found.append((float(across[2]), other.name))
-    return min(found)[1] if found else None

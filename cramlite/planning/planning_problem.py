@@ -6,12 +6,11 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from ..base.value import Value
+from ..interpretation.fluents import Fact, Pattern, SymbolicWorld, matches
 from .goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
-from .operators import Fact, Grounder, Operator, Pattern, facts_of, matches
+from .operators import Grounder, Operator
 
 if TYPE_CHECKING:
-    from ..model.belief import Relation
-    from ..model.world import World
     from ..plugin.catalogue import Knowledge
     from ..scenario.task_specs import TaskSpec
     from .task_goals import Goal
@@ -46,18 +45,18 @@ class PlanningProblem(Value):
         return as_tasks(TaskPlan(tuple(steps), ()), self.knowledge.tasks, self.wanted)
 
 
-def planning_problem(goal: Goal, world: World, relations: Iterable[Relation], knowledge: Knowledge) -> PlanningProblem:
+def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> PlanningProblem:
     """Ground the task rules in a world, as the planning problem of a goal.
 
     Args:
-        relations: what is known to hold in the world, e.g. of a ``Setting``.
+        scene: what is known before anything is done, e.g. ``Setting.symbolic``.
         knowledge: of the engine.
 
     Raises:
         UserError: the goal cannot be read, or names what there is not.
     """
-    grounder = Grounder(world, knowledge.taxonomy)
+    grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
     (meaning,) = meant(goal, {}, grounder)
     target = wanted(meaning.says, grounder)
-    return PlanningProblem(facts_of(world, relations), target, with_sides(target, operators, knowledge.tasks), knowledge)
+    return PlanningProblem(grounder.initial(), target, with_sides(target, operators, knowledge.tasks), knowledge)

@@ -10,6 +10,7 @@ from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.control_flow import Kind
 from ..model.designators import Object
+from ..model.entity_name import EntityName
 from ..model.plan import Plan
 from ..model.world import World
 from ..plugin.task_type import TaskType, task_type
@@ -129,7 +130,7 @@ def _object(name: str, objects: Mapping[str, ObjectSpec], world: World) -> Objec
     """A declared object, or a thing (or "thing/feature") of the world by name."""
     if name in objects:
         return Object(name, **objects[name].model_dump())
-    features = {f"{t.name}/{f.name}" for t in world.things for f in t.features}
+    features = {str(EntityName(t.name, f.name)) for t in world.things for f in t.features}
     valid = {t.name for t in world.things} | features
     if name not in valid | set(objects):
         raise UserError(

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 
 if TYPE_CHECKING:
-    from ..engine.setting import Setting
+    from ..interpretation.fluents import SymbolicWorld
     from ..interpretation.interpretation import Interpretation
+    from ..interpretation.ranking import TaskSequence
     from ..model.episode import Episode
     from ..model.plan import Plan
     from ..plugin.catalogue import Knowledge
@@ -25,11 +26,14 @@ LISTED = 1000
 
 def plans_from_interpretation(
     name: str, found: Interpretation, episode: Episode, tasks: Mapping[str, TaskType], trace: Trace
-) -> Iterator[Plan]:
-    """Plans of what a demonstration may have shown; those with a task type that nobody offers are refused."""
+) -> Iterator[tuple[Plan, TaskSequence]]:
+    """Plans of what a demonstration may have shown; those with a task type that nobody offers are refused.
+
+    Where every reading contradicts itself, the trace says so."""
     from .plan import TaskCall, plan_from_episode
 
-    for sequence in islice(found.sequences(), LISTED):
+    listed = 0
+    for listed, sequence in enumerate(islice(found.sequences(), LISTED), 1):  # noqa: B007  read behind the loop
         unknown = [m.task for m in sequence.matches if m.task not in tasks]
         if unknown:
             names = " -> ".join(m.task.split(":")[-1] for m in sequence.matches)
@@ -37,26 +41,35 @@ def plans_from_interpretation(
             trace.add(0, "sequence", names, "refused", "engine", why, kind="sequence")
             continue
         calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
-        yield plan_from_episode(name, calls, episode)
+        yield plan_from_episode(name, calls, episode), sequence
+    if not listed:
+        said = f"{found.count()} readings, none agrees with itself; {len(found.holes)} actions unexplained"
+        trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
 
 
-def plans_for_goal(goal: Goal | Scenario, setting: Setting, knowledge: Knowledge, trace: Trace) -> Iterator[Plan]:
-    """Task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+def plans_for_goal(
+    name: str, goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace
+) -> Iterator[Plan]:
+    """Find task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+
+    Args:
+        name: of the plans.
+        scene: what holds at the start.
 
     Raises:
         UserError: the goal is none, names what there is not, or holds already.
     """
     from ..scenario.scenario import Scenario
     from .goal_planner import as_tasks, impossible, meant, task_plans, wanted, with_sides
-    from .operators import Grounder, facts_of
+    from .operators import Grounder
     from .task_goals import Goal, plan_from_tasks
 
     where, objects = "", {}
     if isinstance(goal, Scenario):
         where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
-    grounder = Grounder(setting.world, knowledge.taxonomy)
+    grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
-    facts = facts_of(setting.world, setting.relations)
+    facts = grounder.initial()
     for choice in meant(goal, objects, grounder):
         target, found = wanted(choice.says, grounder, where), False
         if target.met(facts):
@@ -67,6 +80,6 @@ def plans_for_goal(goal: Goal | Scenario, setting: Setting, knowledge: Knowledge
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
             specs = as_tasks(plan, knowledge.tasks, target)
-            yield plan_from_tasks(setting.name, specs, knowledge.tasks, setting.world)
+            yield plan_from_tasks(name, specs, knowledge.tasks, scene.world)
         if not found:
             trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit), kind="goal")

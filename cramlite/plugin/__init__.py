@@ -16,6 +16,16 @@ if TYPE_CHECKING:
     from ..base.quantities import Angle, Length, Mass, parse_quantity
     from ..base.yaml_file import load_yaml
     from ..interpretation.conditions import Compare, atoms
+    from ..interpretation.fluents import (
+        EFFECTOR,
+        Fact,
+        Fluent,
+        GoalCondition,
+        GoalPhrase,
+        Pattern,
+        SymbolicWorld,
+        contents,
+    )
     from ..interpretation.interpretation import Interpreted
     from ..interpretation.matching import Match
     from ..interpretation.ranking import TaskSequence
@@ -35,6 +45,8 @@ _HOMES = {
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "load_yaml",
     "..interpretation.conditions": "Compare atoms",
+    "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
+    " contents",
     "..interpretation.interpretation": "Interpreted",
     "..interpretation.matching": "Match",
     "..interpretation.ranking": "TaskSequence",
@@ -51,6 +63,7 @@ _HOMES = {
 _NAMES = LazyNames(__name__, _HOMES)
 
 __all__ = [
+    "EFFECTOR",
     "PADDING",
     "RELATIONS",
     "SEGMENTS",
@@ -68,7 +81,11 @@ __all__ = [
     "Decomposition",
     "EpisodeRepair",
     "Expert",
+    "Fact",
     "Finding",
+    "Fluent",
+    "GoalCondition",
+    "GoalPhrase",
     "Grounding",
     "Inputs",
     "Interpreted",
@@ -78,6 +95,7 @@ __all__ = [
     "Match",
     "ModelMaker",
     "Parameter",
+    "Pattern",
     "Phase",
     "PhaseName",
     "Predicate",
@@ -88,6 +106,7 @@ __all__ = [
     "Rule",
     "Segment",
     "Simulator",
+    "SymbolicWorld",
     "TaskSequence",
     "TaskType",
     "Timeline",
@@ -95,6 +114,7 @@ __all__ = [
     "UserError",
     "Validator",
     "atoms",
+    "contents",
     "hookimpl",
     "html_template",
     "load_yaml",

@@ -11,6 +11,7 @@ from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.designators import Action, Designator, Location, Object
+from ..ontology.foundation import TASK
 
 
 class Role(Value):
@@ -81,12 +82,14 @@ class TaskType(ABC):
     """What it does, in a clause for people."""
     parameters: ClassVar[tuple[Parameter, ...]] = ()
     """Numbers that it uses; scenarios may change them."""
-    above: ClassVar[str] = "dul:Task"
+    above: ClassVar[str] = TASK
     """The class above ``task``, for tasks that no ontology has; where an ontology has it, that one is believed."""
     rule_file: ClassVar[Path | None] = None
     """The task's rule, beside the plugin's module; the shipped ones are in ``task_rules/``."""
     places: ClassVar[bool] = False
     """True for tasks that choose where to put something: their ``where`` constrains it (``Action.parameters``)."""
+    looks: ClassVar[bool] = False
+    """True for the task that brings a camera to where it sees some places: the engine asks it for pictures."""
     leads_on: ClassVar[bool] = False
     """True for free motions: their goal, unless given, is where the next task begins."""
 

@@ -155,6 +155,23 @@ def _check_values(hook: str, item: object) -> None:
                 raise WrongDeclaration(
                     f"{hook} gave '{name}', whose '{attribute}' is {_short(word)}; {nearest(str(word), words)}"
                 )
+    if hook == "predicates":
+        _check_fluent(name, item)
+
+
+def _check_fluent(name: str, item: object) -> None:
+    """What planning reads of a predicate is what it takes it for."""
+    from ..interpretation.fluents import Fluent
+
+    static, fluent = getattr(item, "static", None), getattr(item, "fluent", Fluent())
+    if static is not None and not callable(static):
+        raise WrongDeclaration(f"predicates gave '{name}', whose 'static' is {_short(static)}, no function")
+    if not isinstance(fluent, Fluent):
+        raise WrongDeclaration(f"predicates gave '{name}', whose 'fluent' is {_short(fluent)}; it is a Fluent")
+    for attribute in ("implies", "implies_when_carried", "undoes", "denial", "phrases"):
+        if not isinstance(getattr(fluent, attribute), _MANY):
+            said = f"whose fluent's '{attribute}' is {_short(getattr(fluent, attribute))}; it is a tuple"
+            raise WrongDeclaration(f"predicates gave '{name}', {said}")
 
 
 def _worked_out(item: object, attribute: str) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+from msgspec.structs import replace
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ..base.errors import UserError, nearest
@@ -261,6 +262,11 @@ class Scenario(Value):
                 if name not in known:
                     raise UserError(f"{self.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}.")
         return chosen.but(block, prefer)
+
+    def demonstrated_by(self, episode: Path) -> Scenario:
+        """This scenario with a demonstration as its goal, whatever that was before."""
+        update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None}
+        return replace(self, spec=self.spec.model_copy(update=update))
 
 
 def read_scenario(path: Path | str) -> Scenario:

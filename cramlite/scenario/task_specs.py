@@ -35,10 +35,15 @@ class WhereSpec(BaseModel):
     behind: str | None = None
     visible_from: Literal["camera"] | tuple[Length, Length, Length] | None = None
 
+    @classmethod
+    def sides(cls) -> tuple[str, ...]:
+        """The keys whose value is a thing that the place is beside."""
+        return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None)
+
     @property
     def things(self) -> tuple[str, ...]:
         """The things that it names."""
-        return tuple(t for t in (self.near, self.left_of, self.right_of, self.in_front_of, self.behind) if t)
+        return tuple(t for t in (getattr(self, name) for name in self.sides()) if t)
 
 
 class TaskSpec(BaseModel):

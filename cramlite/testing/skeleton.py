@@ -11,6 +11,7 @@ from string import Template
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError
+from ..ontology.foundation import TASK
 from ..plugin.expert import OBJECTS, SEGMENT, SEGMENTS, VIEW
 from ..version import VERSION
 
@@ -137,7 +138,7 @@ def _taken_task(local: str, knowledge: Knowledge) -> str:
     if rule is not None:
         return f"'{own}' has a rule already ({rule.path.name}), by which it is recognised in demonstrations"
     same = [c for c in taxonomy.classes if c.split(":")[-1] == local]
-    other = next((c for c in same if c == own or not taxonomy.is_a(c, "dul:Task")), "")
+    other = next((c for c in same if c == own or not taxonomy.is_a(c, TASK)), "")
     return f"there is a class '{other}' already" if other else ""
 
 

@@ -16,6 +16,7 @@ from ..model.belief import Belief, Estimate, Held
 from ..model.designators import Action, Late, Location, Motion, Object
 from ..model.geometry import Pose
 from ..model.world import Feature, Filling, Geom, RobotMount, Thing, World
+from ..ontology.foundation import OBJECT
 from ..planning.alternatives import HOOKS
 from ..plugin.catalogue import Knowledge
 from ..plugin.registry import Registry
@@ -71,7 +72,7 @@ def sample_belief(held: str | None = None) -> Belief:
     there is a grain in it, so that tasks about contents have some."""
     hollow = Feature("cavity", "cram:Cavity", Pose((0, 0, 0.02)), {"width": 0.03, "depth": 0.03, "height": 0.03})
     geoms, grain = (Geom("box", (0.02, 0.02, 0.02)),), Filling(1, 0.005, 0.001)
-    cube = Thing("cube", "dul:PhysicalObject", Pose((0.5, 0, 0.1)), geoms, (hollow,), 0.1, filling=grain)
+    cube = Thing("cube", OBJECT, Pose((0.5, 0, 0.1)), geoms, (hollow,), 0.1, filling=grain)
     belief = Belief(World((cube,), (RobotMount("arm", "any"),)), {"cube": Estimate(cube.pose)}, "arm", (0.0,) * 6, 0.08)
     return belief.grasped(Held(held, Pose(), 0.04)) if held else belief
 

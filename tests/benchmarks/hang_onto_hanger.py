@@ -10,20 +10,26 @@ push along the peg and of everything else. Development used the seeds 0 to 99, t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
+from msgspec import json
 from seeds import Row, main
+
+from cramlite.model import World
 
 PUSH = "force_insert("
 
 
 def peaks(run: Path, seed: int) -> tuple[float, float]:
     """Largest force of a solved run [N]: outside the push, and in it; the proven text is run once more."""
-    from cramlite_plugins.simulation.execute import execute_file
+    from cramlite.experiment.executor import Executor
 
-    rollout = execute_file(run / "program.script", run / "world.json", seed=seed)
-    text = (run / "program.script").read_text().splitlines()
+    program, world = (run / "program.script").read_text(), (run / "world.json").read_bytes()
+    with closing(Executor()) as executor:
+        rollout, _ = executor.run(program, json.decode(world, type=World), seed)
+    text = program.splitlines()
     pushing = np.array([line > 0 and PUSH in text[int(line) - 1] for line in rollout.lines])
     force = rollout.contact_force()
     outside = force[~pushing & (rollout.lines > 0)]

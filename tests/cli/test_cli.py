@@ -84,7 +84,7 @@ def test_plugins(run: Run) -> None:
 def test_interpret(run: Run) -> None:
     found = json.loads(run("interpret", DEMONSTRATION, "--json").out)
     assert found["actions"]
-    assert "candidate task sequences" in run("interpret", DEMONSTRATION).out
+    assert " readings" in run("interpret", DEMONSTRATION).out
     why = run("interpret", DEMONSTRATION, "--why", "Grasping@0")
     assert why.code == 0
     assert "Grasping" in why.out

@@ -15,7 +15,7 @@ WORLD = """
 scenario: two_ways
 demonstration: {demonstration}
 robot: {{type: ur5e}}
-budget: {{proofs: 1, sequences: 3}}
+budget: {{proofs: 1}}
 things:
   - {{name: hook, model: hanger, at: {{position: [0.87, 0, 0.45], yaw: 180 deg}}, with: {{friction: 30}}}}
   - {{name: tea, model: boxed_product, type: cram:TeaBox, hangs_on: {{hanger: hook, depth: 70 mm}}}}
@@ -41,7 +41,7 @@ def test_a_killed_run_keeps_what_it_refused(tmp_path: Path) -> None:
     assert "candidate 1:" not in done.stderr.split("No solution")[0]
     assert "candidate 1, proof" in done.stderr or "Candidate 1: candidate 1" in done.stderr
     entries = json.loads((run / "trace.json").read_text())["entries"]
-    assert {1, 2, 3} <= {e["candidate"] for e in entries}
+    assert {e["candidate"] for e in entries} == {1, 2}  # as many readings agree with themselves
     assert [e["number"] for e in entries] == list(range(1, len(entries) + 1))
 
 

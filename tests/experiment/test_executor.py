@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -31,25 +35,56 @@ def test_it_finds_what_this_process_finds(executor: Executor) -> None:
     knowledge = Engine().knowledge
     here = knowledge.simulator.execute(TEXT, WORLD, knowledge.robots, mount="arm", seed=3)
     for _ in range(2):  # the second time nothing of the first is left
-        there, seconds = executor.run(TEXT, ".script", WORLD, 3)
+        there, seconds = executor.run(TEXT, WORLD, 3)
         assert seconds > 0 and there.outcome == here.outcome == "finished"
+        assert there.world == WORLD and np.isclose(there.times[1], 0.02)
         assert np.array_equal(there.joints, here.joints) and np.array_equal(there.wrench, here.wrench)
     assert [m.text for m in there.messages] == [m.text for m in here.messages]
 
 
 def test_what_is_no_program_is_said_and_the_next_one_runs(executor: Executor) -> None:
     with pytest.raises(UserError, match="execution of a program broke"):
-        executor.run("{", ".json", WORLD, 0)
-    assert executor.run(TEXT, ".script", WORLD, 0)[0].outcome == "finished"
+        executor.run("{", WORLD, 0)
+    assert executor.run(TEXT, WORLD, 0)[0].outcome == "finished"
 
 
 def test_a_dead_one_is_replaced(executor: Executor) -> None:
-    executor.run(TEXT, ".script", WORLD, 0)
-    assert executor._process is not None
-    executor._process.kill()
-    with pytest.raises(ExecutorDied, match="ended with -9"):
-        executor.run(TEXT, ".script", WORLD, 0)
-    assert executor.run(TEXT, ".script", WORLD, 0)[0].outcome == "finished"
+    executor.run(TEXT, WORLD, 0)
+    assert executor._pool is not None
+    for process in executor._pool._processes.values():
+        process.kill()
+    with pytest.raises(ExecutorDied, match="process that executes programs ended"):
+        executor.run(TEXT, WORLD, 0)
+    assert executor.run(TEXT, WORLD, 0)[0].outcome == "finished"
+
+
+PARENT = """
+import time
+from cramlite.experiment.executor import Executor
+from cramlite.model import RobotMount, World
+
+if __name__ == "__main__":
+    executor = Executor()
+    executor.run("def p():\\nend\\np()\\n", World((), (RobotMount("arm", "ur5"),)), 0)
+    print(*executor._pool._processes, flush=True)
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+def test_it_ends_when_its_parent_is_killed(tmp_path: Path) -> None:
+    (tmp_path / "parent.py").write_text(PARENT)
+    parent = subprocess.Popen([sys.executable, tmp_path / "parent.py"], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
+    child = Path("/proc") / parent.stdout.readline().strip()
+    assert child.is_dir()
+    parent.kill()
+    parent.communicate()
+    for _ in range(100):
+        if not child.exists() or "Z" in (child / "stat").read_text().rpartition(")")[2].split()[0]:
+            return
+        time.sleep(0.1)
+    raise AssertionError("it goes on without its parent")
 
 
 @pytest.mark.parametrize(("deaths", "found"), [(1, True), (2, False)])

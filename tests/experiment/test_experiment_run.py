@@ -4,6 +4,7 @@ recorded and interpreted; the budget leaves no room for programs, so that a run 
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -80,6 +81,7 @@ def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, t
     found = run_trial(Trial(path, "main", one, tmp_path / "out", pictures=False))
     assert found.candidates >= 2
     assert (found.solved, found.tried, len(found.results)) == ((True, 1, 1) if asks == 400 else (False, 2, 2))
+    assert not multiprocessing.active_children()  # a worker that had one left would never end
 
 
 DIES = """

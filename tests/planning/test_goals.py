@@ -8,12 +8,13 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
+from goal_plans import plans_in
 from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Goal, Setting, Trace, find_scenario, read_scenario
+from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Pose
-from cramlite.planning.operators import Grounder, facts_of
-from cramlite.planning.task_sequences import plans_for_goal
+from cramlite.planning.operators import Grounder
 from cramlite.plugin import UserError
 
 ENGINE = Engine()
@@ -25,7 +26,7 @@ def _setting(name: str) -> Setting:
 
 
 def _plans(scenario: str, *says: str) -> list[str]:
-    return [str(plan) for plan in plans_for_goal(Goal(says), _setting(scenario), ENGINE.knowledge, Trace())]
+    return [str(plan) for plan in plans_in(_setting(scenario), Goal(says), ENGINE.knowledge, Trace())]
 
 
 @pytest.mark.parametrize(
@@ -54,9 +55,10 @@ def test_the_shortest_sequence_comes_first(scenario: str, goal: str, first: str)
 
 def test_every_task_is_applicable_where_it_stands() -> None:
     setting = _setting("hang_onto_hanger")
-    grounder = Grounder(setting.world, ENGINE.knowledge.taxonomy)
+    scene = symbolic_world(setting.world, ENGINE.knowledge.taxonomy, setting.relations)
+    grounder = Grounder(scene, ENGINE.knowledge.predicates)
     operators = {str(o): o for o in grounder.ground(ENGINE.knowledge.rules, ENGINE.knowledge.tasks)}
-    facts = start = facts_of(setting.world, setting.relations)
+    facts = start = grounder.initial()
     for name in ("Grasping(Patient=coffee)", "PickingUp(Locatum=coffee, Relatum=counter)"):
         assert operators[name].applies(facts)
         facts = operators[name].apply(facts)
@@ -69,7 +71,7 @@ def test_every_task_is_applicable_where_it_stands() -> None:
 
 def test_why_each_task_is_there() -> None:
     trace = Trace()
-    next(plans_for_goal(Goal(("block on shelf",)), _setting("place_on_shelf"), ENGINE.knowledge, trace))
+    next(plans_in(_setting("place_on_shelf"), Goal(("block on shelf",)), ENGINE.knowledge, trace))
     reasons = [e.reason for e in trace.entries]
     assert "grasps(gripper, block), as PickingUp(Locatum=block, Relatum=floor) needs" in reasons[0]
     assert "as the goal needs" in reasons[-1]
@@ -115,11 +117,11 @@ def test_goals_that_no_tasks_achieve(goal: str, says: str) -> None:
 
 def test_a_goal_beside_something_becomes_the_place_of_the_task_that_chooses_it() -> None:
     setting, trace = _setting("hang_onto_hanger"), Trace()
-    plan = next(plans_for_goal(Goal(("tin on counter right of coffee",)), setting, ENGINE.knowledge, trace))
+    plan = next(plans_in(setting, Goal(("tin on counter right of coffee",)), ENGINE.knowledge, trace))
     wheres = {a.task: a.parameters["where"] for a in plan.actions if "where" in a.parameters}
     assert [(t, w["right_of"]) for t, w in wheres.items()] == [("soma:Placing", "coffee")]
     with pytest.raises(UserError, match="holds already"):  # it stands there: without a side there is nothing to do
-        next(plans_for_goal(Goal(("tin on counter",)), setting, ENGINE.knowledge, Trace()))
+        next(plans_in(setting, Goal(("tin on counter",)), ENGINE.knowledge, Trace()))
 
 
 def test_a_goal_beside_something_far_away_is_refused_with_the_distance() -> None:
@@ -188,7 +190,7 @@ def test_a_further_plugin_does_not_change_what_goals_do(plugin: Callable[[str, s
     file.with_suffix(".yaml").write_text(RULE)
     engine, goal = Engine(files=[str(file)]), Goal(("block on shelf",))
     setting = engine.setting(read_scenario(SHELF))
-    plans = [str(p) for p in plans_for_goal(goal, setting, engine.knowledge, Trace())]
+    plans = [str(p) for p in plans_in(setting, goal, engine.knowledge, Trace())]
     assert plans[0] == "Grasping -> PickingUp -> Placing -> Retracting"
     assert any("Stamping" in p for p in plans)  # it is a way, but not before one that is shipped
 

@@ -218,6 +218,12 @@ UNREADABLE = {
         "'p', whose 'phases' is 'before'; valid are: post, pre, run",
     ),
     "phases": (declared("predicates", "Predicate('p', 0, f, 'run')"), "whose 'phases' is 'run'; it is a tuple"),
+    "static": (declared("predicates", "Predicate('p', 0, f, static=True)"), "'p', whose 'static' is True, no function"),
+    "fluent": (declared("predicates", "Predicate('p', 0, f, fluent=0.5)"), "'p', whose 'fluent' is 0.5; it is a Fluent"),
+    "implies": (
+        "from cramlite.plugin import Fluent\n" + declared("predicates", "Predicate('p', 0, f, fluent=Fluent(implies='touches'))"),
+        "'p', whose fluent's 'implies' is 'touches'; it is a tuple",
+    ),
     "executable": (
         "class E:\n    name, executable = 'e', 'no'\n    def emit(self, p, r): ...\n" + declared("backends", "E()"),
         "'e', whose 'executable' is 'no'; it is True or False",

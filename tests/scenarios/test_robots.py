@@ -8,19 +8,20 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import pytest
 from msgspec.structs import replace
 
+from cramlite.experiment.executor import Executor
 from cramlite.model import MoveJoints, Program, RobotMount, World, write_program
 from cramlite.plugin import UserError
 from cramlite.plugin.catalogue import Knowledge
 from cramlite.plugin.registry import Registry
+from cramlite.plugin.selection import PluginChoice
 from cramlite_plugins.robots.fr3 import FR3
-from cramlite_plugins.simulation.execute import execute_file
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 LINE = "robot: {type: ur5e}"
@@ -84,15 +85,14 @@ def test_execute_runs_a_typed_program_and_explains_a_broken_one(run: Callable[..
 
 
 def test_a_process_of_its_own_knows_the_robots_of_plugins(tmp_path: Path) -> None:
-    """``execute_file`` asks the registry: here for a robot that only a plugin's file declares."""
+    """It asks the registry: here for a robot that only a plugin's file declares."""
     (tmp_path / "mine.py").write_text(MINE)
-    (tmp_path / "program.json").write_text(write_program(replace(PROGRAM, robot_type="mine")))
+    text = write_program(replace(PROGRAM, robot_type="mine"))
     world = World((), (RobotMount("arm", "mine"),))
-    (tmp_path / "world.json").write_bytes(msgspec.json.encode(world))
-    files = tmp_path / "program.json", tmp_path / "world.json"
-    assert execute_file(*files, plugins=[tmp_path / "mine.py"]).joints[-1][0] == pytest.approx(0.3, abs=2e-3)
-    with pytest.raises(UserError, match="there is no robot type 'mine'"):
-        execute_file(*files)
+    with closing(Executor(PluginChoice((tmp_path / "mine.py",)))) as knows:
+        assert knows.run(text, world, 0)[0].joints[-1][0] == pytest.approx(0.3, abs=2e-3)
+    with closing(Executor()) as other, pytest.raises(UserError, match="there is no robot type 'mine'"):
+        other.run(text, world, 0)
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def problem_of(engine: Engine, setting: Setting, goal: Goal) -> PlanningProblem:
     Raises:
         UserError: the goal is none, or names what there is not.
     """
-    return planning_problem(goal, setting.world, setting.relations, engine.knowledge)
+    return planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
 
 
 def to_unified_planning(problem: PlanningProblem, impossible: Iterable[str] = ()) -> Any:

@@ -18,7 +18,8 @@ from cramlite.model import Belief, Floats, Geom, Gripper, Location, Place, Pose,
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes import ray_casting as rays
-from ..shapes.hull import hull_planes, hull_volume
+from ..shapes.bounds import volume
+from ..shapes.hull import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
 
@@ -217,19 +218,9 @@ def _centre(thing: Thing) -> Floats:
     if thing.inertia is not None:
         return np.asarray(thing.inertia.centre)
     body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
-    volume = np.array([_volume(g) for g in body])
-    centre: Floats = volume @ np.array([g.pose.position for g in body]) / volume.sum()
+    volumes = np.array([volume(g) for g in body])
+    centre: Floats = volumes @ np.array([g.pose.position for g in body]) / volumes.sum()
     return centre
-
-
-def _volume(geom: Geom) -> float:
-    if geom.shape == "convex":
-        return hull_volume(geom.corners)
-    r = geom.size[0]
-    ball = 4 / 3 * math.pi * r**3
-    if geom.shape == "box":
-        return 8 * math.prod(geom.size)
-    return ball if geom.shape == "sphere" else 2 * math.pi * r * r * geom.size[1] + ball * (geom.shape == "capsule")
 
 
 def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:

@@ -58,7 +58,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 def _around(entity: str, there: Pose, body: Pose, belief: Belief) -> Iterator[tuple[str, str, Floats, float]]:
     """The side and its name; where the origin of the hand, or of what it holds, would be, in the base frame; how far away [m]."""
-    from .push import support
+    from ..shapes.bounds import support
 
     thing, held = belief.thing(entity), belief.thing(belief.held.thing) if belief.held else None
     out = np.array([*there.position[:2], 0.0]) / max(math.hypot(*there.position[:2]), 1e-9)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cramlite.model import Belief, Late, Object, Thing
+from cramlite.model import Belief, EntityName, Late, Object, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
 SUBSTITUTE = 10.0  # cost of a thing of another class: after every thing of the class itself
@@ -29,7 +29,7 @@ def _entities(wanted: Object, belief: Belief, context: Context) -> list[str]:
         return [wanted.entity]
     if wanted.part_of:
         whole = str(context.bindings[wanted.part_of])
-        return [f"{whole}/{f.name}" for f in belief.thing(whole).features]
+        return [str(EntityName(whole, f.name)) for f in belief.thing(whole).features]
     return [t.name for t in belief.world.things]
 
 
@@ -85,5 +85,5 @@ def _gap(thing: Thing, belief: Belief) -> float:
     if belief.at is not None or (belief.held and belief.held.thing == thing.name):
         return 0.0
     centre = belief.pose(thing.name).position
-    radius = max((math.dist((0, 0, 0), g.pose.position) + math.hypot(*g.size) for g in thing.geoms), default=0.0)
+    radius = max((math.dist((0, 0, 0), g.pose.position) + g.radius for g in thing.geoms), default=0.0)
     return math.hypot(*centre) - radius

@@ -15,6 +15,7 @@ from cramlite.model import Belief, Feature, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
 
 from ..shapes import ray_casting as rays
+from ..shapes.bounds import box_around, corners
 
 EDGE = 0.005  # a centre of mass stands this far inside a surface's edge [m]
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -72,7 +73,7 @@ def supported(spot: Spot, wanted: Wanted) -> str:
 
 def inside(spot: Spot, wanted: Wanted) -> str:
     """All of it is over the container's opening."""
-    points = wanted.target.inverse().apply(spot.thing.apply(outline(wanted.thing)))
+    points = wanted.target.inverse().apply(corners(wanted.thing, spot.thing))
     for axis, name in enumerate(("width", "depth")):
         room = wanted.feature.size.get(name, math.inf)
         out = float(np.abs(points[:, axis]).max()) - room / 2
@@ -152,27 +153,9 @@ def visible(spot: Spot, wanted: Wanted) -> str:
     return f"{100 * share:.0f} % of it is seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
 
 
-def outline(thing: Thing) -> Floats:
-    """Points (n, 3) whose hull holds the thing's geoms, in its frame: corners, or of the boxes around round ones."""
-    found = []
-    for geom in thing.geoms:
-        if geom.shape == "convex":
-            found.append(geom.pose.apply(geom.corners))
-            continue
-        end = geom.size[1] + (geom.size[0] if geom.shape == "capsule" else 0.0) if len(geom.size) == 2 else geom.size[0]
-        half = geom.size if geom.shape == "box" else (geom.size[0], geom.size[0], end)
-        found.append(geom.pose.apply(np.array(_signs()) * half))
-    return np.concatenate(found)
-
-
-def _signs() -> list[tuple[float, float, float]]:
-    return [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
-
-
 def _grid(thing: Thing) -> Floats:
     """27 points in the box around a thing."""
-    points = outline(thing)
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = box_around(thing.geoms)
     shares = np.array([(x, y, z) for x in (0.1, 0.5, 0.9) for y in (0.1, 0.5, 0.9) for z in (0.1, 0.5, 0.9)])
     found: Floats = low + shares * (high - low)
     return found

@@ -7,8 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, Thing
+from cramlite.model import Belief, Floats, Location, Place, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+from ..shapes.bounds import support
 
 BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
 LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
@@ -70,18 +72,3 @@ def _ways(pose: Pose) -> list[Floats]:
     turns = [angle + k * math.pi / 2 for k in range(4)]
     ways = [np.array([math.cos(a), math.sin(a), 0.0]) for a in turns]
     return sorted(ways, key=lambda w: -round(float(w @ out), 6))
-
-
-def support(thing: Thing, pose: Pose, way: Floats) -> float:
-    """How far a thing reaches in a direction [m]: the support function of its shape, max over x of x.way, in the frame of
-    the pose; round shapes by the box around them."""
-    reach = []
-    for geom in thing.geoms:
-        there = pose * geom.pose
-        if geom.shape == "convex":
-            reach.append(float((there.apply(geom.corners) @ way).max()))
-            continue
-        size = geom.size
-        half = size if geom.shape == "box" else (size[0], size[0], sum(size))
-        reach.append(float(np.asarray(there.position) @ way + np.abs(there.rotation.T @ way) @ np.asarray(half)))
-    return max(reach)

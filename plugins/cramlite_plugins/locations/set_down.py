@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Location, Place, Pose
+from cramlite.model import Belief, Location, Place, Pose, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import lowest
@@ -100,7 +100,7 @@ def _wanted(location: Location, belief: Belief, context: Context, needs: str) ->
         raise Unresolvable(f"'{entity}' has no {needs} to put anything {location.relation}", (location.of or "",))
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
-    thing, target = belief.world.thing(belief.held.thing), belief.pose(entity.split("/")[0]) * feature.pose
+    thing, target = belief.world.thing(belief.held.thing), belief.pose(thing_of(entity)) * feature.pose
     return Wanted(thing, entity, feature, target, belief, context, make_scene(belief, context), location.parameters)
 
 

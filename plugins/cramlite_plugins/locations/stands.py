@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.model import Action, Belief, Location, Pose, Stand, Value
+from cramlite.model import Action, Belief, Location, Pose, Stand, Value, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def _stands(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     from ..motion_planning.reach import bound
     from ..motions.driving import floor_of
 
-    destination = bound(context, location.of).split("/")[0]
+    destination = thing_of(bound(context, location.of))
     if belief.held is not None and belief.held.thing == destination:
         raise Unresolvable(f"'{destination}' is in the gripper and drives along")
     robot, floor = context.robot, floor_of(belief, context, CLEARANCES[0])
@@ -77,11 +77,11 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Targe
     found: dict[str, Target] = {}
     for item in itertools.takewhile(lambda i: getattr(i, "task", "") != DRIVES, context.agenda):
         for role in item.roles.values() if isinstance(item, Action) else ():
-            thing = str(context.bindings.get(role.name, role.entity or "")).split("/")[0]
+            thing = thing_of(str(context.bindings.get(role.name, role.entity or "")))
             if thing in belief.poses and thing not in found:
                 graspable = belief.held is None and belief.world.thing(thing).movable
                 found[thing] = Target(role.name, thing, graspable and not any(t.grasped for t in found.values()))
-    destination = str(context.bindings[location.of]).split("/")[0] if location.of else ""
+    destination = thing_of(str(context.bindings[location.of])) if location.of else ""
     return list(found.values()) or [Target(location.of or "", destination, belief.world.thing(destination).movable)]
 
 
@@ -185,10 +185,9 @@ def _middle(belief: Belief, target: Target) -> Pose:
 
 def _box(belief: Belief, thing: str) -> tuple[Vector3, Vector3]:
     """Lowest and highest corner of a thing, in its frame."""
-    from ..shapes.bounds import bounds
+    from ..shapes.bounds import box_around
 
-    low, high = zip(*(bounds(g) for g in belief.thing(thing).geoms), strict=True)
-    (a, b, c), (d, e, f) = np.min(low, axis=0).tolist(), np.max(high, axis=0).tolist()
+    (a, b, c), (d, e, f) = (v.tolist() for v in box_around(belief.thing(thing).geoms))
     return (a, b, c), (d, e, f)
 
 

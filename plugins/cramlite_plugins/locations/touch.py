@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cramlite.model import Belief, Location, Place, Pose
+from cramlite.model import Belief, Location, Place, Pose, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 YAWS = (0.0, 90.0, -90.0, 180.0, 45.0, -45.0)  # turns about the vertical that are tried, from facing away [deg]
@@ -25,8 +25,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     surface = belief.feature(entity, "vrps:SurfaceFeature")
     if surface is None:
         raise Unresolvable(f"'{entity}' has no vrps:SurfaceFeature to touch", (location.of or "",))
-    middle = belief.pose(entity.split("/")[0]) * surface.pose
-    free, near = make_scene(belief, context), make_scene(belief, context, [entity.split("/")[0]])
+    middle = belief.pose(thing_of(entity)) * surface.pose
+    free, near = make_scene(belief, context), make_scene(belief, context, [thing_of(entity)])
     tips = context.robot.gripper.pad[1] / 2
     facing = math.degrees(math.atan2(middle.position[1], middle.position[0]))
     for k, yaw in enumerate(YAWS):
@@ -39,5 +39,5 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
                 yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there}")
                 break
         else:
-            place = Place(at, before, approach=(0.0, 0.0, -1.0), thing=entity.split("/")[0])
+            place = Place(at, before, approach=(0.0, 0.0, -1.0), thing=thing_of(entity))
             yield Grounding(place, f"finger tips over the middle of '{entity}'", 0.1 * k, key=f"turned {yaw:+.0f}")

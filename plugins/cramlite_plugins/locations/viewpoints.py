@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from cramlite.model import Belief, Floats, Intrinsics, Location, Place, Pose, Thing
+from cramlite.model import Belief, Floats, Intrinsics, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 
@@ -59,7 +59,7 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
     """What should be in view of a thing, base frame: along its peg and below, or where it is."""
-    thing, pose = belief.thing(entity), belief.pose(entity.split("/")[0])
+    thing, pose = belief.thing(entity), belief.pose(thing_of(entity))
     peg = thing.feature("vrps:Peg")
     if peg is None:
         return [tuple(pose.position)]
@@ -105,13 +105,12 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
 def _seen_of(belief: Belief, entity: str) -> Floats:
     """What should be seen of a thing, base frame: as of what is in view of a peg; else the middle of the box around it
     and its corners, drawn in by a tenth."""
-    from .place_filters import outline
+    from ..shapes.bounds import box_around
 
     thing = belief.thing(entity)
     if thing.feature("vrps:Peg") is not None:
         return np.array(_points(belief, entity))
-    corners = outline(thing)
-    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = box_around(thing.geoms)
     signs = np.array([(0, 0, 0), *itertools.product((-0.9, 0.9), repeat=3)])
     found: Floats = belief.pose(thing.name).apply((low + high) / 2 + signs * (high - low) / 2)
     return found
@@ -119,5 +118,5 @@ def _seen_of(belief: Belief, entity: str) -> Floats:
 
 def _belongs(thing: Thing, place: str, belief: Belief) -> bool:
     """The place itself, and what is known to hang on it or to lie on or in it: that is what is looked at."""
-    whole = place.split("/")[0]
+    whole = thing_of(place)
     return thing.name == whole or any(s == thing.name and o == whole for _, s, o in belief.relations)

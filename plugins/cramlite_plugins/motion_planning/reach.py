@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import ArrayLike
 
-from cramlite.model import Belief, Location, Place, Pose, World
+from cramlite.model import Belief, EntityName, Location, Place, Pose, World, thing_of
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, inverse, reach_shortfall
@@ -99,8 +99,10 @@ def standing(belief: Belief, context: Context) -> World:
 
 def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
     """A thing as a whole; of a feature, all named parts of its thing but not the rest of its body."""
-    thing, _, part = entity.partition("/")
-    return tuple(f"{thing}/{f.name}" for f in belief.world.thing(thing).features) if part else (thing,)
+    name = EntityName.parse(entity)
+    if not name.part:
+        return (name.thing,)
+    return tuple(str(EntityName(name.thing, f.name)) for f in belief.world.thing(name.thing).features)
 
 
 def touched(names: Iterable[str], context: Context) -> list[str]:
@@ -128,7 +130,7 @@ def whereabouts(belief: Belief, location: Location, context: Context) -> Pose:
     Raises:
         Unresolvable: it is in the hand, or was let go of where nobody can say how it fell.
     """
-    thing = bound(context, location.of).split("/")[0]
+    thing = thing_of(bound(context, location.of))
     if thing in belief.poses:
         return belief.pose(thing)
     held = belief.held is not None and belief.held.thing == thing

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Gripper, Held, Motion, Pose, SetGripper, SetPayload
+from cramlite.model import Belief, Estimate, Gripper, Held, Motion, Pose, SetGripper, SetPayload, thing_of
 from cramlite.plugin import Answers, Context, Grounding, hookimpl  # fmt: skip
 
 from .motion_kinds import value
@@ -42,9 +42,10 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     comment = "; ".join(filter(None, (motion.reason, why)))
     step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=comment)
     held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
+    lifted = belief.unrelated("on", place.thing).unrelated("in", place.thing)  # nothing else supports it until that is known
     yield Grounding(
         (step,), "; ".join(filter(None, (f"close on {1000 * width:.0f} mm with {force:.0f} N", why))), 0.0,
-        belief.grasped(held), key="close",
+        lifted.grasped(held), key="close",
     )
 
 
@@ -84,7 +85,7 @@ def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) ->
     pose, thing = held_pose(belief, context), belief.world.thing(belief.held.thing)
     into = motion.to.of if motion.to is not None and motion.to.relation == "in" else None
     if into:
-        floor = belief.pose(str(context.bindings[into]).split("/")[0]).position[2]
+        floor = belief.pose(thing_of(str(context.bindings[into]))).position[2]
         pose = Pose((*pose.position[:2], floor - lowest(thing, pose)), pose.quaternion)
     elif surface := _surface(belief, belief.held.thing):
         pose = Pose((*pose.position[:2], surface.position[2] - lowest(thing, pose)), pose.quaternion)

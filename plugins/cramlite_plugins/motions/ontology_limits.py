@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Motion, Thing, Value
+from cramlite.model import Belief, Motion, Thing, Value, thing_of
 from cramlite.plugin import Context, Unresolvable
 
 from .motion_kinds import KINDS, value
@@ -102,7 +102,7 @@ def _things(motion: Motion, parameter: str, belief: Belief, context: Context) ->
     """Forces: what is held and what may be touched. Rates: what is held."""
     names = [belief.held.thing] if belief.held else []
     if parameter.endswith("_n"):
-        names += [str(context.bindings[n]).split("/")[0] for n in motion.may_touch if n in context.bindings]
+        names += [thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings]
     return [belief.world.thing(n) for n in dict.fromkeys(names)]
 
 

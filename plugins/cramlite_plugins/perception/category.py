@@ -85,14 +85,9 @@ def _model_chroma(model: Thing) -> Floats:
 
 def _lengths(model: Thing) -> list[float]:
     """Sorted extents of the box around its geoms [m]."""
-    import numpy as np
-    from msgspec.structs import replace
+    from ..shapes.bounds import extents
 
-    from cramlite.model import Pose
-
-    from ..shapes.bounds import corners_of
-
-    return sorted(np.ptp(corners_of(replace(model, pose=Pose())), axis=0).tolist())
+    return sorted(extents(model.geoms))
 
 
 def _weight(known: Known, chroma: Floats, lengths: list[float], parameters: Mapping[str, float]) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 from cramlite.model import Floats
 from cramlite.plugin import Phase, PhaseName, Predicate, Row, Timeline
 
+from . import fluents
 from .samples import Motion, Range
 
 ARM_MOVED = 0.001
@@ -58,8 +59,12 @@ def all_predicates() -> tuple[Predicate, ...]:
         of_joints(
             "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."
         ),
-        of_joints("joint_closed", 1, joint_closed, cost=3, doc="A thing's joint is within 5 % of closed."),
-        of_joints("joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more."),
+        of_joints(
+            "joint_closed", 1, joint_closed, cost=3, doc="A thing's joint is within 5 % of closed.", fluent=fluents.JOINT_CLOSED
+        ),
+        of_joints(
+            "joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more.", fluent=fluents.JOINT_OPEN
+        ),
         Predicate(
             "parked",
             0,

@@ -9,7 +9,7 @@ import numpy as np
 from cramlite.model import Floats, Pose, Vector3
 from cramlite.plugin import Phase, Timeline
 
-from ..shapes.bounds import bounds
+from ..shapes.bounds import box_around
 
 Box = tuple[Vector3, Vector3]
 """The lowest and the highest corner, in an entity's frame."""
@@ -61,9 +61,7 @@ def _find_box(phase: Phase, name: str) -> Box | None:
     if entity is None:
         return None
     if entity.geoms:
-        corners = [bounds(g) for g in entity.geoms]
-        low = np.min([c[0] for c in corners], axis=0)
-        high = np.max([c[1] for c in corners], axis=0)
+        low, high = box_around(entity.geoms)
         return _vector(low), _vector(high)
     if entity.size is None:
         return None

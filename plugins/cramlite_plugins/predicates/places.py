@@ -7,10 +7,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Vector3
+from cramlite.model import Floats, Pose, Vector3, thing_of
 from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
+from . import fluents
 from .phase_poses import Box, box_of, gap_to, pose_of, seen_from, things, tips
 
 REACH = 0.15
@@ -42,7 +43,12 @@ def all_predicates() -> tuple[Predicate, ...]:
             doc="The way from one finger tip to another leads through a thing.",
         ),
         Predicate(
-            "in_or_above", 2, in_or_above, cost=5, doc="A thing is over the footprint of another, not below its floor."
+            "in_or_above",
+            2,
+            in_or_above,
+            cost=5,
+            doc="A thing is over the footprint of another, not below its floor.",
+            fluent=fluents.IN_OR_ABOVE,
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
@@ -71,6 +77,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             doc="An object of the world: no part, and not the effector.",
             timeless=True,
             complete=True,
+            static=fluents.is_thing,
         ),
     )
 
@@ -205,7 +212,7 @@ def _hidden(phase: Phase, name: str, eye: Pose) -> bool:
     pose, box = pose_of(phase, name, phase.end), box_of(phase, name)
     assert pose is not None
     inside = np.array([(0.0, 0.0, 0.0), *(itertools.product(*zip(*box, strict=True)) if box else ())]) * DRAWN_IN
-    points, whole = pose.apply(inside), name.split("/")[0]
+    points, whole = pose.apply(inside), thing_of(name)
     free = np.ones(len(points), dtype=bool)
     for other in things(phase):
         geoms, its = phase.timeline.entities[other].geoms, pose_of(phase, other, phase.end)

@@ -13,22 +13,23 @@ from typing import TYPE_CHECKING
 
 from cramlite.plugin import Predicate, hookimpl
 
+from . import fluents
 from . import motion as motion_predicates
 from . import places as place_predicates
 
 if TYPE_CHECKING:
     from cramlite.plugin import Phase, Row
 
-DEFAULT_DOF = 1.0
-"""What a contact constrains if nothing is said: a plane stops motion in one direction."""
-
 
 def all_predicates() -> tuple[Predicate, ...]:
     """Every predicate of this package, for the hook ``predicates``."""
     return (
         *_of_states(),
-        Predicate("effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True, complete=True),
-        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True),
+        Predicate(
+            "effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True, complete=True,
+            static=fluents.is_effector,
+        ),
+        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True, static=fluents.is_a),
         Predicate(
             "has",
             2,
@@ -36,8 +37,11 @@ def all_predicates() -> tuple[Predicate, ...]:
             doc="Thing is of a class, has a part of it, or its own class says it has one.",
             cost=3,
             timeless=True,
+            static=fluents.has,
         ),
-        Predicate("part", 2, part, doc="Thing has part.", cost=3, timeless=True, complete=True),
+        Predicate(
+            "part", 2, part, doc="Thing has part.", cost=3, timeless=True, complete=True, static=fluents.is_part
+        ),
         Predicate(
             "labelled",
             2,
@@ -56,17 +60,27 @@ def _of_states() -> tuple[Predicate, ...]:
     """Relations that change only where a state begins or ends."""
     known = partial(Predicate, steady=True, complete=True)
     return (
-        known("grasps", 2, grasps, doc="Gripper holds thing."),
-        known("supports", 2, supports, doc="Supporter carries supportee."),
-        known("touches", 2, touches, doc="Two things, or their parts, are in contact; symmetric.", cost=2),
-        known("collides", 2, collides, doc="A member of the kinematic chain touches what is not.", cost=2),
-        known("chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that."),
+        known("grasps", 2, grasps, doc="Gripper holds thing.", fluent=fluents.GRASPS),
+        known("supports", 2, supports, doc="Supporter carries supportee.", fluent=fluents.SUPPORTS),
+        known(
+            "touches", 2, touches, doc="Two things, or their parts, are in contact; symmetric.", cost=2,
+            fluent=fluents.TOUCHES,
+        ),
+        known(
+            "collides", 2, collides, doc="A member of the kinematic chain touches what is not.", cost=2,
+            fluent=fluents.COLLIDES,
+        ),
+        known(
+            "chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that.",
+            static=fluents.in_chain,
+        ),
         known(
             "contains",
             2,
             contains,
             doc="Container holds content.",
             possible=lambda timeline: bool(timeline.boundaries("soma:ContainmentState")),
+            fluent=fluents.CONTAINS,
         ),
         known(
             "on_container", 1, on_container, cost=3, doc="A thing touches or rests on a container that is not its own."
@@ -79,6 +93,7 @@ def _of_states() -> tuple[Predicate, ...]:
             steady=True,
             cost=3,
             doc="Degrees of freedom that a thing's contact takes from another.",
+            static=fluents.constrained_dof,
         ),
     )
 
@@ -209,7 +224,7 @@ def _dof(phase: Phase, name: str) -> float:
     if entity is not None and "constrained_dof" in entity.properties:
         return entity.properties["constrained_dof"]
     said = [f for t in phase.timeline.types(name) for f in phase.taxonomy.fillers(t, "cram:constrainedDof")]
-    return max((float(f) for f in said), default=DEFAULT_DOF)
+    return max((float(f) for f in said), default=fluents.DEFAULT_DOF)
 
 
 def _contact_rows(phase: Phase, states: Iterable[object]) -> Iterator[Row]:

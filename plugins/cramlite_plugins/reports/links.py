@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
+
+from cramlite.model import chain
 
 from .decisions import attempts
 from .readings import number_of
@@ -30,14 +32,7 @@ def look_name(number: int) -> str:
 
 def target(designator: str, known: Collection[str]) -> str:
     """The designator itself if it has a place, else the nearest one that it is part of; "" for none."""
-    return next((name for name in wholes(designator) if name in known), "")
-
-
-def wholes(designator: str) -> Iterator[str]:
-    """A designator, and what it is part of: "2.Grasping/approach", "2.Grasping"."""
-    while designator:
-        yield designator
-        designator = designator.rpartition("/")[0]
+    return next((name for name in chain(designator) if name in known), "")
 
 
 def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
@@ -48,7 +43,7 @@ def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
     """
     found: dict[str, list[tuple[int, int]]] = {}
     for number, step in enumerate(steps, 1):
-        for name in wholes(step):
+        for name in chain(step):
             stretches = found.setdefault(name, [])
             if stretches and stretches[-1][1] == number - 1:
                 stretches[-1] = (stretches[-1][0], number)

@@ -1,71 +1,105 @@
-"""Bounds of shapes: corners, half extents, and the lowest point of things."""
+"""How far primitives and things reach, and how much room they take: support, boxes, corners, volume.
+
+The support function of a convex shape says how far it reaches in a direction, max over its points x of x . way
+(Ericson: Real-Time Collision Detection, 2005, section 9.5); boxes around shapes follow from it. Radii and half-lengths
+are those of ``cramlite.model.world.Geom``.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+import math
+from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cramlite.model import Floats, Geom, Pose, Thing, Vector3
 
+from .hull import hull_volume
 
-def extents(geoms: tuple[Geom, ...]) -> Vector3 | None:
-    """Compute the side lengths (3,) of the axis-aligned box around a shape [m], own frame; None without a shape."""
-    if not geoms:
-        return None
-    low, high = zip(*(bounds(g) for g in geoms), strict=True)
-    size = np.max(high, axis=0) - np.min(low, axis=0)
-    return (float(size[0]), float(size[1]), float(size[2]))
+_CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+"""Of the box whose half side lengths are 1."""
 
 
-def bounds(geom: Geom) -> tuple[Floats, Floats]:
-    """Compute the lowest and highest corner (3,) of a primitive [m], in its thing's frame."""
-    if geom.shape == "convex":
-        points = geom.pose.apply(geom.corners)
-        return points.min(axis=0), points.max(axis=0)
-    r = np.abs(geom.pose.rotation)
-    if geom.shape == "box":
-        half = r @ np.asarray(geom.size)
-    elif geom.shape == "sphere":
-        half = np.full(3, geom.size[0])
-    elif geom.shape == "capsule":
-        half = r[:, 2] * geom.size[1] + geom.size[0]
-    else:  # a disc of radius s across axis a reaches s*sqrt(1 - a_i^2) along axis i
-        half = r[:, 2] * geom.size[1] + geom.size[0] * np.sqrt(np.maximum(0.0, 1.0 - r[:, 2] ** 2))
-    position = np.asarray(geom.pose.position)
-    return position - half, position + half
+def support(thing: Thing, pose: Pose, way: ArrayLike) -> float:
+    """Support of a thing at a pose along a unit vector (3,) of the frame of the pose [m], from that frame's origin."""
+    direction = np.asarray(way, dtype=float)
+    return max(_support(geom, pose, direction) for geom in thing.geoms)
 
 
 def lowest(thing: Thing, pose: Pose) -> float:
-    """Compute the height of a thing's lowest point above its origin at an orientation [m]; negative below it.
+    """Height of a thing's lowest point above its own origin [m], turned as in a pose whose parent frame's z is up."""
+    return -support(thing, Pose((0.0, 0.0, 0.0), pose.quaternion), (0.0, 0.0, -1.0))
 
-    The support function of a box along the vertical, sum |r_z,i| h_i; round shapes by the box around them.
+
+def bounds(geom: Geom) -> tuple[Floats, Floats]:
+    """Lowest and highest corner (3,) of the axis-aligned box around a primitive [m], in its thing's frame."""
+    if geom.shape == "convex":
+        points = geom.pose.apply(geom.corners)
+        return points.min(axis=0), points.max(axis=0)
+    half, middle = _reach(geom, geom.pose.rotation), np.asarray(geom.pose.position)
+    return middle - half, middle + half
+
+
+def box_around(geoms: Iterable[Geom]) -> tuple[Floats, Floats]:
+    """Lowest and highest corner (3,) of the axis-aligned box around primitives [m], in their thing's frame.
+
+    Raises:
+        ValueError: there are none.
     """
-    reach = []
-    for geom in thing.geoms:
-        if geom.shape == "convex":
-            reach.append(float(pose.turn(geom.pose.apply(geom.corners))[:, 2].min()))
-            continue
-        down = (Pose((0, 0, 0), pose.quaternion) * geom.pose).rotation[2]
-        centre = float(pose.turn(geom.pose.position)[2])
-        end = geom.size[0] if geom.shape == "sphere" else geom.size[1] + geom.size[0] * (geom.shape == "capsule")
-        half = geom.size if geom.shape == "box" else (geom.size[0], geom.size[0], end)
-        reach.append(centre - float(np.abs(down) @ np.array(half)))
-    return min(reach)
+    low, high = zip(*(bounds(g) for g in geoms), strict=True)
+    return np.min(low, axis=0), np.max(high, axis=0)
 
 
-def corners_of(thing: Thing) -> Any:
-    """Return the corners (N, 3) of the boxes around a thing's geoms, world frame [m]."""
-    import numpy as np
+def extents(geoms: Iterable[Geom]) -> Vector3:
+    """Side lengths of the axis-aligned box around primitives [m], in their thing's frame.
 
-    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-    return np.concatenate([(thing.pose * g.pose).apply(signs * half_extents(g.shape, g.size)) for g in thing.geoms])
+    Raises:
+        ValueError: there are none.
+    """
+    low, high = box_around(geoms)
+    size = high - low
+    return (float(size[0]), float(size[1]), float(size[2]))
 
 
-def half_extents(shape: str, size: tuple[float, ...]) -> tuple[float, float, float]:
-    """Compute the half extents (3,) of the box around a primitive [m]."""
-    if shape in ("box", "convex"):
-        return (size[0], size[1], size[2])
-    if shape == "sphere":
-        return (size[0],) * 3
-    return (size[0], size[0], size[1] + (size[0] if shape == "capsule" else 0.0))
+def corners(thing: Thing, pose: Pose) -> Floats:
+    """Points (n, 3) whose convex hull holds a thing at a pose [m]: corners of hulls and boxes, and of the boxes around
+    round primitives along their own axes."""
+    return np.concatenate([_corners(geom, pose) for geom in thing.geoms])
+
+
+def volume(geom: Geom) -> float:
+    """Volume of a primitive [m3]."""
+    size = geom.size
+    if geom.shape == "convex":
+        return hull_volume(geom.corners)
+    if geom.shape == "box":
+        return 8 * size[0] * size[1] * size[2]
+    ball = 4 / 3 * math.pi * size[0] ** 3
+    if geom.shape == "sphere":
+        return ball
+    return 2 * math.pi * size[0] ** 2 * size[1] + (ball if geom.shape == "capsule" else 0.0)
+
+
+def _support(geom: Geom, pose: Pose, way: Floats) -> float:
+    if geom.shape == "convex":
+        return float((pose.apply(geom.pose.apply(geom.corners)) @ way).max())
+    there = pose * geom.pose
+    return float(np.asarray(there.position) @ way + _reach(geom, there.rotation.T @ way))
+
+
+def _reach(geom: Geom, ways: Floats) -> Floats:
+    """Support (...) of a primitive from its own origin along unit vectors (..., 3) of its own frame [m]; of no hull."""
+    if geom.shape == "box":
+        return np.asarray(np.abs(ways) @ np.asarray(geom.size))
+    if geom.shape == "sphere":
+        return np.full(ways.shape[:-1], geom.size[0])
+    radius, half = geom.size
+    across = 1.0 if geom.shape == "capsule" else np.hypot(ways[..., 0], ways[..., 1])
+    return np.asarray(np.abs(ways[..., 2]) * half + radius * across)
+
+
+def _corners(geom: Geom, pose: Pose) -> Floats:
+    if geom.shape == "convex":
+        return pose.apply(geom.pose.apply(geom.corners))
+    return (pose * geom.pose).apply(_CORNERS * geom.half_extents)

@@ -22,6 +22,8 @@ import numpy as np
 
 from cramlite.model import Floats, Value
 
+from .hull import hull_volume
+
 MOST = 72  # parts of one mesh
 DEPTH = 0.0015  # how far a hull may fill in a hollow [m], and
 BULGE = 0.12  # how much volume it may add to its piece
@@ -60,7 +62,7 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
     box = np.asarray(np.stack([vertices.min(axis=0), vertices.max(axis=0)]))
     pieces += _connected(body)
     hulls = [_corners(p) for p in _refined(pieces, box.mean(axis=0))]
-    return sorted((h for h in hulls if h is not None), key=lambda h: (-_volume(h), h.tolist()))
+    return sorted((h for h in hulls if h is not None), key=lambda h: (-hull_volume(tuple(map(tuple, h.tolist()))), h.tolist()))
 
 
 def solid(vertices: Floats, faces: Any) -> Any:
@@ -206,9 +208,3 @@ def _corners(piece: Any) -> Floats | None:
         return None
     found = np.unique(points[hull.vertices], axis=0)
     return found if hull.volume > 1e-12 and len(found) >= 4 else None
-
-
-def _volume(corners: Floats) -> float:
-    from scipy.spatial import ConvexHull
-
-    return float(ConvexHull(corners).volume)

@@ -26,13 +26,7 @@ def body(geoms: Iterable[Geom]) -> Body:
     """Compute the bounding spheres of geoms, for ray casting."""
     found = tuple(geoms)
     centres = np.array([g.pose.position for g in found]).reshape(-1, 3)
-    return Body(found, centres, np.array([_radius(g) for g in found]) + SKIN)
-
-
-def _radius(geom: Geom) -> float:
-    if geom.shape == "convex":
-        return max(math.hypot(*c) for c in geom.corners)
-    return sum(geom.size) if geom.shape == "capsule" else math.hypot(*geom.size)
+    return Body(found, centres, np.array([g.radius for g in found]) + SKIN)
 
 
 def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:

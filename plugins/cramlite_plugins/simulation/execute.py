@@ -7,13 +7,7 @@ through its own text and its sensors.
 from __future__ import annotations
 
 import math
-import os
-import pickle
-import subprocess
-import sys
-import tempfile
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Protocol
 
 from msgspec.structs import replace
@@ -181,84 +175,3 @@ class _Run:
             return "error", f"line {machine.main_line}: {error}"
         finally:
             machine.close()
-
-
-def execute_file(
-    program: Path, world: Path, *, mount: str = "", seed: int = 0, plugins: Sequence[Path] = (), **options: float
-) -> Rollout:
-    """Run a program in a process of its own, which is given two files and nothing else.
-
-    Args:
-        program: URScript text, or a typed program as JSON.
-        world: JSON of a ``cramlite.model.world.World`` (``msgspec.json.encode``).
-        mount: name of the robot; by default the world's first.
-        plugins: files of further plugins, which may declare robots; installed ones are known.
-        options: ``time_limit``, ``settle`` and ``force_noise`` of ``execute``.
-
-    Raises:
-        UserError: what ``execute`` raises, and files that cannot be read.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder) / "rollout"
-        words = [str(program), str(world), "--out", str(out), "--mount", mount, "--seed", str(seed)]
-        words += [w for plugin in plugins for w in ("--plugin", str(plugin))]
-        words += [w for name, value in options.items() for w in (f"--{name.replace('_', '-')}", str(value))]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-        done = subprocess.run(
-            [sys.executable, "-m", "cramlite_plugins.simulation.execute", *words],
-            env=environment, capture_output=True, text=True, check=False,
-        )  # fmt: skip
-        if not out.exists():
-            raise UserError(done.stderr.strip() or f"the controller process ended with {done.returncode}")
-        rollout: Rollout = pickle.loads(out.read_bytes())
-        return rollout
-
-
-def main(arguments: list[str] | None = None) -> int:
-    """``python -m cramlite_plugins.simulation.execute PROGRAM WORLD.json``: run, and print how it ended."""
-    import argparse
-
-    parser = argparse.ArgumentParser(prog="cramlite_plugins.simulation.execute", description=main.__doc__)
-    parser.add_argument("program", type=Path)
-    parser.add_argument("world", type=Path)
-    parser.add_argument("--mount", default="")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--plugin", type=Path, action="append", default=[], dest="plugins")
-    for name, default in (("time-limit", 120.0), ("settle", 1.0), ("force-noise", 0.0)):
-        parser.add_argument(f"--{name}", type=float, default=default)
-    parser.add_argument("--out", type=Path, help="write the rollout here (pickle)")
-    options = vars(parser.parse_args(arguments))
-    out, program, world = options.pop("out"), options.pop("program"), options.pop("world")
-    try:
-        rollout = _execute_paths(program, world, **options)
-    except UserError as error:
-        print(error, file=sys.stderr)
-        return error.exit_code
-    if out:
-        out.write_bytes(pickle.dumps(rollout))
-    for message in rollout.messages:
-        print(f"{message.time:8.3f} s  {message.text}")
-    print(f"{rollout.outcome}{': ' + rollout.reason if rollout.reason else ''}")
-    return 0 if rollout.outcome == "finished" else 1
-
-
-def _execute_paths(program: Path, world: Path, *, mount: str, plugins: Sequence[Path], **options: float) -> Rollout:
-    from msgspec import DecodeError, json
-
-    from cramlite.plugin.catalogue import Knowledge
-    from cramlite.plugin.registry import Registry
-
-    try:
-        scene = json.decode(world.read_bytes(), type=World)
-        text = program.read_text()
-    except DecodeError as error:
-        raise UserError(f"{world}: not a world: {error}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"cannot read a file: {error}") from None
-    name = mount or (scene.robots[0].name if scene.robots else "")
-    robots = Knowledge(Registry(tuple(plugins))).robots
-    return execute(text, scene, robots, mount=name, **options)  # type: ignore[arg-type]
-
-
-if __name__ == "__main__":
-    raise SystemExit(main())

@@ -24,7 +24,7 @@ class ExtractHoleFromPeg(TaskType):
         if belief.held is None or belief.held.thing != locatum.entity:
             holds = belief.held.thing if belief.held else "nothing"
             raise Unresolvable(f"'{locatum.entity}' must be held to be pulled off; the gripper holds {holds}")
-        hanger, peg = belief.relates("hangs_on", belief.held.thing), (relatum.entity or "").split("/")[0]
+        hanger, peg = belief.relates("hangs_on", belief.held.thing), relatum.thing
         if hanger and hanger != peg:
             because = tuple(n for n in (locatum.name, relatum.name, relatum.part_of) if n)
             raise Unresolvable(f"'{locatum.entity}' hangs on '{hanger}', not on '{peg}'", because)

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion, attempts, sequence
+from cramlite.model import Action, Belief, Location, Motion, attempts, inside, sequence
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 TIP, DEEP, DOWN = 0, 2, 3  # corners of the place "insert": at the tip, past its bend, on the peg, let down
@@ -49,7 +49,7 @@ class InsertHoleOntoPeg(TaskType):
             }
             return Motion(action.inside(name), kind, way, {**own, **more}, peg, reason)
 
-        known, advance = belief.poses.get((relatum.entity or "").split("/")[0]), self.parameter(action, "advance_m")
+        known, advance = belief.poses.get(relatum.thing), self.parameter(action, "advance_m")
         beyond = max(self.parameter(action, "beyond_m"), SIGMAS * known.sigma + ROUND if known else 0.0)
         touch = felt("touch", "until_contact", "to the tip", "touch", corner=TIP, beyond_m=beyond, expect="any")
         search = felt("search", "spiral_search", "for the tip with the hole", "search", corner=TIP, advance_m=advance)
@@ -64,7 +64,7 @@ class InsertHoleOntoPeg(TaskType):
         yield Decomposition(steps, "touch the tip, search for it, push along the peg, let down")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        relatum = (action.roles["Relatum"].entity or "").split("/")[0]
+        relatum = action.roles["Relatum"].thing
         return belief.related(("hangs_on", action.roles["Locatum"].entity or "", relatum))
 
     def begins_at(self, action: Action) -> Location:
@@ -76,7 +76,7 @@ def _threading(action: Action, times: int, *parts: Motion) -> Action:
     """The parts, and the same again from where they began while the run fails: a rim that seemed to hold the tip did not."""
     once = sequence(action.inside("thread"), *parts)
     again = [
-        sequence(f"{once.name}/attempt_{k}", *[replace(p, name=f"{p.name}/attempt_{k}") for p in parts])
+        sequence(inside(once.name, f"attempt_{k}"), *[replace(p, name=inside(p.name, f"attempt_{k}")) for p in parts])
         for k in range(2, times + 1)
     ]
     return attempts(action.inside("attempts"), once, *again) if again else once

@@ -12,6 +12,7 @@ class LookingFor(TaskType):
     task = "soma:LookingFor"
     aliases = ("LookFor", "Searching", "Detect")
     roles = (Role("Patient", required=False),)
+    looks = True
     summary = "bring the camera to where something would be seen"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:

@@ -20,7 +20,7 @@ class PickingUp(TaskType):
             raise Unresolvable.because_of_earlier_tasks("the object must be grasped before it is picked up")
         if peg := belief.relates("hangs_on", belief.held.thing):
             locatum = action.roles.get("Locatum")
-            meant = locatum is not None and (locatum.entity or "").split("/")[0] == belief.held.thing
+            meant = locatum is not None and locatum.thing == belief.held.thing
             reason = f"'{belief.held.thing}' hangs on '{peg}', which constrains more than one degree of freedom"
             if locatum is not None and meant:
                 raise Unresolvable.because_of_earlier_tasks(reason, (locatum.name,))

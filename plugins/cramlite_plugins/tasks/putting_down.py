@@ -34,8 +34,8 @@ class PuttingDown(TaskType):
         yield Decomposition(steps, "guarded motion down to the surface")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""
-        return belief.unrelated("on", locatum).related(("on", locatum, relatum.split("/")[0]))
+        locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].thing
+        return belief.unrelated("on", locatum).related(("on", locatum, relatum))
 
     def begins_at(self, action: Action) -> Location:
         return spot("on", action)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Held, Location, Motion
+from cramlite.model import Action, Belief, Held, Location, Motion, thing_of
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
 from ..task_kit.preconditions import near, what_is_held
@@ -39,8 +39,8 @@ def _rests(action: Action, held: Held, belief: Belief) -> bool:
     relatum = action.roles.get("Relatum")
     if relatum is None or relatum.entity is None:
         return True
-    there = relatum.entity.split("/")[0]
-    if any((belief.relates(p, held.thing) or "").split("/")[0] == there for p in ("on", "hangs_on", "in")):
+    there = relatum.thing
+    if any(thing_of(belief.relates(p, held.thing) or "") == there for p in ("on", "hangs_on", "in")):
         return True
     if belief.feature(there, "vrps:Peg"):
         about = tuple(o.name for o in action.roles.values())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Belief, Location, Motion
+from cramlite.model import Action, Belief, Location, Motion, thing_of
 from cramlite.plugin import Decomposition, Role, TaskType, Unresolvable, hookimpl
 
 from ..task_kit.preconditions import at_or_near, what_is_held
@@ -21,7 +21,7 @@ class Transporting(TaskType):
         held = what_is_held(belief, "carried")
         there = action.roles.get("Destination")
         if hanger := belief.relates("hangs_on", held.thing):
-            if there is None or hanger.split("/")[0] != (there.entity or "").split("/")[0]:
+            if there is None or thing_of(hanger) != there.thing:
                 about = tuple(o.name for o in action.roles.values())
                 reason = f"'{held.thing}' hangs on '{hanger}' and must be pulled off first"
                 raise Unresolvable.because_of_earlier_tasks(reason, about)

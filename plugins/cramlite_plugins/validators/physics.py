@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from cramlite.model import Rollout, Value
+from cramlite.model import Rollout, Value, thing_of
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 SLIP = 0.012  # a held thing may settle this far between the pads [m]: half the pad width of a 2F-85
@@ -62,7 +62,7 @@ def _bumps(candidate: Candidate) -> Iterator[tuple[float, int, str, str]]:
     """(force, sample, one, other) of touches that no role explains."""
     rollout = candidate.rollout
     assert rollout is not None
-    allowed = {a.name: {_whole(o.entity or "") for o in a.roles.values()} for a in candidate.actions}
+    allowed = {a.name: {o.thing for o in a.roles.values()} for a in candidate.actions}
     meant: set[str] = set().union(*allowed.values()) if allowed else set()
     for k, touches in enumerate(rollout.touches):
         for touch in touches:
@@ -71,16 +71,12 @@ def _bumps(candidate: Candidate) -> Iterator[tuple[float, int, str, str]]:
 
 
 def _explained(a: str, b: str, meant: set[str], robot: str) -> bool:
-    one, other = _whole(a), _whole(b)
+    one, other = thing_of(a), thing_of(b)
     if robot in (one, other):
         return False
     if "effector" in (one, other):
         return (other if one == "effector" else one) in meant | {"effector"}
     return one in meant or other in meant or not {one, other} & meant
-
-
-def _whole(name: str) -> str:
-    return name.split("/")[0]
 
 
 class ForcePeak(Value):
@@ -137,7 +133,7 @@ def _pressed(touches: Iterable[object]) -> str:
         a, b = touch.a, touch.b  # type: ignore[attr-defined]
         for pad, other in ((a, b), (b, a)):
             if pad in sides:
-                sides[pad].add(_whole(other))
+                sides[pad].add(thing_of(other))
     both = (sides["effector/left"] & sides["effector/right"]) - {"effector"}
     return min(both, default="")
 

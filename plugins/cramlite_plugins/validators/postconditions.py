@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cramlite.model import Action, Pose, Relation, Rollout, Thing, Value, Vector3
+from cramlite.model import Action, EntityName, Pose, Relation, Rollout, Thing, Value, Vector3, thing_of
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .held_times import MOMENT, Span, held_times, said_times, said_values
@@ -44,7 +44,7 @@ class EndState(Value):
         for relation in sorted(candidate.belief.relations):
             predicate, subject, place = relation
             if predicate in tests and subject in roles:
-                whole = rollout.world.thing(place.split("/")[0])  # where it really is, not where it was believed
+                whole = rollout.world.thing(thing_of(place))  # where it really is, not where it was believed
                 wrong = tests[predicate](rollout, subject, whole) or _unsettled(
                     rollout, subject, hanging=predicate == "hangs_on"
                 )
@@ -78,7 +78,7 @@ def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
     """Empty when the thing touches what should carry it."""
-    pairs = [{t.a.split("/")[0], t.b.split("/")[0]} for t in rollout.touches[-1]]
+    pairs = [{thing_of(t.a), thing_of(t.b)} for t in rollout.touches[-1]]
     return "" if {thing, support.name} in pairs else f"'{thing}' does not touch '{support.name}' at the end"
 
 
@@ -93,13 +93,13 @@ def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
 
 
 def _of(hole: str, peg: str) -> tuple[str, str]:
-    return hole.split("/")[0], peg.split("/")[0]
+    return thing_of(hole), thing_of(peg)
 
 
 def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
     """Empty when a thing is let go and at rest; of one that hangs, the hole must be at rest, and the rest may swing."""
     held = any(
-        "effector" in (t.a + t.b) and thing in (t.a.split("/")[0], t.b.split("/")[0]) for t in rollout.touches[-1]
+        "effector" in (t.a + t.b) and thing in (thing_of(t.a), thing_of(t.b)) for t in rollout.touches[-1]
     )
     if held:
         return f"the gripper still touches '{thing}' at the end"
@@ -254,9 +254,9 @@ def _binds(clause: Clause) -> bool:
 def _felt(entity: str, phases: Mapping[PhaseName, Phase]) -> str:
     """The entity that contacts name: a feature without a shape of its own, a table's top say, is felt as its thing."""
     known = phases["post"].timeline.entities
-    thing, _, part = entity.partition("/")
-    own = not part or thing not in known or any(g.part == part for g in known[thing].geoms)
-    return entity if own else thing
+    name = EntityName.parse(entity)
+    own = not name.part or name.thing not in known or any(g.part == name.part for g in known[name.thing].geoms)
+    return entity if own else name.thing
 
 
 def _span(candidate: Candidate, task: str) -> tuple[float, float] | None:

@@ -18,7 +18,7 @@ class Recognised(Value):
         assert candidate.rollout is not None
         real = {t.name: t for t in candidate.rollout.world.things}
         believed = {t.name: t for t in candidate.world.things}
-        named = {(o.entity or "").split("/")[0]: a.name for a in candidate.actions for o in a.roles.values()}
+        named = {o.thing: a.name for a in candidate.actions for o in a.roles.values()}
         for name, origin in sorted(named.items()):
             if name not in believed or (name in real and real[name].type == believed[name].type):
                 continue

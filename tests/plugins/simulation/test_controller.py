@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import math
 import re
-from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 from short_programs import CLOSED, FINGERTIP, GUARDED, WORLD, down, go, run, script, text
 from standard import ROBOTS
 
-from cramlite.model import MoveJoints, MoveLinear, Rollout, Wait
+from cramlite.model import MoveJoints, MoveLinear, Rollout
 from cramlite.plugin import UserError
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.simulation.execute import execute, execute_file
+from cramlite_plugins.simulation.execute import execute
 from cramlite_plugins.simulation.urscript.interpreter import Limits
 
 # Motion
@@ -163,19 +159,6 @@ def test_the_same_seed_gives_the_same_run() -> None:
     assert np.array_equal(runs[0].joints, runs[1].joints)
     assert runs[0].messages == runs[1].messages
     assert not np.array_equal(runs[0].wrench, runs[2].wrench)
-
-
-def test_a_process_that_is_given_two_files(tmp_path: Path) -> None:
-    program, world = tmp_path / "program.script", tmp_path / "world.json"
-    program.write_text(text(Wait(duration=0.1)))
-    world.write_bytes(msgspec.json.encode(WORLD))
-    rollout = execute_file(program, world, settle=0.0)
-    assert rollout.outcome == "finished"
-    assert rollout.world == WORLD
-    assert math.isclose(rollout.times[1], 0.02)
-    world.write_text(json.dumps({"things": 3}))
-    with pytest.raises(UserError, match="not a world"):
-        execute_file(program, world)
 
 
 def test_a_world_without_the_robot_is_refused() -> None:

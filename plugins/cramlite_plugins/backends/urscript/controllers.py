@@ -67,7 +67,7 @@ def controller_of(robot: Robot) -> tuple[str, str]:
 
 
 def check_arm(program: Program, robot: Robot, language: str) -> None:
-    """Check that the program is for this arm, and that the arm is one of Universal Robots, whose axes are zero where typed programs count zero.
+    """Check that the program is for this arm, and that its axes are zero where typed programs count zero, as those of Universal Robots.
 
     Raises:
         UserError: it is not.

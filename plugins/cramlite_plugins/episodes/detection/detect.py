@@ -27,7 +27,7 @@ from collections import defaultdict
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Episode, Event, Floats, Rollout, Track
+from cramlite.model import Episode, Event, Floats, Rollout, Track, thing_of
 
 from ...shapes.contents import where
 from .entities import (
@@ -44,7 +44,7 @@ from .grasped import grasps
 from .signals import Flags, hold, spans
 from .supported import carried, supports
 from .threaded import held_on, threaded
-from .touches import CONTACT, Pair, entity_of, state, touching_pairs, whole
+from .touches import CONTACT, Pair, entity_of, state, touching_pairs
 
 #: Boundaries nearer to each other than this are one [s]: a closing hand's pads touch and grip within it.
 SNAP = 0.05
@@ -109,7 +109,7 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
     forces: dict[tuple[str, str], Floats] = {}
     hands = effectors(rollout)
     for (a, b), pair in pairs.items():
-        first, second = sorted(whole(v) if whole(v) in hands else v for v in (a, b))
+        first, second = sorted(thing_of(v) if thing_of(v) in hands else v for v in (a, b))
         if a <= b and first != second:
             forces[first, second] = forces.get((first, second), 0.0) + pair.force
     through = {tuple(sorted((hole, peg))): flags for hole, peg, flags in threaded(rollout)}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from msgspec.structs import replace
 
-from cramlite.model import Entity, Feature, Pose, Rollout, Thing
+from cramlite.model import Entity, EntityName, Feature, Geom, Pose, Rollout, Thing, Vector3
 
 from ...shapes.bounds import extents
 
@@ -21,7 +21,7 @@ def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
     if not any(CONSTRAINED_DOF.get(f.type, 0.0) > 1.0 for f in thing.features):
         properties["constrained_dof"] = 1.0
     whole = Entity(
-        thing.name, (thing.type,), None, _initial(thing, rollout), extents(thing.geoms), thing.geoms, properties
+        thing.name, (thing.type,), None, _initial(thing, rollout), _size(thing.geoms), thing.geoms, properties
     )
     features = tuple(_feature(thing, f) for f in thing.features)
     parts = sorted({g.part for g in thing.geoms if g.part} - {f.name for f in thing.features})
@@ -30,7 +30,7 @@ def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
 
 def effectors(rollout: Rollout) -> tuple[str, ...]:
     """The hand or gripper that acts, and what else has finger tips: a person's other hand."""
-    tipped = {n.removesuffix("/left") for n in rollout.poses if n.endswith("/left")}
+    tipped = {n.thing for n in map(EntityName.parse, rollout.poses) if n.part == "left"}
     return (rollout.effector, *sorted(tipped - {"effector", rollout.effector}))
 
 
@@ -41,8 +41,8 @@ def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
     found = []
     for name in effectors(rollout):
         frame = "effector" if name == rollout.effector else name
-        tips = [f for f in ("left", "right") if f"{frame}/{f}" in rollout.poses]
-        found += [Entity(name, types), *(Entity(f"{name}/{tip}", ("soma:Finger",), part_of=name) for tip in tips)]
+        tips = [f for f in ("left", "right") if str(EntityName(frame, f)) in rollout.poses]
+        found += [Entity(name, types), *(Entity(str(EntityName(name, tip)), ("soma:Finger",), part_of=name) for tip in tips)]
     return tuple(found)
 
 
@@ -64,9 +64,13 @@ def contents_of(thing: str) -> str:
 
 def platform_entities(rollout: Rollout) -> tuple[Entity, ...]:
     """What the robot drives on, if it does."""
-    name = f"{rollout.effector}/base"
+    name = str(EntityName(rollout.effector, "base"))
     known = name in rollout.poses
     return (Entity(name, ("cram:MobileBase",), rollout.effector, None, rollout.sizes.get(name)),) if known else ()
+
+
+def _size(geoms: tuple[Geom, ...]) -> Vector3 | None:
+    return extents(geoms) if geoms else None
 
 
 def _initial(thing: Thing, rollout: Rollout) -> Pose | None:
@@ -83,5 +87,5 @@ def _feature(thing: Thing, feature: Feature) -> Entity:
     if feature.type in CONSTRAINED_DOF:
         properties["constrained_dof"] = CONSTRAINED_DOF[feature.type]
     return Entity(
-        f"{thing.name}/{feature.name}", (feature.type,), thing.name, feature.pose, extents(geoms), geoms, properties
+        str(EntityName(thing.name, feature.name)), (feature.type,), thing.name, feature.pose, _size(geoms), geoms, properties
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cramlite.model import Event, Floats, Rollout
+from cramlite.model import EntityName, Event, Floats, Rollout, thing_of
 
 from .entities import effectors
 from .signals import (
@@ -22,7 +22,7 @@ from .signals import (
     speed,
     step,
 )
-from .touches import GRAVITY, Pair, state, whole
+from .touches import GRAVITY, Pair, state
 
 #: Each pad's normal force to start and to keep a grip [N]; below 0.3 N friction 0.9 holds no 50 g.
 GRIP = (0.6, 0.2)
@@ -45,7 +45,7 @@ def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], Pair]) 
     found = []
     frame = "effector" if hand == rollout.effector else hand
     for thing in rollout.world.things:
-        pads = [_pressing(pairs, f"{hand}/{side}", thing.name) for side in ("left", "right")]
+        pads = [_pressing(pairs, str(EntityName(hand, side)), thing.name) for side in ("left", "right")]
         if thing.mass is None or any(p is None for p in pads):
             continue
         lift = pads[0].lift + pads[1].lift  # type: ignore[union-attr]
@@ -66,7 +66,7 @@ def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], Pair]) 
 
 def _pressing(pairs: dict[tuple[str, str], Pair], pad: str, thing: str) -> Pair | None:
     """What a pad exerts on a thing and all its parts."""
-    mine = [p for (a, b), p in pairs.items() if a == pad and whole(b) == thing]
+    mine = [p for (a, b), p in pairs.items() if a == pad and thing_of(b) == thing]
     return Pair(sum(p.force for p in mine), sum(p.lift for p in mine)) if mine else None  # type: ignore[arg-type]
 
 
@@ -84,7 +84,7 @@ def _friction_seen(rollout: Rollout, thing: str, frame: str, span: slice, carrie
     steady = smooth(carried[span], rollout.times[span], GAP)
     if len(steady) * dt >= SHORT and float(np.max(steady)) > CARRY:
         return True
-    closing = rollout.poses[f"{frame}/left"][span, :3] - rollout.poses[f"{frame}/right"][span, :3]
+    closing = np.subtract(*(rollout.poses[str(EntityName(frame, side))][span, :3] for side in ("left", "right")))
     closing = closing.mean(axis=0) / max(float(np.linalg.norm(closing.mean(axis=0))), 1e-9)
     travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]
     across = travel - np.outer(travel @ closing, closing)

@@ -13,7 +13,7 @@ import numpy as np
 
 from cramlite.model import Entity, Episode, Floats, Value
 
-from ...shapes.bounds import bounds
+from ...shapes.bounds import box_around
 
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -57,8 +57,7 @@ def box_of(episode: Episode, entity: Entity, time: float) -> OrientedBox | None:
     if pose is None or (entity.size is None and not entity.geoms):
         return None
     if entity.geoms:
-        low, high = (np.array(c) for c in zip(*(bounds(g) for g in entity.geoms), strict=True))
-        low, high = low.min(axis=0), high.max(axis=0)
+        low, high = box_around(entity.geoms)
     else:
         high = np.array(entity.size) / 2
         low = -high

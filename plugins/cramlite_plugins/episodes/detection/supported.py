@@ -6,11 +6,11 @@ from collections import defaultdict
 
 import numpy as np
 
-from cramlite.model import Event, Floats, Rollout
+from cramlite.model import Event, Floats, Rollout, thing_of
 
 from .entities import effectors
 from .signals import GAP, Flags, closed, hold, runs, smooth, spans
-from .touches import CONTACT, GRAVITY, Pair, state, whole
+from .touches import CONTACT, GRAVITY, Pair, state
 
 #: Share of the supportee's weight that the supporter must carry to start and to keep a support.
 SUPPORT = (0.3, 0.1)
@@ -29,8 +29,8 @@ def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[
     """
     wholes: dict[tuple[str, str], list[Pair]] = defaultdict(list)
     for (a, b), pair in pairs.items():
-        if not {whole(a), whole(b)} & {*effectors(rollout)}:
-            wholes[a, whole(b)].append(pair)
+        if not {thing_of(a), thing_of(b)} & {*effectors(rollout)}:
+            wholes[a, thing_of(b)].append(pair)
     found = {}
     for (a, b), parts in wholes.items():
         weight = GRAVITY * (rollout.world.thing(b).mass or 0.0)
@@ -38,7 +38,7 @@ def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[
             lift = smooth(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
             touching = closed(hold(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
             on = touching & hold(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
-            found[a, b] = _until_moved(on, rollout.poses[b][:, :3] - rollout.poses[whole(a)][:, :3], rollout.times)
+            found[a, b] = _until_moved(on, rollout.poses[b][:, :3] - rollout.poses[thing_of(a)][:, :3], rollout.times)
     return found
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from cramlite.model import Feature, Floats, Pose, Rollout, Thing
+from cramlite.model import EntityName, Feature, Floats, Pose, Rollout, Thing
 
 Flags = NDArray[np.bool_]
 
@@ -23,7 +23,7 @@ def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
                     if "diameter" not in hole.size or "length" not in peg.size:
                         continue  # of unknown size: contacts alone tell
                     flags = _passes(rollout, owner, hole, _polyline(other, peg))
-                    yield f"{owner.name}/{hole.name}", f"{other.name}/{peg.name}", flags
+                    yield str(EntityName(owner.name, hole.name)), str(EntityName(other.name, peg.name)), flags
 
 
 def _polyline(hanger: Thing, peg: Feature) -> Floats:

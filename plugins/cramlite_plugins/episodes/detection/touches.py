@@ -6,7 +6,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from cramlite.model import Event, Floats, Rollout, Value
+from cramlite.model import EntityName, Event, Floats, Rollout, Value, thing_of
 
 #: A contact starts above the first and ends below the second normal force [N]; 0.1 kg weighs 1 N.
 CONTACT = (0.05, 1e-6)
@@ -35,16 +35,13 @@ def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], P
 
 def _finest(touched: str, known: set[str]) -> str:
     """The part, if it is one of the entities, else the thing."""
-    return touched if touched in known else touched.split("/")[0]
-
-
-def whole(entity: str) -> str:
-    return entity.split("/")[0]
+    return touched if touched in known else thing_of(touched)
 
 
 def entity_of(touched: str, rollout: Rollout) -> str:
     """Rollouts call the effector "effector", episodes by its name."""
-    return rollout.effector + touched[8:] if touched.split("/")[0] == "effector" else touched
+    name = EntityName.parse(touched)
+    return str(EntityName(rollout.effector, name.part)) if name.thing == "effector" else touched
 
 
 def state(type_: str, span: tuple[float, float], roles: dict[str, str]) -> Event:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Entity, Episode, Event, Repair, Track
+from cramlite.model import Entity, Episode, Event, Repair, Track, thing_of
 
 from ..detection.from_motion import infer
 from ..tracks import world_tracks
@@ -85,5 +85,5 @@ def _guess_effector(events: tuple[Event, ...], tracks: dict[str, Track]) -> str 
     acting = [r for e in events for k, r in e.roles.items() if k in ("gripper", "performer")]
     if acting:
         return max(sorted(set(acting)), key=acting.count)
-    hands = [n for n in tracks if _EFFECTOR.search(n) and "/" not in n]
+    hands = [n for n in tracks if _EFFECTOR.search(n) and thing_of(n) == n]
     return max(hands, key=lambda n: len(tracks[n].times), default=None)

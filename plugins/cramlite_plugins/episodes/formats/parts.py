@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec import Struct, field
 
-from cramlite.model import Entity, Event, Floats, Repair
+from cramlite.model import Entity, EntityName, Event, Floats, Repair
 from cramlite.plugin import UserError
 
 from ..tracks import Rows
@@ -126,8 +126,8 @@ def _add_world_state(file: Path, parts: Parts) -> None:
     parts.found = parts.foreign = True
     for hand in hands:
         parts.entities.setdefault(hand, Entity(hand, ("soma:Hand",)))
-        tips = (n for n in rows if n.startswith(f"{hand}/"))
-        parts.entities |= {n: Entity(n, ("soma:Finger",), part_of=hand) for n in tips if n not in parts.entities}
+        tips = {str(EntityName(hand, tip)) for tip in robcog.TIPS.values()} - {*parts.entities}
+        parts.entities |= {n: Entity(n, ("soma:Finger",), part_of=hand) for n in rows if n in tips}
 
 
 def _read_extras(file: Path, parts: Parts) -> None:

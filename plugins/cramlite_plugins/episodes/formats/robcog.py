@@ -16,7 +16,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from cramlite.model import Entity, Event, Pose, Repair, Vector3
+from cramlite.model import Entity, EntityName, Event, Pose, Repair, Vector3
 from cramlite.plugin import UserError
 
 from ..tracks import Rows
@@ -242,7 +242,7 @@ def _frame(document: dict[str, Any], hands: dict[str, None]) -> Iterator[tuple[s
         yield name, _seven(hand)
         for bone in hand.get("bones", ()):
             if bone["idx"] in TIPS:
-                yield f"{name}/{TIPS[bone['idx']]}", _seven(bone)
+                yield str(EntityName(name, TIPS[bone["idx"]])), _seven(bone)
 
 
 def _seven(record: dict[str, Any]) -> list[float]:

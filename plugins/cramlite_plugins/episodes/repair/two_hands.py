@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Episode, Event, Floats, Repair, Track, Value
+from cramlite.model import EntityName, Episode, Event, Floats, Repair, Track, Value, thing_of
 
 from .dropouts import signature
 
@@ -102,9 +102,8 @@ class _Acting:
     def called(self, entity: str, time: float) -> str:
         """What a hand, or a part of one, is called at a time: the one that acts has the effector's name, and the
         effector, where it does not act, the name of the one that does."""
-        hand, slash, part = entity.partition("/")
-        mine = self.at(time)
-        return {mine: self.name, self.name: mine}.get(hand, hand) + slash + part
+        name, mine = EntityName.parse(entity), self.at(time)
+        return str(replace(name, thing={mine: self.name, self.name: mine}.get(name.thing, name.thing)))
 
     def pieces(self, event: Event) -> Iterator[Event]:
         """A state, cut where another hand begins to act, with the names of then."""
@@ -115,7 +114,7 @@ class _Acting:
 
     def is_passing(self, event: Event) -> bool:
         """Whether a state is what the hand that does not act does to the thing while it is passed on."""
-        who = {f.partition("/")[0] for f in event.roles.values()}
+        who = {thing_of(f) for f in event.roles.values()}
         hands = who & self.hands
         return bool(hands) and self.name not in hands and any(
             h.thing in who and h.given.start < event.end and event.start < h.taken.end for h in self.chain
@@ -149,7 +148,7 @@ def _renamed(events: Sequence[Event]) -> list[Event]:
 
 def _tracks(episode: Episode, acting: _Acting) -> Iterator[tuple[str, Track]]:
     """The tracks of hands and finger tips by the names of then."""
-    frames = [n for n in episode.tracks if n.partition("/")[0] in acting.hands]
+    frames = [n for n in episode.tracks if thing_of(n) in acting.hands]
     begin, end = episode.span
     bounds = [begin, *acting.times, float(np.nextafter(end, np.inf))]
     for name in frames:
@@ -175,7 +174,7 @@ def _extras(episode: Episode, tracks: dict[str, Track], acting: _Acting) -> dict
     held, as wide as it was: fingers that take over do not open or close."""
     extras = {k: v for k, v in episode.extras.items() if k not in ("opening", "wrench")}
     times = extras.get("times")
-    tips = [tracks[n] for n in tracks if n.startswith(f"{acting.name}/")][:2]
+    tips = [tracks[n] for n in tracks if thing_of(n) == acting.name != n][:2]
     if times is None or len(tips) < 2:
         return extras
     left, right = (t.poses[np.maximum(np.searchsorted(t.times, times, side="right") - 1, 0), :3] for t in tips)

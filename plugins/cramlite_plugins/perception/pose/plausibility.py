@@ -82,14 +82,12 @@ def _hanging(fit: Fit, model: Thing, hanger: Thing, limits: Mapping[str, float])
 
 
 def _standing(fit: Fit, model: Thing, support: Thing, limits: Mapping[str, float]) -> tuple[float, str]:
-    from msgspec.structs import replace
-
-    from ...shapes.bounds import corners_of
+    from ...shapes.bounds import lowest
 
     top = next((support.pose * f.pose for f in support.features if f.type == "vrps:SurfaceFeature"), None)
     if top is None:
         return 1.0, ""
-    low = float(corners_of(replace(model, pose=fit.pose))[:, 2].min()) - top.position[2]
+    low = fit.pose.position[2] + lowest(model, fit.pose) - top.position[2]
     if abs(low) > limits["stand_m"]:
         return limits["impossible"], f"its lowest point would be {1000 * low:+.0f} mm from '{support.name}'"
     return 1.0, f"it stands on '{support.name}'"

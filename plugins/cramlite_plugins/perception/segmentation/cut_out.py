@@ -8,8 +8,6 @@ from typing import Any
 from cramlite.model import Thing
 from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
-from ...shapes.bounds import corners_of
-
 
 def region(inputs: Inputs) -> Mapping[str, Any]:
     """A box around the fixtures that the query names as a place, wide enough for what is there."""
@@ -17,6 +15,7 @@ def region(inputs: Inputs) -> Mapping[str, Any]:
 
     from cramlite.plugin import RELATIONS
 
+    from ...shapes.bounds import corners
     from ..values import Box
 
     places = [str(c.value) for c in inputs["query"].conditions if c.key in RELATIONS]
@@ -24,10 +23,10 @@ def region(inputs: Inputs) -> Mapping[str, Any]:
     named = [t for t in inputs["fixtures"] if any(_is(t, p, taxonomy) for p in places)]
     if not named:
         raise Unresolvable("the query names no place whose pose is known")
-    corners = np.concatenate([corners_of(t) for t in named])
+    points = np.concatenate([corners(t, t.pose) for t in named])
     beside, over = inputs.parameters["beside_m"], inputs.parameters["over_m"]
     margin = np.array([beside, beside, over])
-    low, high = corners.min(axis=0) - margin, corners.max(axis=0) + margin
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     return {"region": Box(tuple(low.tolist()), tuple(high.tolist()))}
 
 

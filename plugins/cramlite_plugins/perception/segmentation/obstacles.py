@@ -96,10 +96,10 @@ def _let_down(points: Floats, known: Sequence[Thing], limits: Mapping[str, float
 
 def _above(points: Floats, thing: Thing) -> bool:
     """Whether the middle of some points is over the box around a thing."""
-    from ...shapes.bounds import corners_of
+    from ...shapes.bounds import corners
 
-    corners, middle = corners_of(thing), points.mean(axis=0)
-    return bool((corners[:, :2].min(axis=0) <= middle[:2]).all() and (middle[:2] <= corners[:, :2].max(axis=0)).all())
+    edges, middle = corners(thing, thing.pose)[:, :2], points.mean(axis=0)[:2]
+    return bool((edges.min(axis=0) <= middle).all() and (middle <= edges.max(axis=0)).all())
 
 
 def _parts(points: Floats, known: Floats, limits: Mapping[str, float]) -> Iterator[Floats]:

@@ -8,7 +8,6 @@ exactly: no robot touches anything.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -18,7 +17,7 @@ from msgspec.structs import replace
 from cramlite.model import Geom, Inertia, Joint, Physics, Pose, Robot, RobotMount, Thing, Value, World
 from cramlite.plugin import UserError, nearest
 
-from ...shapes.hull import hull_volume
+from ...shapes.bounds import volume
 from .hand_model import HANDS
 from .index import Model
 
@@ -156,9 +155,9 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) 
     if thing.inertia is not None and thing.movable:
         _set_inertia(body, thing.mass or 0.0, thing.inertia)
     geoms = [part for i, g in enumerate(thing.geoms) for part in _solid(i, g, planning)]
-    volume = sum(_volume(g) for _, g in geoms)
+    whole = sum(volume(g) for _, g in geoms)
     for key, geom in geoms:
-        _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * _volume(geom) / volume, mask)
+        _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * volume(geom) / whole, mask)
 
 
 def _add_joint(spec: Any, body: Any, name: str, joint: Joint) -> None:
@@ -205,19 +204,6 @@ def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
         for c, z in (("a", half), ("b", -half))
     ]
     return [(str(index), replace(geom, shape="cylinder")), *ends]
-
-
-def _volume(geom: Geom) -> float:
-    """In units of which only the ratio matters, but right for each shape."""
-    size = geom.size
-    if geom.shape == "convex":
-        return hull_volume(geom.corners)
-    if geom.shape == "box":
-        return 8 * size[0] * size[1] * size[2]
-    ball = 4 / 3 * math.pi * size[0] ** 3
-    if geom.shape == "sphere":
-        return ball
-    return 2 * math.pi * size[0] ** 2 * size[1] + (ball if geom.shape == "capsule" else 0.0)
 
 
 def _add_geom(

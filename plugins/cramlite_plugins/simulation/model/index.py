@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cramlite.model import Pose, Robot, Value
+from cramlite.model import EntityName, Pose, Robot, Value
 
 Model = Any  # mujoco.MjModel; MuJoCo's bindings have no complete types
 Data = Any  # mujoco.MjData
@@ -28,11 +28,8 @@ class Owner(Value):
 
     @property
     def touch(self) -> str:
-        """Return the name in ``cramlite.model.rollout.Touch``:
-        "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
-        if self.kind == "effector":
-            return f"effector/{self.part}"
-        return f"{self.name}/{self.part}" if self.part else self.name
+        """Return the name in ``cramlite.model.rollout.Touch``: "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
+        return str(EntityName("effector" if self.kind == "effector" else self.name, self.part))
 
 
 class ThingIndex(Value):

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Pose, Rollout, Value, World
+from cramlite.model import Pose, Rollout, Value, World, thing_of
 from cramlite.plugin import UserError, nearest
 
 from ..model.compile import Compiled, compile_world
@@ -97,7 +97,7 @@ def _beginning(compiled: Compiled, scene: Scene, grasp: Pose, rng: np.random.Gen
     for _ in range(50):
         starts = [_start(scene, grasp, rng), *([waiting(scene, rng)] if compiled.other_hand else [])]
         person = Person(compiled, rng, starts, rate)
-        if not any(name.startswith("effector/") for pair in compiled.collisions(person.data) for name in pair):
+        if not any(thing_of(name) == "effector" for pair in compiled.collisions(person.data) for name in pair):
             return person
     raise UserError(f"there is no room for a hand in front of '{scene.product.name}'; move what stands there")
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Feature, Floats, Pose, Rollout, Thing, Touch, Value
+from cramlite.model import Feature, Floats, Pose, Rollout, Thing, Touch, Value, thing_of
 
 from ..model.hand_model import OPENING
 from .hand_moves import close, extent
@@ -207,16 +207,12 @@ def with_tracking_loss(rollout: Rollout, thing: str, rng: np.random.Generator) -
     gone = (rollout.times >= start) & (rollout.times < start + seconds) & held
     poses = {**rollout.poses, thing: np.where(gone[:, None], [0, 0, 0, 1, 0, 0, 0.0], rollout.poses[thing])}
     touches = tuple(
-        tuple(t for t in now if not lost or thing not in (_whole(t.a), _whole(t.b)))
+        tuple(t for t in now if not lost or thing not in (thing_of(t.a), thing_of(t.b)))
         for now, lost in zip(rollout.touches, gone, strict=True)
     )
     return replace(rollout, poses=poses, touches=touches)
 
 
 def _gripped(touches: tuple[Touch, ...], thing: str) -> bool:
-    sides = {t.a for t in touches if _whole(t.b) == thing}
+    sides = {t.a for t in touches if thing_of(t.b) == thing}
     return {"effector/left", "effector/right"} <= sides
-
-
-def _whole(name: str) -> str:
-    return name.split("/")[0]

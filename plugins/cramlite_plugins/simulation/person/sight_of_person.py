@@ -9,6 +9,8 @@ import numpy as np
 from cramlite.model import Feature, Floats, Thing, Value, World
 from cramlite.plugin import UserError
 
+from ...shapes.bounds import box_around
+
 #: What stands has its underside within this of the top below it [m].
 STANDS = 0.02
 
@@ -115,14 +117,6 @@ def featured(world: World, type_: str, *, movable: bool = False) -> list[tuple[T
 
 
 def half_extents(thing: Thing) -> Floats:
-    """Compute the half extents (3,) of a thing's body without its features [m]."""
-    boxes = [g for g in thing.geoms if not g.part] or list(thing.geoms)
-    reach = [np.abs(g.pose.position) + np.abs(g.pose.rotation) @ _half(g.shape, g.size) for g in boxes]
-    return np.asarray(np.max(reach, axis=0))
-
-
-def _half(shape: str, size: tuple[float, ...]) -> Floats:
-    if shape == "box":
-        return np.array(size)
-    radius, length = size[0], size[1] if len(size) > 1 else 0.0
-    return np.array([radius, radius, length + (radius if shape == "capsule" else 0.0) or radius])
+    """Compute half the side lengths (3,) of the box that is centred on a thing's origin and holds its body, without its features [m]."""
+    low, high = box_around([g for g in thing.geoms if not g.part] or thing.geoms)
+    return np.maximum(-low, high)

@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.model import Floats, Pose, Robot, Rollout, Scene
+from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene
 
 from ..camera.ray_tracer import render
 from ..model.compile import Compiled, compile_world
@@ -61,7 +61,7 @@ def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
         data.qpos[list(index.joints)] = rollout.joints[sample]
         index.set_opening(compiled.model, data, float(rollout.opening[sample]))
         if index.platform is not None:
-            row = rollout.poses[f"{index.name}/base"][sample]
+            row = rollout.poses[str(EntityName(index.name, "base"))][sample]
             start = next(m.base for m in rollout.world.robots if m.name == index.name)
             index.platform.put(data, start, Pose(tuple(row[:3]), tuple(row[3:])))
 

@@ -7,7 +7,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.model import Floats, Message, Pose, Rollout, Touch, Vector3
+from cramlite.model import EntityName, Floats, Message, Pose, Rollout, Touch, Vector3
 
 from ..controller.nominal_arm import cross
 from ..model.compile import Compiled
@@ -73,7 +73,7 @@ class Recorder:
 
     def _sizes(self) -> dict[str, Vector3]:
         platform = self.index.robot.platform if isinstance(self.index, RobotIndex) else None
-        return {f"{self.index.name}/base": platform.size} if platform else {}
+        return {str(EntityName(self.index.name, "base")): platform.size} if platform else {}
 
     def _sample(self, data: Data, line: int) -> dict[str, Any]:
         model, index = self.compiled.model, self.index
@@ -84,7 +84,7 @@ class Recorder:
             if hand.name != index.name:
                 frames |= {hand.name: hand.pose(data), **finger_poses(data, hand, hand.name)}
         if isinstance(index, RobotIndex) and index.platform is not None:
-            frames[f"{index.name}/base"] = index.platform.pose(data)
+            frames[str(EntityName(index.name, "base"))] = index.platform.pose(data)
         joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
         return {
             "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},
@@ -116,7 +116,7 @@ def finger_poses(data: Data, index: EffectorIndex, name: str = "effector") -> di
     """Return the poses of both finger tips in the world: the middle of the pads, with the tool frame's orientation."""
     turn = index.pose(data).quaternion
     middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
-    return {f"{name}/{side}": Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
+    return {str(EntityName(name, side)): Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
 
 
 def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
@@ -157,7 +157,7 @@ def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
 
 def _name(owner: Owner, effector: str) -> str:
     own = owner.kind != "effector" or owner.name == effector
-    return owner.touch if own else f"{owner.name}/{owner.part}"
+    return owner.touch if own else str(EntityName(owner.name, owner.part))
 
 
 def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:

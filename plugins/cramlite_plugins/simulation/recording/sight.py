@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from cramlite.model import Floats, Intrinsics, Pose, Thing
+from cramlite.model import Floats, Intrinsics, Pose
 
-from ...shapes.bounds import bounds
+from ...shapes.bounds import corners
 from ..camera.ray_tracer import cast
 from ..model.compile import Compiled
 from ..model.index import Data
@@ -36,7 +36,7 @@ class Sight:
         world = compiled.world
         unknown = [t for t in world.things if t.movable] if world.poses == "camera" else []
         self.seen = {t.name: math.inf for t in unknown}
-        self._corners = {t.name: _corners(t) for t in unknown}
+        self._corners = {t.name: corners(t, Pose()) for t in unknown}
         self._intrinsics = {c.name: c.intrinsics for c in world.cameras}
         self._last: dict[str, tuple[float, Pose]] = {}
         self._looked: dict[str, float] = {}
@@ -78,13 +78,6 @@ class Sight:
 def _stands(before: float, was: Pose, now: float, camera: Pose) -> bool:
     way, turn = was.distance(camera)
     return way <= STILL[0] * (now - before) and turn <= STILL[1] * (now - before)
-
-
-def _corners(thing: Thing) -> Floats:
-    """(N, 3): those of the boxes around a thing's geoms, in its frame [m]."""
-    boxes = [bounds(g) for g in thing.geoms]
-    points = [np.where(np.array(list(np.ndindex(2, 2, 2))) == 1, high, low) for low, high in boxes]
-    return np.concatenate(points) if points else np.zeros((1, 3))
 
 
 def _window(intrinsics: Intrinsics, points: Floats) -> tuple[range, range]:

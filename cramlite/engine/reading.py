@@ -1,0 +1,50 @@
+"""The reading of a goal: where it is a demonstration, its episode and what that may mean, found out once and handed on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from ..base.value import Value
+
+if TYPE_CHECKING:
+    from ..interpretation.interpretation import Interpretation
+    from ..model.episode import Episode
+    from ..planning.task_goals import Goal
+    from ..scenario.scenario import Scenario
+    from ..scenario.task_specs import RuleSpec, TaskSpec
+
+    AnyGoal = Scenario | Episode | Goal | Sequence[TaskSpec | RuleSpec] | TaskSpec | RuleSpec
+
+
+class Reading(Value, dict=True, eq=False):
+    """A goal, with its demonstration if it has one; ``Engine.read`` makes it.
+
+    The episode is read when it is first asked for, and interpreted when that is first asked for.
+
+    Args:
+        goal: what was read.
+    """
+
+    goal: AnyGoal
+    _read: Callable[[], Episode | None]
+    _interpret: Callable[[Episode], Interpretation]
+
+    @cached_property
+    def episode(self) -> Episode | None:
+        """The demonstration; None where the goal is none.
+
+        Raises:
+            UserError: it cannot be read.
+        """
+        return self._read()
+
+    @cached_property
+    def interpretation(self) -> Interpretation | None:
+        """What the demonstration may mean; None where the goal is none.
+
+        Raises:
+            UserError: it cannot be read, or has no events.
+        """
+        return self._interpret(self.episode) if self.episode is not None else None

@@ -1,0 +1,245 @@
+"""Relations as a planner takes them: facts of a world, what follows from them, and what their loss ends.
+
+A *fluent* is a relation that tasks change (the word of planning); a predicate declares how its own behaves
+(``Predicate.fluent``). What never changes, classes and parts, a predicate declares as ``Predicate.static``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+from msgspec import field
+
+from ..base.errors import PluginError, nearest
+from ..base.value import Value
+from ..model.entity_name import EntityName, thing_of
+from ..model.world import Thing, World
+from ..ontology.taxonomy import Taxonomy
+
+EFFECTOR = "gripper"
+"""The hand that acts, as facts name it."""
+
+Fact = tuple[str, ...]
+"""A relation that holds: its predicate and the entities, e.g. ("touches", "tea", "hook/peg")."""
+
+Pattern = tuple[str | None, ...]
+"""A fact with None where anything may stand."""
+
+
+def matches(fact: Fact, pattern: Pattern) -> bool:
+    """Whether a fact is one that a pattern means."""
+    return len(fact) == len(pattern) and all(p is None or p == f for f, p in zip(fact, pattern, strict=True))
+
+
+def contents(vessel: str) -> str:
+    """What a vessel was filled with, as an entity."""
+    return str(EntityName(vessel, "contents"))
+
+
+class SymbolicWorld(Value):
+    """The things of a world and what is known of them before anything is done: what predicates are asked about.
+
+    Args:
+        world: with its things and features.
+        taxonomy: says what they are.
+        relations: believed facts beside the world's poses, e.g. ("hangs_on", "tea", "hook").
+        types: thing, or "thing/feature" -> class.
+        held: things that are in the hand at some time of the task in question.
+    """
+
+    world: World
+    taxonomy: Taxonomy
+    relations: tuple[tuple[str, str, str], ...]
+    types: Mapping[str, str]
+    held: frozenset[str] = frozenset()
+
+    @property
+    def entities(self) -> tuple[str, ...]:
+        """The hand, the things and their features."""
+        return (EFFECTOR, *self.types)
+
+    def is_a(self, entity: str, class_: str) -> bool:
+        """Whether a thing or feature is of a class, or of one below it."""
+        return self.taxonomy.is_a(self.types.get(entity, ""), class_)
+
+    def has(self, entity: str, class_: str) -> bool:
+        """Whether an entity is of a class, or a part of it is."""
+        parts = [n for n in self.types if n == entity or thing_of(n) == entity == thing_of(entity)]
+        return any(self.is_a(p, class_) for p in parts)
+
+    def filled(self) -> tuple[Thing, ...]:
+        """The vessels with something in them."""
+        return tuple(t for t in self.world.things if t.filling is not None)
+
+
+def symbolic_world(world: World, taxonomy: Taxonomy, relations: Iterable[tuple[str, str, str]] = ()) -> SymbolicWorld:
+    """The scene of a world."""
+    types = {t.name: t.type for t in world.things}
+    types |= {str(EntityName(t.name, f.name)): f.type for t in world.things for f in t.features}
+    return SymbolicWorld(world, taxonomy, tuple(relations), types)
+
+
+class GoalCondition(Value):
+    """What a goal asks for.
+
+    Args:
+        needs: facts that must hold in the end.
+        without: patterns that nothing may match then.
+        spot: whether it is reached by choosing a spot, so that the goal may say what the spot is beside.
+    """
+
+    needs: frozenset[Fact] = frozenset()
+    without: frozenset[Pattern] = frozenset()
+    spot: bool = False
+
+
+class GoalPhrase(Value):
+    """A form that goals may have, e.g. "THING on PLACE".
+
+    Args:
+        form: words in capitals stand for things, the first word for the one that the goal is about; the others are
+            written as they are.
+        meaning: ``meaning(scene, *things)`` says what is asked for; it raises UserError where that makes no sense of these
+            things.
+        verbs: words that may stand after the first one and change nothing.
+    """
+
+    form: str
+    meaning: Callable[..., GoalCondition]
+    verbs: tuple[str, ...] = ("is",)
+
+
+class Fluent(Value):
+    """How a relation behaves when tasks change it; "same arguments" means: the same things, or parts of them.
+
+    Args:
+        symmetric: it holds both ways round.
+        of_wholes: what holds of a part holds of the whole thing, as long as it holds of some part.
+        implies: predicates that hold of the same arguments whenever it does: with them it begins, without them it ends.
+        implies_when_carried: predicates that begin with it where the last argument is in the hand and no other is the hand.
+        undoes: predicates that end with it, of the same arguments.
+        in_hand: its last argument is in the hand; it must be something that can be moved.
+        by_moving: only bringing something somewhere makes it so: of a task that changes nothing in the belief it is needed
+            before as well.
+        of_contents: its last argument is what a vessel was filled with (``contents``), not a thing.
+        denial: patterns that its denial means, if not its own.
+        initial: ``initial(scene)`` gives the rows of arguments that hold at the start.
+        phrases: goals that ask for it.
+    """
+
+    symmetric: bool = False
+    of_wholes: bool = False
+    implies: tuple[str, ...] = ()
+    implies_when_carried: tuple[str, ...] = ()
+    undoes: tuple[str, ...] = ()
+    in_hand: bool = False
+    by_moving: bool = False
+    of_contents: bool = False
+    denial: tuple[Pattern, ...] = ()
+    initial: Callable[[SymbolicWorld], Iterable[tuple[str, ...]]] | None = None
+    phrases: tuple[GoalPhrase, ...] = ()
+
+
+PLAIN = Fluent()
+"""A relation of which nothing is declared: it begins and ends by itself."""
+
+
+class Fluents(Value):
+    """The fluents of all predicates, and what they make of sets of facts.
+
+    Args:
+        of: predicate -> its fluent.
+    """
+
+    of: Mapping[str, Fluent] = field(default_factory=dict)
+
+    def __getitem__(self, predicate: str | None) -> Fluent:
+        return self.of.get(predicate or "", PLAIN)
+
+    @property
+    def phrases(self) -> tuple[GoalPhrase, ...]:
+        """The forms that goals may have."""
+        return tuple(p for fluent in self.of.values() for p in fluent.phrases)
+
+    def initial(self, scene: SymbolicWorld) -> frozenset[Fact]:
+        """What holds at the start; the hand is empty."""
+        asked = ((name, fluent.initial(scene)) for name, fluent in self.of.items() if fluent.initial is not None)
+        return frozenset(f for name, rows in asked for row in rows for f in self.both_ways((name, *row)))
+
+    def both_ways(self, pattern: Pattern) -> set[Fact]:
+        """The fact, or pattern, and where it is symmetric its mirror image."""
+        return {pattern, (pattern[0], *pattern[:0:-1])} if self[pattern[0]].symmetric else {pattern}  # type: ignore[arg-type]
+
+    def denied(self, pattern: Pattern) -> set[Pattern]:
+        """What may not hold where a relation is denied."""
+        return {p for meant in self[pattern[0]].denial or (pattern,) for p in self.both_ways(meant)}
+
+    def implied(self, facts: Iterable[Fact], held: Iterable[str]) -> frozenset[Fact]:
+        """Facts that begin, with all that follows from them, while some things are in the hand."""
+        found, carried = set(facts), frozenset(held)
+        todo = list(found)
+        while todo:
+            new = self._follow(todo.pop(), found, carried) - found
+            found |= new
+            todo += new
+        return frozenset(found)
+
+    def _follow(self, fact: Fact, facts: set[Fact], held: frozenset[str]) -> set[Fact]:
+        fluent, (_, *things) = self[fact[0]], _of_wholes(fact)
+        known = {_of_wholes(f) for f in facts}
+        names = [p for p in fluent.implies if (p, *things) not in known]
+        if things[-1:] and things[-1] in held and EFFECTOR not in things:
+            names += fluent.implies_when_carried
+        found = {f for p in names for f in self.both_ways((p, *things))} | self.both_ways(fact)
+        return found | (self.both_ways((fact[0], *things)) if fluent.of_wholes and _distinct(things) else set())
+
+    def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
+        """What holds when some facts have begun and what matches the patterns has ended, with all that ends with it."""
+        ended = {f for f in facts if any(matches(f, p) for p in removes)} - adds
+        lost = {(p, *_of_wholes(f)[1:]) for f in ended for p in self[f[0]].undoes}
+        ended |= {f for f in facts if _of_wholes(f) in lost} if lost else set()
+        ended = {m for f in ended for m in self.both_ways(f)}
+        left = (facts - ended) | adds
+        left -= self._parted(ended, left) - adds
+        known = {_of_wholes(f) for f in left}
+        return frozenset(f for f in left if all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies))
+
+    def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
+        """Facts of whole things that held because of a part, of which no part is left."""
+        gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
+        return gone - {_of_wholes(f) for f in left if f not in gone} if gone else gone
+
+
+def _of_wholes(fact: Fact) -> Fact:
+    return (fact[0], *map(thing_of, fact[1:]))
+
+
+def _distinct(things: list[str]) -> bool:
+    """Nothing is related to itself, so not to its own parts either."""
+    return len(set(things)) == len(things)
+
+
+def fluents_of(found: Mapping[str, Fluent]) -> Fluents:
+    """The fluents that predicates declare, by the predicates' names.
+
+    Raises:
+        PluginError: one names a predicate that there is not, or two declare one phrase.
+    """
+    for name, fluent in found.items():
+        denied = tuple(str(p[0]) for p in fluent.denial)
+        for other in (*fluent.implies, *fluent.implies_when_carried, *fluent.undoes, *denied):
+            if other not in found:
+                raise PluginError(f"The predicate '{name}' names a predicate '{other}'; {nearest(other, found)}.")
+    _check_phrases(found)
+    return Fluents(found)
+
+
+def _check_phrases(fluents: Mapping[str, Fluent]) -> None:
+    first: dict[str, str] = {}
+    for name, fluent in fluents.items():
+        for phrase in fluent.phrases:
+            said = " ".join("_" if w.isupper() else w for w in phrase.form.split())
+            if first.setdefault(said, name) != name:
+                raise PluginError(
+                    f"The predicates '{first[said]}' and '{name}' both declare the goal phrase '{phrase.form}'; change one of them."
+                )

@@ -1,0 +1,37 @@
+"""Names of things and of their parts: "hook" is a thing, "hook/peg" a part of it.
+
+Texts, YAML, JSON and all that maps names to values use this notation. It is read and written here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from ..base.value import Value
+
+BETWEEN = "/"
+"""Stands between a thing and its part; the names of a world's things and robots are without it."""
+
+
+class EntityName(Value):
+    """The name of a thing, or of a part of it; ``str()`` is its notation.
+
+    Args:
+        thing: the whole.
+        part: a feature, a finger, a link, ...; "" for the thing itself.
+    """
+
+    thing: str
+    part: str = ""
+
+    @classmethod
+    def parse(cls, notation: str) -> EntityName:
+        """Read the notation: what follows the first "/" is the part."""
+        thing, _, part = notation.partition(BETWEEN)
+        return cls(thing, part)
+
+    def __str__(self) -> str:
+        return f"{self.thing}{BETWEEN}{self.part}" if self.part else self.thing
+
+
+def thing_of(notation: str) -> str:
+    """The thing that a name is about, itself or a part of it: "hook" of "hook" and of "hook/peg"."""
+    return notation.partition(BETWEEN)[0]

@@ -1,0 +1,28 @@
+"""The classes of the upper ontology (DUL, and SOMA upon it) in whose terms the model itself is written; all others are
+found by what ontologies say of them, or are named by plugins."""
+
+from __future__ import annotations
+
+TASK = "dul:Task"
+"""What every task is."""
+
+ROLE = "dul:Role"
+"""What every role of a task is."""
+
+OBJECT = "dul:PhysicalObject"
+"""What every thing is of which nothing more is known."""
+
+ACTION = "soma:PhysicalAction"
+"""An event of which nothing is known but that somebody acts."""
+
+STATE = "soma:StateType"
+"""What every state of an episode is; what it says of whom, its class says with ``STATE_ROLES``."""
+
+STATE_ROLES = "cram:stateRoles"
+"""Property of a state's class: the names of its roles, in order."""
+
+TELLS_APART = "cram:tellsActionsApart"
+"""Property of a state's class: 1 where no joined action may hide that such a state began or ended."""
+
+BEARS = "cram:bears"
+"""Property of a feature's class: how it bears things, "hanging", "standing" or "inside"."""
