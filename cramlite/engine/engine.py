@@ -267,7 +267,8 @@ class Engine:
             progress(f"{len(found.actions)} actions, {found.count()} readings")
             yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace)
         elif isinstance(asked, Goal) or (isinstance(asked, Scenario) and asked.spec.goal is not None):
-            yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, setting.symbolic(knowledge.taxonomy), knowledge, trace))
+            scene = setting.symbolic(knowledge.taxonomy)
+            yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, scene, knowledge, trace))
         else:
             yield plan_from_tasks(setting.name, asked, knowledge.tasks, setting.world), None  # type: ignore[arg-type]
 
