@@ -18,6 +18,7 @@ from cramlite.testing.skeleton import KINDS, write_skeleton
 DOORS = ("cramlite", "cramlite.plugin", "cramlite.model", "cramlite.testing")
 PLUGINS = sorted((ROOT / "plugins" / "cramlite_plugins").rglob("*.py"))
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+SKELETONS = sorted((ROOT / "cramlite" / "testing" / "skeletons").rglob("*.txt"))
 BUILT_UPON = {
     "cramlite_plugins.adapters.behaviour": "a behaviour for py_trees: what it is there for",
     "cramlite_plugins.adapters.planning": "a bridge to unified-planning: what it is there for",
@@ -68,6 +69,12 @@ def snippets(page: Path) -> Iterator[tuple[int, str]]:
     text = page.read_text(encoding="utf-8")
     for block in re.finditer(r"^```python\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
         yield text[: block.start(1)].count("\n") + 1, block[1]
+
+
+def named_beside_the_doors(text: str) -> list[str]:
+    """The dotted names of the core in backticks that no door offers: "cramlite.model.Pose" is one that a door does."""
+    found = re.findall(r"`(cramlite(?:\.\w+)+)", text)
+    return [n for n in found if n not in DOORS and not any(n == f"{d}.{o}" for d in DOORS for o in _offered(d))]
 
 
 def skeleton_sources(kind: str, folder: Path) -> Iterator[tuple[Path, str]]:
@@ -133,6 +140,21 @@ def test_what_goes_beside_the_doors_is_seen(source: str, found: list[str]) -> No
 def test_a_module_of_a_plugin_that_is_no_door_is_seen() -> None:
     assert of_plugins("import os\ndef f():\n    from cramlite_plugins.shapes.hull import hull") == {"cramlite_plugins.shapes.hull"}
     assert not of_plugins("from cramlite.model import Pose")
+
+
+@pytest.mark.parametrize("page", [*PAGES, *SKELETONS], ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_names_that_readers_are_pointed_at_are_behind_a_door(page: Path) -> None:
+    assert named_beside_the_doors(page.read_text(encoding="utf-8")) == []
+
+
+def test_names_that_plugins_point_at_are_behind_a_door() -> None:
+    found = {str(p.relative_to(ROOT)): named_beside_the_doors(p.read_text(encoding="utf-8")) for p in PLUGINS}
+    assert {path: names for path, names in found.items() if names} == {}
+
+
+def test_a_name_behind_no_door_is_seen() -> None:
+    text = "see `cramlite.Pose`, ``cramlite.planning.trace.Entry``, `cramlite.model.Pose(...)`, `cramlite.testing`, `cramlite resolve`"
+    assert named_beside_the_doors(text) == ["cramlite.Pose", "cramlite.planning.trace.Entry"]
 
 
 # What a door costs

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 class Setting(Value):
     """World, robot and backend that a goal is to be achieved with: what ``Engine.resolve`` needs beside a goal.
 
-    ``Engine.setting`` makes one from a scenario; ``cramlite.replace`` changes a field, and ``after`` goes on from where a
+    ``Engine.setting`` makes one from a scenario; ``cramlite.model.replace`` changes a field, and ``after`` goes on from where a
     program ended.
 
     Args:
