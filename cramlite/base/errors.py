@@ -47,8 +47,9 @@ class Unresolvable(Exception):
 
     @classmethod
     def because_of_earlier_tasks(cls, reason: str, also: tuple[str, ...] = ()) -> Unresolvable:
-        """Return the error for a failure that depends on how the earlier tasks were carried out, whatever objects,
-        places and motions were chosen for them.
+        """Return the error for a failure that depends on how the earlier tasks were carried out.
+
+        Whatever objects, places and motions were chosen for them are to blame.
 
         Args:
             reason: as above.

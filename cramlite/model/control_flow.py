@@ -116,8 +116,11 @@ def monitor(
     slip_m: float | None = None,
     time_s: float | None = None,
 ) -> Compound:
-    """Construct the monitored execution of parts: they are stopped, and it fails, when a watched quantity exceeds
-    its limit: the force on the tool, how far the fingers close further, the time."""
+    """Construct monitored execution: the parts are stopped, and it fails, when a watched quantity exceeds its limit.
+
+    Watched are the force on the tool [N], how far the fingers close further [m], and the time [s]; those that are
+    given.
+    """
     watched = {k: v for k, v in (("force_n", force_n), ("slip_m", slip_m), ("time_s", time_s)) if v is not None}
     if not watched:
         raise ValueError(f"monitor '{name}' watches nothing: give force_n, slip_m or time_s")

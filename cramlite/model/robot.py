@@ -122,8 +122,8 @@ class Robot(Value):
             raise ValueError(f"robot '{self.type}': force_limit {self.force_limit:g} N is not in 0 .. {HIGHEST_FORCE_LIMIT:g} N")
 
     def start(self, mount: RobotMount) -> tuple[tuple[float, ...], float]:
-        """Return the joint position [rad] and the gripper's opening [m] at the start, where the robot is mounted: at
-        home and open, else as the mount says."""
+        """Return the joint position [rad] and the gripper's opening [m] at the start: at home and open, else as the
+        mount says."""
         return mount.joints or self.home, self.gripper.opening[1] if mount.opening is None else mount.opening
 
     def arm_at(self, stand: Pose) -> Pose:

@@ -79,8 +79,10 @@ class ForceMove(Step):
 
 
 class SpiralSearch(Step):
-    """Spiral search for a hole: press along an axis and move across it on an Archimedean spiral until it gives way, or
-    until a rim holds it: a force across of more than twice ``force``, which the friction of no face explains.
+    """Spiral search for a hole: press along an axis and move across it on an Archimedean spiral.
+
+    It ends when the surface gives way, or when a rim holds the tool: a force across of more than twice ``force``, which
+    the friction of no face explains.
 
     Aborts when the spiral ends, the force limit is exceeded or the time is over without that.
 

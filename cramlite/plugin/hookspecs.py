@@ -118,8 +118,9 @@ def detect_events(rollout: Rollout, name: str) -> Episode | None:
 
 @hookspec(firstresult=True)
 def write_episode(episode: Episode, path: Path) -> Path | None:
-    """Write an episode to a file or folder that does not exist yet, and return its path; None if this writer does not
-    write to such a path. First answer wins.
+    """Write an episode to a file or folder that does not exist yet, and return its path. First answer wins.
+
+    None if this writer does not write to such a path.
 
     Raises:
         UserError: it cannot be written.

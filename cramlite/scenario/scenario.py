@@ -76,8 +76,10 @@ class RobotSpec(_Spec):
 
 
 class VarySpec(_Spec):
-    """Random variation by a seed other than 0: a thing's position (uniform, each horizontal axis), its yaw, or
-    parameters drawn from a list."""
+    """Random variation by a seed other than 0.
+
+    Drawn are a thing's position (uniform, each horizontal axis), its yaw, or parameters from a list.
+    """
 
     thing: str
     position: Length = 0.0

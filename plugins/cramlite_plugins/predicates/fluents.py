@@ -1,5 +1,4 @@
-"""Fluents, static definitions and goal phrases of the shipped predicates: what planning needs of them, beside what
-they are in a recording."""
+"""Fluents, static definitions and goal phrases of the shipped predicates: what planning needs of them."""
 
 from __future__ import annotations
 

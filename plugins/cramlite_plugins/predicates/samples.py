@@ -44,8 +44,11 @@ class Samples:
 
     @cached_property
     def spans(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the windows between neighbouring cuts: for every sample of each its row and the row of the window's
-        first sample, one window after the other, and where each window begins in them."""
+        """Return the windows between neighbouring cuts, as flat arrays.
+
+        They are: for every sample of each window its row, and the row of the window's first sample, one window after
+        the other; and where each window begins in them.
+        """
         firsts = np.array([self._rows[a] for a in self._cuts[:-1]], dtype=int)
         sizes = np.maximum(np.array([self._ends[b] for b in self._cuts[1:]], dtype=int), firsts + 1) - firsts
         begins = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
