@@ -1,4 +1,4 @@
-"""What a typed program may not do, whatever the robot's safety configuration lets through: judged before any text is written.
+"""Safety rules of typed programs, whatever the robot's safety configuration lets through; checked before any text is written.
 
 Every rule gives the steps that break it, with numbers and units. Limits without a robot of their own:
 TCP speed 1.5 m/s (Universal Robots' factory preset of the e-Series' safety configuration); 0.25 m/s while feeling (reduced
@@ -42,7 +42,7 @@ Felt = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract 
 
 
 class Objection(Value):
-    """Why a program is refused: the rule, the step's origin ("" for the program), and a clause with numbers."""
+    """Violation of a safety rule: the rule, the step's origin ("" for the program), and a clause with numbers."""
 
     rule: str
     origin: str
@@ -50,7 +50,7 @@ class Objection(Value):
 
 
 def objections(program: Program, robot: Robot) -> Iterator[Objection]:
-    """Everything that stands against a program, rule by rule."""
+    """Yield every violation of the safety rules by a program, rule by rule."""
     for rule, judge in PROGRAM_RULES.items():
         yield from (Objection(rule, "", reason) for reason in judge(program, robot))
     for step in walk(program.steps):
