@@ -92,7 +92,13 @@ class Every(Value):
 
 
 class Compare(Value):
-    """Comparison of a predicate's value, or a variable, with a number or a variable."""
+    """Comparison of a predicate's value, or a variable, with a number or a variable.
+
+    Args:
+        left: a predicate that gives a number, or a variable.
+        symbol: of ``OPERATORS``, e.g. ">=".
+        right: a number, a word or a variable.
+    """
 
     left: Atom | Variable
     symbol: str

@@ -19,7 +19,9 @@ from .fluents import PLAIN, Fluent
 from .state_index import StateIndex
 
 PhaseName = Literal["pre", "run", "post"]
+"""Before, during or after an action."""
 Row = tuple[str | float, ...]
+"""Arguments of a predicate that hold: names of entities or classes, and numbers."""
 
 PADDING = 0.2
 """How long after a labelled action its effects may appear [s]: the published rule base's value."""
@@ -71,7 +73,12 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action of the timeline: a recorded one, or a gap between boundaries (``event`` is None)."""
+    """Action of the timeline: a recorded one, or a gap between boundaries.
+
+    Args:
+        start, end: when it begins and ends [s].
+        event: the recorded action; None for a gap.
+    """
 
     start: float
     end: float

@@ -45,6 +45,7 @@ class Held(Value):
 
 
 Relation = tuple[str, str, str]
+"""Predicate, subject and object, e.g. ("on", "cup", "table")."""
 
 
 class Belief(Value):

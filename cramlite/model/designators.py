@@ -187,3 +187,4 @@ class Late(Value):
 
 
 Designator = Action | Object | Location | Motion | Late
+"""A description that plugins ground."""

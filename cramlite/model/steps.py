@@ -14,6 +14,7 @@ from ..base.value import Value
 from .geometry import Pose, Vector3
 
 Joints = tuple[float, ...]
+"""A joint position: one value for each joint, base first [rad]."""
 
 
 class Step(Value, kw_only=True):
@@ -340,6 +341,7 @@ AnyStep = (
     | Drive
     | Control
 )
+"""What a program is made of."""
 
 
 def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:

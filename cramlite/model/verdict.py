@@ -8,6 +8,7 @@ from typing import Literal
 from ..base.value import Value
 
 Cost = Literal["facts", "ik", "path", "rollout"]
+"""When a validator is asked: of the typed program ("facts", "ik", "path", cheapest first), or once its text ran ("rollout")."""
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 
 
@@ -35,6 +36,7 @@ class Verdict(Value):
     """Findings of all validators about one candidate.
 
     Args:
+        findings: in the order in which they were made.
         left_out: names of shipped validators that were not asked, because their plugins are blocked.
     """
 

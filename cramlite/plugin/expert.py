@@ -113,4 +113,6 @@ class Expert(Value):
 
 
 RELATIONS = ("on", "in", "hangs_on", "left_of", "right_of", "above", "below")
+"""Relations between things that queries ask for, e.g. ``on=Table``."""
 UNKNOWN = "unknown"
+"""Value of an attribute that an expert looked for and could not tell."""

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import json
 import re
 from collections.abc import Callable
+from itertools import pairwise
+from types import ModuleType
 from typing import Any
 
 import cramlite
+import cramlite.model
+import cramlite.plugin
 import cramlite.testing
 from cramlite.model import Value
+
+DOORS: tuple[ModuleType, ...] = (cramlite, cramlite.plugin, cramlite.model, cramlite.testing)
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -45,22 +52,26 @@ def predicates_page() -> str:
 
 
 def python_page() -> str:
-    """Every public name with its signature and docstring."""
-    parts = ["# Python names", "", "Everything public, from `cramlite` and `cramlite.testing`; written from the code."]
-    for module in (cramlite, cramlite.testing):
-        parts += ["", f"## {module.__name__}"]
-        for name in module.__all__:
-            parts += ["", *described(name, getattr(module, name))]
+    """Every public name with its signature and docstring; one that several doors offer is described at the first."""
+    offered = ", ".join(f"`{door.__name__}`" for door in DOORS)
+    parts = ["# Python names", "", f"Everything public, from {offered}; written from the code."]
+    shown: dict[str, Any] = {}
+    for door in DOORS:
+        parts += ["", f"## {door.__name__}"]
+        for name in door.__all__:
+            value = getattr(door, name)
+            again = name in shown and shown[name] is value
+            parts += ["", *([f"### {name}", "", f"As [above](#{name.lower()})."] if again else described(name, value, door))]
+            shown.setdefault(name, value)
     return "\n".join(parts) + "\n"
 
 
-def described(name: str, value: Any) -> list[str]:
+def described(name: str, value: Any, door: ModuleType = cramlite) -> list[str]:
     """A heading, the signature, the docstring, and the public methods of a class."""
-    if name in ALIASES:
-        return [f"### {name}", "", plain(ALIASES[name])]
-    if not callable(value):
-        said = json.dumps(value) if isinstance(value, str | tuple | dict) else type(value).__name__
-        return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(name))]
+    if is_constant(value):
+        shown = json.dumps(value, default=inspect.getdoc) if isinstance(value, str | float | tuple | dict) else ""
+        said = [f"`{shown}`", ""] if shown else []
+        return [f"### {name}", "", *said, plain(constant_doc(name, door))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
     for method, function in methods(value):
@@ -121,11 +132,29 @@ def signature_of(value: Any) -> str:
         return "(...)"
 
 
-def constant_doc(name: str) -> str:
-    """The text under a constant."""
-    source = inspect.getsource(importlib.import_module("cramlite.testing.task_checks"))
-    found = re.search(rf'^{name} = .*?"""(.*?)"""', source, re.MULTILINE | re.DOTALL)
-    return found[1] if found else ""
+def is_constant(value: Any) -> bool:
+    """Whether it is a value or an alias of a type, whose text stands under it in the source."""
+    return not inspect.isclass(value) and not inspect.isfunction(value)
+
+
+def constant_doc(name: str, door: ModuleType) -> str:
+    """The text under a constant or an alias, in the module that a door has it from; "" where there is none."""
+    statements = ast.parse(inspect.getsource(home_of(name, door))).body
+    for statement, below in pairwise(statements):
+        targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+        named = {n.id for target in targets if target is not None for n in ast.walk(target) if isinstance(n, ast.Name)}
+        text = below.value if isinstance(below, ast.Expr) else None
+        if name in named and isinstance(text, ast.Constant):
+            return inspect.cleandoc(str(text.value))
+    return ""
+
+
+def home_of(name: str, door: ModuleType) -> ModuleType:
+    """The module that a door imports a name from, as its source says."""
+    for node in ast.walk(ast.parse(inspect.getsource(door))):
+        if isinstance(node, ast.ImportFrom) and any(a.name == name for a in node.names):
+            return importlib.import_module("." * node.level + (node.module or ""), door.__name__)
+    raise LookupError(f"{door.__name__} does not say where '{name}' is from")
 
 
 def plain(text: str) -> str:
@@ -169,11 +198,6 @@ def errors_page() -> str:
     ]
     return "\n".join(parts) + "\n"
 
-
-ALIASES = {
-    "Answers": 'What a `resolve_...` hook gives: an iterable of `Grounding` and `Refused`, best first, or None for "not mine".',
-}
-"""What names that stand for types mean."""
 
 PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,
