@@ -69,8 +69,9 @@ def python_page() -> str:
 def described(name: str, value: Any, door: ModuleType = cramlite) -> list[str]:
     """A heading, the signature, the docstring, and the public methods of a class."""
     if is_constant(value):
-        shown = json.dumps(value, default=inspect.getdoc) if isinstance(value, str | float | tuple | dict) else ""
-        said = [f"`{shown}`", ""] if shown else []
+        of_functions = isinstance(value, dict) and any(map(callable, value.values()))
+        shown = list(value) if of_functions else value
+        said = [f"`{json.dumps(shown)}`", ""] if isinstance(shown, str | float | tuple | list | dict) else []
         return [f"### {name}", "", *said, plain(constant_doc(name, door))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
