@@ -1,4 +1,4 @@
-"""Proving a grounded plan: its text is written, run on the controller model, and judged."""
+"""Proof of a grounded plan: its text is written, run on the controller model, and judged."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from .setting import Setting
 
 
 def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """The typed program of a fully grounded state of a plan in a setting."""
+    """Assemble the typed program of a fully grounded state of a plan in a setting."""
     belief, robot = setting.belief(), setting.robot
     used = sorted({thing_of(v) for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
@@ -133,7 +133,7 @@ def _remark(backend: Backend, instead: bool) -> str:
 def judge(
     candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
 ) -> list[Finding]:
-    """Findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
+    """Return the findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
 
     Args:
         rollout: ask those that look at what happened, or those that look at the program.
@@ -178,7 +178,10 @@ def _findings(answer: object) -> list[Finding]:
 
 
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
-    """The choices that a failed proof depends on: objects, places and decompositions up to the task that failed.
+    """Return the choices that a failed proof depends on.
+
+    They are objects, places and decompositions up to the task that failed. Another path between the same places would
+    fail in the same way, so motions are left out.
 
     Another path between the same places would fail in the same way, so motions are left out.
     """

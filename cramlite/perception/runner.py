@@ -1,4 +1,4 @@
-"""Asking experts about a view: run a pipeline, drop what does not fit, keep what lost and why."""
+"""Running a perception pipeline: experts are asked about a view, and what does not fit is dropped with its reason."""
 
 from __future__ import annotations
 

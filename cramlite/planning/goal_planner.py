@@ -1,4 +1,4 @@
-"""Goals that say what should hold, "coffee in basket": which tasks achieve it, found by what their rules need and change.
+"""Goal planner: task sequences that achieve goals such as "coffee in basket", found over ground operators.
 
 Breadth first over the facts that rules speak of (``operators``), so that the shortest sequences come first. This only
 chooses tasks and fillers; grasps, places, paths and the proof are the search's, and a sequence that it refuses is
@@ -40,7 +40,7 @@ NEEDLESS = "no step asks for what it changes"
 
 
 class Spot(Value):
-    """A place that a goal wants chosen beside something.
+    """Placement that a goal asks for beside another thing.
 
     Args:
         where: of the task that chooses it.
@@ -52,7 +52,7 @@ class Spot(Value):
 
 
 class Wanted(Value):
-    """What must hold in the end, and what may not.
+    """Goal facts: what must hold in the end, and what may not.
 
     Args:
         sides: fact that a thing was placed -> the spot.
@@ -63,18 +63,19 @@ class Wanted(Value):
     sides: Mapping[Fact, Spot] = field(default_factory=dict)
 
     def met(self, facts: frozenset[Fact]) -> bool:
+        """Check whether facts satisfy the goal."""
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
 
 
 class TaskPlan(Value):
-    """Operators that lead to a goal, each with why it is there."""
+    """Sequence of operators that achieves a goal, each with why it is there."""
 
     steps: tuple[Operator, ...]
     reasons: tuple[str, ...]
 
 
 class Said(Value):
-    """A goal as it was read.
+    """Parsed goal.
 
     Args:
         phrase: whose form it has.
@@ -89,7 +90,7 @@ class Said(Value):
 
 
 def wanted(goals: Iterable[str], grounder: Grounder, where: str = "") -> Wanted:
-    """The facts of goals such as "coffee on hook", "tin in basket near cup", "tea off hanger", "drawer open".
+    """Parse goals such as "coffee on hook", "tin in basket near cup", "tea off hanger", "drawer open" into facts.
 
     Raises:
         UserError: a goal that is none of these, or names what there is not.
@@ -156,7 +157,7 @@ def _check_side(said: Said, meaning: GoalCondition, what: str) -> None:
 
 
 def with_sides(goal: Wanted, operators: Iterable[Operator], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
-    """Operators that also say where they put what the goal wants beside something: those whose tasks choose the spot."""
+    """Return the operators, with the fact that a thing was placed beside another where their tasks choose the spot."""
     return tuple(replace(o, adds=o.adds | _placed(o, goal)) if tasks[o.task].places else o for o in operators)
 
 
@@ -167,7 +168,7 @@ def _placed(operator: Operator, goal: Wanted) -> set[Fact]:
 def task_plans(
     goal: Wanted, facts: frozenset[Fact], operators: Iterable[Operator], most: int = 6
 ) -> Iterator[TaskPlan]:
-    """Sequences of tasks that achieve a goal, the shortest first, lazily.
+    """Search task sequences that achieve a goal, breadth first and lazily, the shortest first.
 
     Args:
         most: of them. States are not visited twice in one sequence, and at most twice in all, so that sequences differ.
@@ -232,7 +233,7 @@ def _say(fact: Fact) -> str:
 
 
 def impossible(goal: Wanted, operators: Iterable[Operator]) -> str:
-    """Why no sequence was found: what no task brings about, or that none is short enough."""
+    """Return why no sequence was found: a fact that no task brings about, or that none is short enough."""
     made = {f for o in operators for f in o.adds}
     missing = [_say(f) for f in sorted(goal.needs) if f not in made]
     if missing:
@@ -241,7 +242,7 @@ def impossible(goal: Wanted, operators: Iterable[Operator]) -> str:
 
 
 def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: Wanted | None = None) -> list[TaskSpec]:
-    """The tasks of a plan as a scenario would list them; those that the goal wants beside something with their ``where``."""
+    """Return the tasks of a plan as a scenario lists them, with ``where`` for placements beside other things."""
     sides = goal.sides if goal else {}
     chosen = [
         next((WhereSpec.model_validate(sides[f].where) for f in sorted(s.adds) if f in sides), None) for s in plan.steps
@@ -257,7 +258,7 @@ def _fillers(step: Operator, task: TaskType) -> dict[str, str]:
 
 
 def meant(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounder) -> Iterator[Goal]:
-    """The goal with described objects replaced by things of the world, one choice after another, best first."""
+    """Generate the goal with described objects replaced by things of the world, the best choice first."""
     words = {w for g in goal.says for w in g.split()}
     names = [n for n in objects if n in words]
     for choice in product(*(_things(objects[n], grounder) for n in names)):

@@ -1,4 +1,4 @@
-"""A goal in a setting as a symbolic planning problem: facts, a goal condition and ground operators, for planners of others."""
+"""Symbolic planning problems, for external planners: facts, goal condition and ground operators."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class PlanningProblem(Value):
 
     @property
     def universe(self) -> frozenset[Fact]:
-        """Every fact that the problem speaks of."""
+        """Every fact that the problem mentions."""
         return self.facts | {fact for operator in self.operators for fact in operator.adds} | self.wanted.needs
 
     def forbidden(self, patterns: Iterable[Pattern]) -> set[Fact]:
@@ -41,7 +41,7 @@ class PlanningProblem(Value):
         return {fact for fact in self.universe for pattern in patterns if matches(fact, pattern)}
 
     def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:
-        """Return the tasks of a plan, as a scenario would list them, for ``Engine.resolve``."""
+        """Return the tasks of a plan as a scenario lists them, for ``Engine.resolve``."""
         return as_tasks(TaskPlan(tuple(steps), ()), self.knowledge.tasks, self.wanted)
 
 

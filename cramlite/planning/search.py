@@ -30,7 +30,7 @@ Below = Generator[State, Conflict | None, Conflict]
 
 
 class Search(Struct, dict=True):
-    """One search over one plan.
+    """Conflict-directed backjumping search over one plan.
 
     Args:
         registry: whom to ask.
@@ -56,7 +56,10 @@ class Search(Struct, dict=True):
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
 
     def solve(self, state: State) -> Generator[State, Conflict | None, None]:
-        """Fully grounded states, lazily. Send the conflict of one that could not be proven, or nothing to go on."""
+        """Generate fully grounded states lazily.
+
+        Send the conflict of one that could not be proven, or nothing to go on.
+        """
         self._planned = sum(isinstance(i, Action) for i in state.agenda)
         try:
             yield from self._descend(state, 0)

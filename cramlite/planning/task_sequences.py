@@ -27,7 +27,9 @@ LISTED = 1000
 def plans_from_interpretation(
     name: str, found: Interpretation, episode: Episode, tasks: Mapping[str, TaskType], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence]]:
-    """Plans of what a demonstration may have shown; those with a task type that nobody offers are refused.
+    """Generate plans of the task sequences that a demonstration may have shown, best first.
+
+    Those with a task type that nobody offers are refused. Where every reading contradicts itself, the trace says so.
 
     Where every reading contradicts itself, the trace says so."""
     from .plan import TaskCall, plan_from_episode
@@ -50,7 +52,7 @@ def plans_from_interpretation(
 def plans_for_goal(
     name: str, goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace
 ) -> Iterator[Plan]:
-    """Find task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+    """Generate task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
 
     Args:
         name: of the plans.
