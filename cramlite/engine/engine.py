@@ -79,8 +79,6 @@ class Engine:
         The other is made where the scenario blocks, prefers or adds some; the last few are kept. ``setting``,
         ``resolve`` and ``plans`` use this by themselves.
 
-        ``setting``, ``resolve`` and ``plans`` use it by themselves; the last few are kept.
-
         Raises:
             UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
         """

@@ -237,8 +237,6 @@ def go_and_look(
 
     The task that looks is resolved in a world of which only furniture, and what was seen before, is known.
 
-    The world of this search has only furniture, and what was seen before.
-
     Raises:
         NoSolution: it cannot be brought there, with the nearest miss.
     """

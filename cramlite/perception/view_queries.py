@@ -29,9 +29,6 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy) -> Queries:
     For each thing they stand in the order in which they are asked until one is answered; before them one for each kind
     of furniture of which a peg is used, to see where it really is.
 
-    Each thing that the plan is about and the map does not have is asked for until one of its queries is answered;
-    before them comes one query for each kind of furniture of which a peg is used, to see where it really is.
-
     A thing is looked for at the furniture that tasks name together with it, in the order of the tasks; where they name
     none, everywhere. Its class is not demanded where features or affordances say what will do in its stead.
     """
