@@ -92,7 +92,7 @@ def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
     return pose
 
 
-def edges(world: World, program: Program, planned: World) -> Iterator[tuple[str, World]]:
+def worlds_at_tolerance(world: World, program: Program, planned: World) -> Iterator[tuple[str, World]]:
     """Generate worlds at the limits of the tolerance: each late thing displaced and turned as far as is declared.
 
     Args:

@@ -21,7 +21,7 @@ from ..planning.state import State
 from ..plugin.catalogue import Knowledge
 from ..plugin.protocols import Backend, Candidate, Validator
 from ..plugin.validation import WrongAnswer
-from .late_poses import edges
+from .late_poses import worlds_at_tolerance
 from .setting import Setting
 
 
@@ -106,7 +106,7 @@ def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed
     """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
     findings = []
     assert candidate.code is not None
-    for said, moved in edges(world, candidate.program, candidate.world):
+    for said, moved in worlds_at_tolerance(world, candidate.program, candidate.world):
         name = candidate.program.robot
         rollout = knowledge.simulator.execute(candidate.code.text, moved, knowledge.robots, mount=name, seed=seed)
         episode = knowledge.episodes.detect(rollout, candidate.program.name)

@@ -113,7 +113,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
     """
-    plan, now = left(done), as_left(_back(done, engine, seed, number, say))
+    plan, now = remaining_plan(done), world_after_run(_back(done, engine, seed, number, say))
     setting = engine.setting(scenario, seed=seed, now=now, rest=plan)
     assert setting.look is not None and setting.real is not None
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
@@ -136,7 +136,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     Raises:
         NoSolution: it did not get there.
     """
-    program, world = done.attempt.program, as_left(done)
+    program, world = done.attempt.program, world_after_run(done)
     path = way_back(done.rollout.joints)
     if not path:
         return done
@@ -174,7 +174,7 @@ def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:
     return tuple(path)
 
 
-def left(done: Round) -> Plan:
+def remaining_plan(done: Round) -> Plan:
     """Return the rest of a plan: from the last task that began with an empty hand, and that the run had reached.
 
     Raises:
@@ -205,7 +205,7 @@ def left(done: Round) -> Plan:
     return replace(plan, actions=plan.actions[start:])
 
 
-def as_left(done: Round) -> World:
+def world_after_run(done: Round) -> World:
     """Return the world as a run left it: things where they are, the robot as it stands.
 
     Loose fillings are as at the start.

@@ -141,7 +141,7 @@ def _count(value: Any) -> str:
     return f"{value[0]} of {value[1]}" if isinstance(value, list) else str(value)
 
 
-def below(tables: Tables, limits: ThresholdSpec) -> list[str]:
+def missed_thresholds(tables: Tables, limits: ThresholdSpec) -> list[str]:
     """Return the thresholds that are not reached, in words."""
     shares = {name: getattr(tables.whole, name) for name in ("solved", *STAGES)}
     return [

@@ -22,7 +22,7 @@ from ..plugin.expert import RELATIONS, Judged
 from ..scenario.scenario import Scenario
 from ..scenario.worlds import camera_of
 from .query import ObjectQuery
-from .recognition import SIGMA, believed, estimate, facts, renamed, surety
+from .recognition import SIGMA, estimate, facts, least_pose_confidence, renamed, thing_from_percept
 from .result import Perceived
 from .runner import perceive
 from .view_queries import HANGING, INSIDE, bears
@@ -131,7 +131,7 @@ def _best(
     best: tuple[float, Picture | None] = (-1.0, None)
     for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
         perceived = ask(query, taken.view, taken.fixtures, knowledge, earlier=earlier, robot=taken.robot)
-        best = max(best, (surety(perceived), replace(taken, perceived=perceived)), key=lambda b: b[0])
+        best = max(best, (least_pose_confidence(perceived), replace(taken, perceived=perceived)), key=lambda b: b[0])
         if best[0] >= SURE:
             break
     assert best[1] is not None  # there is a view, or there was an error
@@ -142,7 +142,7 @@ def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
     """What is believed after one more picture."""
     assert taken.perceived is not None
     answers = taken.perceived.answers
-    found = {n: (t, p) for p in answers if (known := believed(p, knowledge)) for n, t in [known]}
+    found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}
     fixtures, estimates = _fixtures(taken, taken.perceived, before)
     old = {t.name: t for t in before.known.things if t.movable}
     things = (*fixtures, *{**old, **{n: t for n, (t, _) in found.items()}}.values())

@@ -23,7 +23,7 @@ SAME = 0.10
 neighbouring products is 70 mm along a peg, 160 mm across."""
 
 
-def surety(perceived: Perceived) -> float:
+def least_pose_confidence(perceived: Perceived) -> float:
     """Return the confidence of the least sure pose.
 
     0 where something that could be an answer has none, 1 where nothing is seen.
@@ -34,7 +34,7 @@ def surety(perceived: Perceived) -> float:
     return min((p.values["pose"].judged.confidence if "pose" in p.values else 0.0 for p in things), default=1.0)
 
 
-def believed(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
+def thing_from_percept(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
     """Return a recognised object's name and thing; None if no model explains it, or it has no pose."""
     model = next((t for t in knowledge.products if t.name == percept.value("model")), None)
     pose, name = percept.value("pose"), percept.value("instance")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 
-class Said(Value):
+class Annotation(Value):
     """Annotation: a value and the expert that gave it."""
 
     judged: Judged
@@ -42,7 +42,7 @@ class Percept(Value):
     """
 
     number: int
-    values: Mapping[str, Said]
+    values: Mapping[str, Annotation]
     confidence: float = 1.0
     dropped: str = ""
     missing: Mapping[str, str] = field(default_factory=dict)
@@ -82,7 +82,7 @@ class Perceived(Value):
     pipeline: Pipeline
     answers: tuple[Percept, ...]
     dropped: tuple[Percept, ...]
-    scene: Mapping[str, Said]
+    scene: Mapping[str, Annotation]
     runs: tuple[Run, ...]
     remarks: tuple[str, ...] = ()
 

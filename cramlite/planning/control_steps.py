@@ -28,7 +28,7 @@ SAME = 0.02  # joint positions that are the same for what comes after [rad]: a m
 MOVED = 0.005  # things that are at the same place [m]: the accuracy with which let go things are known
 
 
-def passed(state: State, mark: Mark) -> State:
+def state_after_mark(state: State, mark: Mark) -> State:
     """Return the state behind a mark at the front of the agenda.
 
     Raises:

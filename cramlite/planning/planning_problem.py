@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..base.value import Value
 from ..interpretation.fluents import Fact, Pattern, SymbolicWorld, matches
-from .goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
+from .goal_planner import GoalFacts, TaskPlan, as_tasks, ground_goal, parse_goals, with_sides
 from .operators import Grounder, Operator
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class PlanningProblem(Value):
     """
 
     facts: frozenset[Fact]
-    wanted: Wanted
+    wanted: GoalFacts
     operators: tuple[Operator, ...]
     knowledge: Knowledge
 
@@ -57,6 +57,6 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
     """
     grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
-    (meaning,) = meant(goal, {}, grounder)
-    target = wanted(meaning.says, grounder)
+    (meaning,) = ground_goal(goal, {}, grounder)
+    target = parse_goals(meaning.says, grounder)
     return PlanningProblem(grounder.initial(), target, with_sides(target, operators, knowledge.tasks), knowledge)

@@ -75,7 +75,7 @@ class State(Value):
         return any(f.compound.decided_at_run_time for f in self.frames)
 
 
-def chosen(state: State, item: Designator, answer: Grounding, choices: tuple[tuple[str, str], ...]) -> State:
+def state_after_choice(state: State, item: Designator, answer: Grounding, choices: tuple[tuple[str, str], ...]) -> State:
     """Return the state after choosing an alternative.
 
     An action's steps come next on the agenda; all else is bound.
@@ -93,7 +93,7 @@ def chosen(state: State, item: Designator, answer: Grounding, choices: tuple[tup
     return replace(after, bindings=bindings)
 
 
-def closed(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
+def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
     """Return the state after an action: its effects applied to the belief, its section of the program closed."""
     action, first, top = ground_roles(done, state.bindings), state.opened[done.name], top_of(done.name) == done.name
     if top and not state.folding and not (isinstance(action, Compound) and not action.decided_at_run_time):
@@ -103,7 +103,7 @@ def closed(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
         return state
     belief = tasks[action.task].effects(action, state.belief)
     after = replace(state, belief=belief, actions=(*state.actions, action) if top else state.actions)
-    return gripped(after, first) if top else after
+    return renew_places(after, first) if top else after
 
 
 def ground_roles(action: Action, bindings: Mapping[str, Any]) -> Action:
@@ -120,7 +120,7 @@ def describe(action: Action) -> str:
     return f"{action.task.split(':')[-1]}" + (f": {fillers}" if fillers else "")
 
 
-def gripped(state: State, first: int = 0) -> State:
+def renew_places(state: State, first: int = 0) -> State:
     """Return the state after an action of the plan, in which places are numbered anew if the grip or the stand changed.
 
     If it took or let go of something, or drove, the places bound so far are history: the same thing stands elsewhere,
