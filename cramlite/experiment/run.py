@@ -118,8 +118,8 @@ def _round(
     order: Order, store: Store, left: Sequence[Demonstration], deaths: dict[str, int], say: Callable[[str], None]
 ) -> dict[str, DemonstrationResult]:
     """Hand out what is left, until it is done or a worker dies."""
-    for name in store.begun():  # of a run that was killed
-        store.ended(name)
+    for name in store.unfinished():  # of a run that was killed
+        store.unmark(name)
     progress = Progress(len(order.demonstrations), len(left), say)
     found: dict[str, DemonstrationResult] = {}
     pool = worker_pool(min(order.workers, len(left)))
@@ -148,7 +148,7 @@ def _buried(
     """A worker died, and the pool with it: what it was at is tried again, or given up."""
     given_up = {}
     by_name = {d.name: d for d in order.demonstrations}
-    for name in store.begun():
+    for name in store.unfinished():
         deaths[name] = deaths.get(name, 0) + 1
         say(f"a worker died at or beside {name} ({deaths[name]} of {DEATHS}); finished pieces are kept")
         if deaths[name] >= DEATHS:
@@ -156,7 +156,7 @@ def _buried(
             reason = f"worker: the process died {DEATHS} times (out of memory, or killed)"
             given_up[name] = DemonstrationResult(name, one.object, one.seed, 0, 0, 0, (), reason)
             store.save(name, "result", given_up[name])
-        store.ended(name)
+        store.unmark(name)
     return given_up
 
 

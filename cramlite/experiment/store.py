@@ -54,15 +54,15 @@ class Store:
         """Read the result of a demonstration; None if it is not finished."""
         return _read(self.folder(demonstration) / "result.json", DemonstrationResult)
 
-    def began(self, demonstration: str) -> None:
+    def mark(self, demonstration: str) -> None:
         """Mark a demonstration as taken on by this worker process."""
         self.write(f"results/{demonstration}/worker", str(os.getpid()))
 
-    def ended(self, demonstration: str) -> None:
+    def unmark(self, demonstration: str) -> None:
         """Remove the mark of a worker."""
         (self.folder(demonstration) / "worker").unlink(missing_ok=True)
 
-    def begun(self) -> list[str]:
+    def unfinished(self) -> list[str]:
         """Return the names of demonstrations that a worker took on and did not finish."""
         return sorted(p.parent.name for p in (self.path / "results").glob("*/worker"))
 

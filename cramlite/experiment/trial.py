@@ -36,14 +36,14 @@ def run_trial(trial: Trial) -> DemonstrationResult:
     done = store.demonstration(trial.demonstration.name)
     if done is not None:
         return done
-    store.began(trial.demonstration.name)
+    store.mark(trial.demonstration.name)
     place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins)
     try:
         result = _demonstrated(trial, store, place)
     finally:
         place.executor.close()  # a worker waits for its own processes before it ends
     store.save(trial.demonstration.name, "result", result)
-    store.ended(trial.demonstration.name)
+    store.unmark(trial.demonstration.name)
     return result
 
 
