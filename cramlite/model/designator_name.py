@@ -25,7 +25,7 @@ def top_of(name: str) -> str:
     return name.partition(BETWEEN)[0]
 
 
-def chain(name: str) -> Iterator[str]:
+def with_enclosing(name: str) -> Iterator[str]:
     """Yield a designator's name and those of all that enclose it, innermost first: "2.Grasping/approach", "2.Grasping"."""
     while name:
         yield name
