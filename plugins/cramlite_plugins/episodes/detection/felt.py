@@ -1,4 +1,4 @@
-"""What the wrist felt where contacts chattered: a hand that presses on all the while has not let go of what it touches."""
+"""Contacts by the wrist's force sensor where simulated contacts chatter: a hand that presses on all the while has not let go."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Pairs = Mapping[tuple[str, str], Flags]
 
 
 def pressed_on(contacts: Pairs, rollout: Rollout) -> dict[tuple[str, str], Flags]:
-    """Contacts of the effector with the gaps filled in which the wrist felt it press on, while it touched nothing else.
+    """Close the gaps in contacts of the effector in which the wrist felt it press on, while it touched nothing else.
 
     Args:
         contacts: pair of entities -> whether they touch, per sample.
