@@ -61,10 +61,13 @@ def _schema(kind: str) -> WithJsonSchema:
 
 
 Length = Annotated[float, BeforeValidator(_parser("length")), _schema("length")]
-"""A length: a number [m], or text with a unit, "40 mm"; a field of this type holds it in m."""
+"""Length in YAML: a number of metres, or text with a unit, e.g. "50 mm"; becomes a float [m]."""
+
 Angle = Annotated[float, BeforeValidator(_parser("angle")), _schema("angle")]
-"""An angle: a number [rad], or text with a unit, "90 deg"; a field of this type holds it in rad."""
+"""Angle in YAML: a number of radians, or text with a unit, e.g. "30 deg"; becomes a float [rad]."""
+
 Mass = Annotated[float, BeforeValidator(_parser("mass")), _schema("mass")]
-"""A mass: a number [kg], or text with a unit, "200 g"; a field of this type holds it in kg."""
+"""Mass in YAML: a number of kilograms, or text with a unit, e.g. "200 g"; becomes a float [kg]."""
+
 Force = Annotated[float, BeforeValidator(_parser("force")), _schema("force")]
 Time = Annotated[float, BeforeValidator(_parser("time")), _schema("time")]

@@ -95,9 +95,8 @@ class Compare(Value):
     """Comparison of a predicate's value, or a variable, with a number or a variable.
 
     Args:
-        left: a predicate that gives a number, or a variable.
-        symbol: of ``OPERATORS``, e.g. ">=".
-        right: a number, a word or a variable.
+        left, right: what is compared.
+        symbol: of the comparison, e.g. "<=".
     """
 
     left: Atom | Variable

@@ -19,9 +19,10 @@ from .fluents import PLAIN, Fluent
 from .state_index import StateIndex
 
 PhaseName = Literal["pre", "run", "post"]
-"""Before, during or after an action."""
+"""Phase of an action: just before it, while it lasts, just after it."""
+
 Row = tuple[str | float, ...]
-"""Arguments of a predicate that hold: names of entities or classes, and numbers."""
+"""Arguments for which a predicate holds; the last is its value where it has one."""
 
 PADDING = 0.2
 """How long after a labelled action its effects may appear [s]: the published rule base's value."""
@@ -76,7 +77,7 @@ class Segment(Value):
     """Action of the timeline: a recorded one, or a gap between boundaries.
 
     Args:
-        start, end: when it begins and ends [s].
+        start, end: [s].
         event: the recorded action; None for a gap.
     """
 

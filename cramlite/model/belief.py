@@ -45,7 +45,7 @@ class Held(Value):
 
 
 Relation = tuple[str, str, str]
-"""Predicate, subject and object, e.g. ("on", "cup", "table")."""
+"""Predicate and two entities, e.g. ("in", "tea", "basket")."""
 
 
 class Belief(Value):

@@ -187,4 +187,4 @@ class Late(Value):
 
 
 Designator = Action | Object | Location | Motion | Late
-"""A description that plugins ground."""
+"""Description that is resolved before, or while, a program runs."""

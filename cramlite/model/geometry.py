@@ -17,10 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.value import Value
 
 Vector3 = tuple[float, float, float]
-"""x, y and z; lengths in m."""
+"""x, y, z."""
+
 Quaternion = tuple[float, float, float, float]
+"""w, x, y, z; of unit length."""
+
 Floats = NDArray[np.float64]
-"""An array of numbers; its shape is said where it is used."""
+"""Array of floating-point numbers; the shape is said where it is used."""
+
 HALF_TURN = 1e-7
 """Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
 

@@ -177,9 +177,11 @@ def _ends(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 PROGRAM_RULES: dict[str, Callable[[Program, Robot], Iterator[str]]] = {
     "start": _start, "joint speeds": _joint_speeds, "payload": _first_load,
 }  # fmt: skip
-"""What is asked of a program as a whole: name of the rule -> what objects to it, a sentence each."""
+"""Name of a rule -> the check of a whole program; it yields objections."""
+
 STEP_RULES: dict[str, Callable[[AnyStep, Program, Robot], Iterator[str]]] = {
     "joint limits": _joints, "speed": _speed, "workspace": _workspace, "forces": _force, "payload": _load_of,
     "time-outs": _time, "gripper": _gripper, "paths": _ends,
 }  # fmt: skip
-"""The same, asked of each step."""
+"""Name of a rule -> the check of one step of a program; it yields objections."""
+

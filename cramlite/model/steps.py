@@ -14,7 +14,7 @@ from ..base.value import Value
 from .geometry import Pose, Vector3
 
 Joints = tuple[float, ...]
-"""A joint position: one value for each joint, base first [rad]."""
+"""Joint angles of an arm, from the base [rad]."""
 
 
 class Step(Value, kw_only=True):
@@ -341,7 +341,7 @@ AnyStep = (
     | Drive
     | Control
 )
-"""What a program is made of."""
+"""Any step of a typed program."""
 
 
 def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:

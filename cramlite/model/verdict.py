@@ -8,7 +8,8 @@ from typing import Literal
 from ..base.value import Value
 
 Cost = Literal["facts", "ik", "path", "rollout"]
-"""When a validator is asked: of the typed program ("facts", "ik", "path", cheapest first), or once its text ran ("rollout")."""
+"""What a check costs, the cheapest first: microseconds, milliseconds (inverse kinematics), 10 ms (paths), seconds (simulation)."""
+
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 
 
@@ -36,7 +37,7 @@ class Verdict(Value):
     """Findings of all validators about one candidate.
 
     Args:
-        findings: in the order in which they were made.
+        findings: of all validators that were asked, in that order.
         left_out: names of shipped validators that were not asked, because their plugins are blocked.
     """
 

@@ -14,13 +14,16 @@ from ..base.value import Value
 from .geometry import Pose
 
 Image = NDArray[np.uint8]
-"""Colours (height, width, 3), red, green and blue, 0 to 255."""
+"""Colour image (height, width, 3), RGB."""
+
 Depth = NDArray[np.float32]
-"""Depth along the optical axis (height, width) [m]; NaN where nothing was measured."""
+"""Depth image (height, width) [m]; NaN where nothing was measured."""
+
 Mask = NDArray[np.bool_]
-"""Which pixels are meant (height, width)."""
+"""Pixels (height, width) that belong to something."""
+
 Points = NDArray[np.float64]
-"""Points (N, 3) [m]; the frame is said where they are used."""
+"""Points (..., 3) [m]."""
 
 
 class Intrinsics(Value, dict=True):

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
     pass
 
 
-VIEW, SEGMENTS, SEGMENT, OBJECTS = "view", "segments", "segment", "objects"
-"""Names with a meaning for the engine: the picture, what splits it into objects, one object's part, all objects."""
+VIEW, SEGMENT, OBJECTS = "view", "segment", "objects"
+"""Names with a meaning for the engine: the picture, one object's part of it, all objects."""
+SEGMENTS = "segments"
+"""Name of the value that splits a picture into the parts of objects."""
 Scope = Literal["view", "object", "scene"]
 Domain = tuple[str, ...] | Callable[[Mapping[str, Any]], tuple[str, ...]]
 
@@ -113,6 +115,8 @@ class Expert(Value):
 
 
 RELATIONS = ("on", "in", "hangs_on", "left_of", "right_of", "above", "below")
-"""Relations between things that queries ask for, e.g. ``on=Table``."""
+"""Relations between seen things that a perception query may name."""
+
 UNKNOWN = "unknown"
-"""Value of an attribute that an expert looked for and could not tell."""
+"""Value of an attribute that could not be told."""
+

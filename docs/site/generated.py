@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import ast
 import importlib
 import inspect
 import json
+import pkgutil
 import re
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Iterator
 from types import ModuleType
 from typing import Any
 
@@ -17,8 +16,6 @@ import cramlite.model
 import cramlite.plugin
 import cramlite.testing
 from cramlite.model import Value
-
-DOORS: tuple[ModuleType, ...] = (cramlite, cramlite.plugin, cramlite.model, cramlite.testing)
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -52,27 +49,21 @@ def predicates_page() -> str:
 
 
 def python_page() -> str:
-    """Every public name with its signature and docstring; one that several doors offer is described at the first."""
-    offered = ", ".join(f"`{door.__name__}`" for door in DOORS)
-    parts = ["# Python names", "", f"Everything public, from {offered}; written from the code."]
-    shown: dict[str, Any] = {}
-    for door in DOORS:
-        parts += ["", f"## {door.__name__}"]
-        for name in door.__all__:
-            value = getattr(door, name)
-            again = name in shown and shown[name] is value
-            parts += ["", *([f"### {name}", "", f"As [above](#{name.lower()})."] if again else described(name, value, door))]
-            shown.setdefault(name, value)
+    """Every public name with its signature and docstring."""
+    parts = ["# Python names", "", "Everything public, from four modules; written from the code."]
+    for module in (cramlite, cramlite.plugin, cramlite.model, cramlite.testing):
+        parts += ["", f"## {module.__name__}"]
+        for name in module.__all__:
+            parts += ["", *described(module, name)]
     return "\n".join(parts) + "\n"
 
 
-def described(name: str, value: Any, door: ModuleType = cramlite) -> list[str]:
+def described(module: ModuleType, name: str) -> list[str]:
     """A heading, the signature, the docstring, and the public methods of a class."""
-    if is_constant(value):
-        of_functions = isinstance(value, dict) and any(map(callable, value.values()))
-        shown = list(value) if of_functions else value
-        said = [f"`{json.dumps(shown)}`", ""] if isinstance(shown, str | float | tuple | list | dict) else []
-        return [f"### {name}", "", *said, plain(constant_doc(name, door))]
+    value = getattr(module, name)
+    if not inspect.isclass(value) and not inspect.isroutine(value):
+        said = json.dumps(value) if isinstance(value, str | tuple) else type(value).__name__
+        return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(module, name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
     for method, function in methods(value):
@@ -133,29 +124,21 @@ def signature_of(value: Any) -> str:
         return "(...)"
 
 
-def is_constant(value: Any) -> bool:
-    """Whether it is a value or an alias of a type, whose text stands under it in the source."""
-    return not inspect.isclass(value) and not inspect.isfunction(value)
-
-
-def constant_doc(name: str, door: ModuleType) -> str:
-    """The text under a constant or an alias, in the module that a door has it from; "" where there is none."""
-    statements = ast.parse(inspect.getsource(home_of(name, door))).body
-    for statement, below in pairwise(statements):
-        targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
-        named = {n.id for target in targets if target is not None for n in ast.walk(target) if isinstance(n, ast.Name)}
-        text = below.value if isinstance(below, ast.Expr) else None
-        if name in named and isinstance(text, ast.Constant):
-            return inspect.cleandoc(str(text.value))
+def constant_doc(module: ModuleType, name: str) -> str:
+    """The text under a constant or an alias of a type, in the source of the module that defines it."""
+    homes = {n: home for home, names in vars(module).get("_HOMES", {}).items() for n in names.split()}
+    known = [importlib.import_module(homes[name], module.__name__)] if name in homes else list(parts_of(module))
+    for source in map(inspect.getsource, known):
+        found = re.search(rf'^{name}(?:: [^\n=]+)? = (?:(?!\n\n).)*?\n"""(.*?)"""', source, re.MULTILINE | re.DOTALL)
+        if found:
+            return " ".join(found[1].split())
     return ""
 
 
-def home_of(name: str, door: ModuleType) -> ModuleType:
-    """The module that a door imports a name from, as its source says."""
-    for node in ast.walk(ast.parse(inspect.getsource(door))):
-        if isinstance(node, ast.ImportFrom) and any(a.name == name for a in node.names):
-            return importlib.import_module("." * node.level + (node.module or ""), door.__name__)
-    raise LookupError(f"{door.__name__} does not say where '{name}' is from")
+def parts_of(module: ModuleType) -> Iterator[ModuleType]:
+    """The modules of a package."""
+    for part in pkgutil.iter_modules(getattr(module, "__path__", ())):
+        yield importlib.import_module(f"{module.__name__}.{part.name}")
 
 
 def plain(text: str) -> str:
