@@ -178,7 +178,7 @@ def errors_page() -> str:
         "",
         "All are `CramliteError`. A plugin says that something is impossible with",
         "",
-        *described("Unresolvable", errors.Unresolvable),
+        *described(cramlite, "Unresolvable"),
     ]
     return "\n".join(parts) + "\n"
 
