@@ -127,10 +127,10 @@ class Pose(Value, dict=True):
 
     def apply(self, points: ArrayLike) -> Floats:
         """Transform points (..., 3) [m] from the child frame to the parent frame."""
-        moved: Floats = self.turn(points) + np.asarray(self.position)
+        moved: Floats = self.rotate(points) + np.asarray(self.position)
         return moved
 
-    def turn(self, vectors: ArrayLike) -> Floats:
+    def rotate(self, vectors: ArrayLike) -> Floats:
         """Rotate directions (..., 3) from the child frame to the parent frame, without the translation."""
         turned: Floats = np.asarray(vectors, dtype=float) @ self.rotation.T
         return turned

@@ -352,7 +352,7 @@ def uses_arm(steps: Iterable[AnyStep]) -> bool:
     return any(not isinstance(s, SetGripper | Wait) for s in steps)
 
 
-def clash(branches: Iterable[Iterable[AnyStep]]) -> str:
+def branch_conflict(branches: Iterable[Iterable[AnyStep]]) -> str:
     """Return why branches cannot run in parallel; "" when they can."""
     flat = [list(walk(b)) for b in branches]
     grip = [any(isinstance(s, SetGripper) for s in b) for b in flat]

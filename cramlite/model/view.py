@@ -67,13 +67,13 @@ class Intrinsics(Value, dict=True):
 
 
     @property
-    def narrowest(self) -> float:
+    def min_half_field_of_view(self) -> float:
         """Half the smallest field of view [rad]: a point nearer to the optical axis is in the image for certain."""
         beside, below = min(self.cx, self.width - self.cx), min(self.cy, self.height - self.cy)
         return min(math.atan2(beside, self.fx), math.atan2(below, self.fy))
 
     @classmethod
-    def of_size(cls, width: int, height: int, fov: float | None = None) -> Intrinsics:
+    def from_field_of_view(cls, width: int, height: int, fov: float | None = None) -> Intrinsics:
         """Return the intrinsics of a camera with square pixels and the principal point in the middle of the image.
 
         Args:
