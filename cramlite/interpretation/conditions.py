@@ -92,7 +92,13 @@ class Every(Value):
 
 
 class Compare(Value):
-    """Comparison of a predicate's value, or a variable, with a number or a variable."""
+    """Comparison of a predicate's value, or a variable, with a number or a variable.
+
+    Args:
+        left: value predicate or variable.
+        symbol: one of ``OPERATORS``.
+        right: number or variable.
+    """
 
     left: Atom | Variable
     symbol: str

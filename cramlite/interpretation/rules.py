@@ -33,7 +33,14 @@ _KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
 
 
 class Clause(Value, dict=True):
-    """Condition of a rule, with the phase in which it is asked, its text, and its place in the file."""
+    """Condition of a rule, with the phase in which it is asked, its text, and its place in the file.
+
+    Args:
+        phase: in which it is asked: "pre", "run" or "post".
+        condition: parsed.
+        text: as it was written.
+        line: of the rule file, from 1.
+    """
 
     phase: PhaseName
     condition: Condition

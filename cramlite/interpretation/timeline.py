@@ -19,7 +19,9 @@ from .fluents import PLAIN, Fluent
 from .state_index import StateIndex
 
 PhaseName = Literal["pre", "run", "post"]
+"""Phase of an action: just before it, all through it, or just after it."""
 Row = tuple[str | float, ...]
+"""Arguments for which a predicate holds: names of entities or classes; a value predicate's rows end with the number."""
 
 PADDING = 0.2
 """How long after a labelled action its effects may appear [s]: the published rule base's value."""
@@ -71,7 +73,12 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action of the timeline: a recorded one, or a gap between boundaries (``event`` is None)."""
+    """Action of the timeline: a recorded one, or a gap between boundaries (``event`` is None).
+
+    Args:
+        start, end: [s].
+        event: the recorded action.
+    """
 
     start: float
     end: float

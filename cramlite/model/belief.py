@@ -45,6 +45,7 @@ class Held(Value):
 
 
 Relation = tuple[str, str, str]
+"""A believed fact: (predicate, thing, place), e.g. ("hangs_on", "tea", "hanger")."""
 
 
 class Belief(Value):

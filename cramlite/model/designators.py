@@ -187,3 +187,4 @@ class Late(Value):
 
 
 Designator = Action | Object | Location | Motion | Late
+"""Anything that plugins are asked to ground."""

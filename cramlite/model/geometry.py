@@ -17,8 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.value import Value
 
 Vector3 = tuple[float, float, float]
+"""(x, y, z): a point or direction [m], or a rotation vector [rad]."""
 Quaternion = tuple[float, float, float, float]
 Floats = NDArray[np.float64]
+"""Array of float64."""
 HALF_TURN = 1e-7
 """Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
 

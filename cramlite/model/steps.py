@@ -14,6 +14,7 @@ from ..base.value import Value
 from .geometry import Pose, Vector3
 
 Joints = tuple[float, ...]
+"""Joint position, base to flange [rad]."""
 
 
 class Step(Value, kw_only=True):
@@ -340,6 +341,7 @@ AnyStep = (
     | Drive
     | Control
 )
+"""Any step of a typed program."""
 
 
 def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:

@@ -8,6 +8,7 @@ from typing import Literal
 from ..base.value import Value
 
 Cost = Literal["facts", "ik", "path", "rollout"]
+"""Stage at which a validator is asked, cheapest first; "rollout" is after the program's text ran."""
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 
 
@@ -35,6 +36,7 @@ class Verdict(Value):
     """Findings of all validators about one candidate.
 
     Args:
+        findings: in the order in which validators were asked.
         left_out: names of shipped validators that were not asked, because their plugins are blocked.
     """
 

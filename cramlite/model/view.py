@@ -14,9 +14,13 @@ from ..base.value import Value
 from .geometry import Pose
 
 Image = NDArray[np.uint8]
+"""Colour image, (height, width, 3) uint8, RGB."""
 Depth = NDArray[np.float32]
+"""Depth image, (height, width) float32 along the optical axis [m]; NaN where nothing was measured."""
 Mask = NDArray[np.bool_]
+"""Pixel mask, (height, width) bool."""
 Points = NDArray[np.float64]
+"""Points, (..., 3) float64 [m], or image coordinates, (..., 2) [pixel]."""
 
 
 class Intrinsics(Value, dict=True):

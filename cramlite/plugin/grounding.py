@@ -62,6 +62,7 @@ class Refused(Value):
 
 Answer = Grounding | Refused
 Answers = Iterable[Answer] | None
+"""Answers of a ``resolve_...`` hook: ``Grounding`` and ``Refused``, best first, or None for "not mine"."""
 
 
 class Context(Value):
