@@ -15,9 +15,9 @@ class ProgramSafety(Value):
     cost: Cost = "facts"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from cramlite.model import PROGRAM_RULES, STEP_RULES, objections
+        from cramlite.model import PROGRAM_RULES, STEP_RULES, violations
 
-        found = list(objections(candidate.program, candidate.robot))
+        found = list(violations(candidate.program, candidate.robot))
         for o in found:
             yield Finding(self.name, False, f"{o.rule}: {o.reason}", origin=o.origin)
         if not found:
