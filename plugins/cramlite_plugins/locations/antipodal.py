@@ -2,7 +2,7 @@
 
 A line along the closing direction meets each convex primitive in one interval; the union of the intervals around
 the pinch point ends in the contact pair. Pads can hold it when both normals lie in the friction cone about the line
-(Nguyen, Constructing Force-Closure Grasps, IJRR 7(3), 1988). Tool frame: z approach, y closing, as ``cramlite.Gripper``.
+(Nguyen, Constructing Force-Closure Grasps, IJRR 7(3), 1988). Tool frame: z approach, y closing, as ``cramlite.model.Gripper``.
 """
 
 from __future__ import annotations

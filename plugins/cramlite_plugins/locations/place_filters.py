@@ -42,7 +42,7 @@ class Wanted(Value):
     Args:
         entity, feature, target: what it is put on or in, and the pose of that feature.
         scene: the planning scene.
-        where: further constraints, by name (``cramlite.scenario.task_specs.WhereSpec``).
+        where: further constraints, by name (the keys of ``where`` in scenario files).
     """
 
     thing: Thing

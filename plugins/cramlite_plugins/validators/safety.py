@@ -9,7 +9,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 
 class ProgramSafety(Value):
-    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.program_safety``."""
+    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.violations``."""
 
     name: str = "program_safety"
     cost: Cost = "facts"
