@@ -18,7 +18,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ..base.value import Value
-from .designator_name import inside
+from .designator_name import part_name
 from .designators import Action, Designator, Motion
 
 Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "repeat", "monitor"]
@@ -66,7 +66,7 @@ def sequence(name: str, *parts: Designator) -> Compound:
     return compound("sequence", name, (parts,))
 
 
-def try_in_order(name: str, *parts: Designator) -> Compound:
+def choose(name: str, *parts: Designator) -> Compound:
     """Construct a choice among alternatives that is made while planning.
 
     The program holds only the first part that can be resolved, and whose program is proven.
@@ -74,7 +74,7 @@ def try_in_order(name: str, *parts: Designator) -> Compound:
     return compound("try_in_order", name, tuple((p,) for p in parts))
 
 
-def attempts(name: str, *parts: Designator) -> Compound:
+def fallback(name: str, *parts: Designator) -> Compound:
     """Construct a fallback that is decided while the program runs: one part after the other, until one succeeds.
 
     The program holds all of them.
@@ -85,10 +85,10 @@ def attempts(name: str, *parts: Designator) -> Compound:
 def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
     """Construct a retry of one part: as it is, then with each change of its parameters, until one succeeds."""
     again = [
-        replace(part, name=inside(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
+        replace(part, name=part_name(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
         for k, change in enumerate(changes, 2)
     ]
-    return attempts(name, part, *again)
+    return fallback(name, part, *again)
 
 
 def parallel(name: str, *parts: Designator) -> Compound:

@@ -22,10 +22,8 @@ if TYPE_CHECKING:
     pass
 
 
-VIEW, SEGMENT, OBJECTS = "view", "segment", "objects"
-"""Names with a meaning for the engine: the picture, one object's part of it, all objects."""
-SEGMENTS = "segments"
-"""Name of the value that splits a picture into the parts of objects."""
+VIEW, SEGMENTS, SEGMENT, OBJECTS = "view", "segments", "segment", "objects"
+"""Names with a meaning for the engine: the picture, what splits it into objects, one object's part, all objects."""
 Scope = Literal["view", "object", "scene"]
 Domain = tuple[str, ...] | Callable[[Mapping[str, Any]], tuple[str, ...]]
 
@@ -115,8 +113,6 @@ class Expert(Value):
 
 
 RELATIONS = ("on", "in", "hangs_on", "left_of", "right_of", "above", "below")
-"""Relations between seen things that a perception query may name."""
-
+"""Spatial relations between objects that scene experts may state."""
 UNKNOWN = "unknown"
-"""Value of an attribute that could not be told."""
-
+"""Value that an expert gives where the true one is none of those that it knows."""

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 hookspec = pluggy.HookspecMarker("cramlite")
 hookimpl = pluggy.HookimplMarker("cramlite")
-"""Decorator that marks a function of a plugin as its implementation of the hook of that name."""
+"""Decorator that marks a function of a plugin as the implementation of the hook of its name."""
 
 
 @hookspec

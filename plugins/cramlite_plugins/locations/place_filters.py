@@ -170,7 +170,7 @@ def _eye(asked: Any, wanted: Wanted) -> tuple[Floats | None, Floats | None, floa
     if camera is None or camera.mount is not None:
         return None, None, 0.0
     pose = base * camera.pose
-    return np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0)), camera.intrinsics.narrowest
+    return np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0)), camera.intrinsics.min_half_field_of_view
 
 
 def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:

@@ -41,7 +41,7 @@ from .entities import (
 )
 from .felt import pressed_on
 from .grasped import grasps
-from .signals import Flags, hold, spans
+from .signals import Flags, hysteresis, spans
 from .supported import carried, supports
 from .threaded import held_on, threaded
 from .touches import CONTACT, Pair, entity_of, state, touching_pairs
@@ -116,7 +116,7 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
     standing = {tuple(sorted(pair)): flags for pair, flags in carries.items()}
     never = np.zeros(len(rollout.times), dtype=bool)
     touching = {
-        pair: held_on(hold(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
+        pair: held_on(hysteresis(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
         for pair, force in forces.items()
     }
     return [
@@ -132,7 +132,7 @@ def _contents(rollout: Rollout) -> list[Event]:
         state("soma:ContainmentState", span, {"container": vessel, "content": contents_of(thing)})
         for thing, grains in rollout.grains.items()
         for vessel, count in where(rollout, thing).items()
-        for span in spans(hold(count / grains.shape[1], *HELD), rollout.times)
+        for span in spans(hysteresis(count / grains.shape[1], *HELD), rollout.times)
     ]
 
 

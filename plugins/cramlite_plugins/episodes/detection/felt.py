@@ -9,7 +9,7 @@ import numpy as np
 
 from cramlite.model import Rollout
 
-from .signals import Flags, closed, runs
+from .signals import Flags, close_gaps, runs
 
 #: Gaps shorter than this may be chatter [s]: a slide of a program, too, counts a contact as lost after 0.5 s (``lost_s``).
 CHATTER = 0.5
@@ -31,7 +31,7 @@ def pressed_on(contacts: Pairs, rollout: Rollout) -> dict[tuple[str, str], Flags
     mine = {pair: on for pair, on in contacts.items() if rollout.effector in pair}
     found = dict(contacts)
     for pair, on in mine.items():
-        filled = closed(on, rollout.times)
+        filled = close_gaps(on, rollout.times)
         others = [o for other, o in mine.items() if other != pair]
         for (_, end), (start, _) in pairwise(runs(on)):
             alone = not any(o[end - 1 : start + 1].any() for o in others)
