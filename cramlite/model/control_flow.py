@@ -1,8 +1,8 @@
 """The plan language: several designators under one rule. See docs/reference/plan_language.md.
 
 A ``Compound`` is an action that is made of others. Two of its kinds are decided while planning: "sequence", and
-"try_in_order", whose branches are alternatives of the search. The others are decided while the program runs: they become
-control steps of the program (``cramlite.model.program``), and text.
+"choose", whose branches are alternatives of the search. The others are decided while the program runs: they become
+control steps of the program (``cramlite.model.steps``), and text; "fallback" is what behaviour trees call so.
 
     >>> from cramlite.model import Motion
     >>> search = Motion("1.Search/spiral", "spiral_search", parameters={"radius_m": 0.003})
@@ -21,7 +21,7 @@ from ..base.value import Value
 from .designator_name import inside
 from .designators import Action, Designator, Motion
 
-Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "repeat", "monitor"]
+Kind = Literal["sequence", "choose", "fallback", "parallel", "try_all", "repeat", "monitor"]
 Branch = tuple[Designator, ...]
 
 
@@ -43,7 +43,7 @@ class Compound(Action):
 
     @property
     def decided_at_run_time(self) -> bool:
-        return self.kind not in ("sequence", "try_in_order")
+        return self.kind not in ("sequence", "choose")
 
 
 class Mark(Value):
@@ -65,14 +65,14 @@ def sequence(name: str, *parts: Designator) -> Compound:
     return compound("sequence", name, (parts,))
 
 
-def try_in_order(name: str, *parts: Designator) -> Compound:
+def choose(name: str, *parts: Designator) -> Compound:
     """While planning: the first part that can be resolved, and whose program is proven. The program holds that one only."""
-    return compound("try_in_order", name, tuple((p,) for p in parts))
+    return compound("choose", name, tuple((p,) for p in parts))
 
 
-def attempts(name: str, *parts: Designator) -> Compound:
+def fallback(name: str, *parts: Designator) -> Compound:
     """While the program runs: one part after the other, until one succeeds. The program holds all of them."""
-    return compound("attempts", name, tuple((p,) for p in parts))
+    return compound("fallback", name, tuple((p,) for p in parts))
 
 
 def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
@@ -81,7 +81,7 @@ def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Comp
         replace(part, name=inside(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
         for k, change in enumerate(changes, 2)
     ]
-    return attempts(name, part, *again)
+    return fallback(name, part, *again)
 
 
 def parallel(name: str, *parts: Designator) -> Compound:
@@ -124,10 +124,10 @@ class Way(Value):
 
 
 def ways(item: Compound) -> Iterator[Way]:
-    """How a compound is put on the agenda: the alternatives of try_in_order, else one way with marks."""
+    """How a compound is put on the agenda: the alternatives of choose, else one way with marks."""
     if item.kind == "sequence":
         yield Way(item.branches[0], "in this order")
-    elif item.kind == "try_in_order":
+    elif item.kind == "choose":
         for k, branch in enumerate(item.branches):
             names = ", ".join(p.name for p in branch)
             steps = (Mark(item, 0), *branch, Mark(item, len(item.branches)))

@@ -277,7 +277,7 @@ class Drive(Step):
     turn_acceleration: float
 
 
-class TryInOrder(Step):
+class Fallback(Step):
     """Branches, tried one after the other while the program runs, until one succeeds.
 
     A branch fails when one of its steps would have aborted the program. Each branch but the first begins with the steps
@@ -320,7 +320,7 @@ class Monitor(Step):
     time: float | None = None
 
 
-Control = TryInOrder | Parallel | Repeat | Monitor
+Control = Fallback | Parallel | Repeat | Monitor
 """Steps that hold steps."""
 AnyStep = (
     MoveJoints
@@ -342,7 +342,7 @@ AnyStep = (
 
 def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
     """The steps that a control step holds."""
-    return step.branches if isinstance(step, TryInOrder | Parallel) else (step.steps,)
+    return step.branches if isinstance(step, Fallback | Parallel) else (step.steps,)
 
 
 def uses_arm(steps: Iterable[AnyStep]) -> bool:
