@@ -73,18 +73,20 @@ class Intrinsics(Value, dict=True):
         return min(math.atan2(beside, self.fx), math.atan2(below, self.fy))
 
     @classmethod
-    def of_size(cls, width: int, height: int, fov: float | None = None) -> Intrinsics:
+    def of_size(cls, width: int, height: int, horizontal_fov: float | None = None) -> Intrinsics:
         """Square pixels, the principal point in the middle.
 
         Args:
-            fov: how far it sees from left to right [rad]; None: as a D435.
+            horizontal_fov: horizontal field of view [rad]; None: as a D435.
 
         Raises:
             UserError: no pinhole camera sees so far.
         """
-        if fov is not None and not 0 < fov < math.pi:
-            raise UserError(f"no pinhole camera sees {math.degrees(fov):.0f} degrees; it must be between 0 and 180")
-        focal = D435.fx * width / D435.width if fov is None else width / 2 / math.tan(fov / 2)
+        if horizontal_fov is not None and not 0 < horizontal_fov < math.pi:
+            raise UserError(f"no pinhole camera sees {math.degrees(horizontal_fov):.0f} degrees; it must be between 0 and 180")
+        focal = D435.fx * width / D435.width
+        if horizontal_fov is not None:
+            focal = width / 2 / math.tan(horizontal_fov / 2)
         return cls(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
 

@@ -51,7 +51,7 @@ class Search(Struct, dict=True):
     stop: Callable[[], bool] = lambda: False
 
     def __post_init__(self) -> None:
-        self._asks = self._planned = 0
+        self._expanded = self._planned = 0
         self._nogoods = Nogoods()
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
 
@@ -61,7 +61,7 @@ class Search(Struct, dict=True):
         try:
             yield from self._descend(state, 0)
         except BudgetSpent as spent:
-            self.trace.spent("asks", self.budget.asks, str(spent))
+            self.trace.spent("expansions", self.budget.expansions, str(spent))
         except Stopped:
             self.trace.stopped()
 
@@ -140,14 +140,14 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _count(self) -> None:
-        """One more designator that plugins are asked about.
+        """Count a node that is expanded: a designator that plugins are asked about.
 
         Raises:
             BudgetSpent: there are too many.
             Stopped: the caller has had enough.
         """
-        self._asks += 1
+        self._expanded += 1
         if self.stop():
             raise Stopped
-        if self._asks > self.budget.asks:
-            raise BudgetSpent(f"{self.budget.asks} designators were asked about, the budget of one task sequence")
+        if self._expanded > self.budget.expansions:
+            raise BudgetSpent(f"{self.budget.expansions} nodes were expanded, the budget of one task sequence")

@@ -33,7 +33,7 @@ def experiment(tmp_path: Path) -> Path:
     scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
     (folder / "scenario.yaml").write_text(scenario)
     text = (FOLDER / "experiment.yaml").read_text()
-    text = text.replace("budget: {proofs: 4, asks: 400}", "budget: {proofs: 1, asks: 2}\nmost_candidates: 1")
+    text = text.replace("budget: {proofs: 4, expansions: 400}", "budget: {proofs: 1, expansions: 2}\nmost_candidates: 1")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith(("main:", "hard:"))]
     at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
     lines.insert(at + 1, "  main: {first: 1000, count: 1, about: quick}")
@@ -75,7 +75,7 @@ def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(ex
 @pytest.mark.parametrize("asks", [400, 2])
 def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, tmp_path: Path, asks: int) -> None:
     path = experiment / "experiment.yaml"
-    text = path.read_text().replace("about: quick", "until_solved: true, about: quick").replace("asks: 2", f"asks: {asks}")
+    text = path.read_text().replace("about: quick", "until_solved: true, about: quick").replace("expansions: 2", f"asks: {asks}")
     path.write_text(text.replace("most_candidates: 1", "most_candidates: 2"))
     one = read_experiment(path).demonstrations("main")[0]
     found = run_trial(Trial(path, "main", one, tmp_path / "out", pictures=False))
