@@ -20,7 +20,6 @@ from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .task_specs import TaskEntry
 
-
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
 
