@@ -156,10 +156,6 @@ class View(Value, eq=False, dict=True):
         chosen = self._measured(mask)
         return np.asarray(self.intrinsics.rays[chosen] * self.depth[chosen][:, None])
 
-    def world_points(self, mask: Mask | None = None) -> Points:
-        """``points`` in the world frame."""
-        return self.camera.apply(self.points(mask))
-
     def _measured(self, mask: Mask | None) -> Mask:
         if mask is None:
             return self.valid

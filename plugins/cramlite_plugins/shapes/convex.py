@@ -1,4 +1,4 @@
-"""Convex decomposition of a mesh that keeps its holes: simulators collide a mesh by its convex hull.
+"""Convex hulls, and convex decomposition of a mesh that keeps its holes: simulators collide a mesh by its convex hull.
 
 Approximate convex decomposition by planes: the piece whose hull adds most volume is cut by the candidate plane that leaves
 the least, until every hull follows its piece (the greedy form of Wei et al., CoACD, ACM TOG 41(4), 2022). Round holes are
@@ -15,14 +15,12 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
-import manifold3d
 import numpy as np
 
-from cramlite.model import Floats, Value
-
-from .hull import hull_volume
+from cramlite.model import Floats, Value, Vector3
 
 MOST = 72  # parts of one mesh
 DEPTH = 0.0015  # how far a hull may fill in a hollow [m], and
@@ -45,6 +43,23 @@ class Bore(Value):
 
 
 Plane = tuple[Floats, float]  # unit normal n and offset d: n x = d
+
+
+@lru_cache(maxsize=4096)
+def hull_planes(corners: tuple[Vector3, ...]) -> Floats:
+    """Compute the planes (n, 4) of the convex hull of points: outward unit normal and offset, n x + d <= 0 inside."""
+    from scipy.spatial import ConvexHull
+
+    planes: Floats = np.unique(np.round(ConvexHull(corners).equations, 9), axis=0)
+    return planes
+
+
+@lru_cache(maxsize=4096)
+def hull_volume(corners: tuple[Vector3, ...]) -> float:
+    """Compute the volume of the convex hull of points [m3]."""
+    from scipy.spatial import ConvexHull
+
+    return float(ConvexHull(corners).volume)
 
 
 def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floats]:
@@ -71,6 +86,8 @@ def solid(vertices: Floats, faces: Any) -> Any:
     Raises:
         ValueError: it is not closed, with manifold3d's reason.
     """
+    import manifold3d
+
     mesh = manifold3d.Mesh64(np.array(vertices, np.float64), np.array(faces, np.uint64))
     mesh.merge()
     body = manifold3d.Manifold(mesh)
@@ -170,6 +187,8 @@ def _along_edges(points: Floats, faces: Any) -> Iterator[Plane]:
 
 def _column(bore: Bore) -> Any:
     """A cylinder about a hole, wider than it."""
+    import manifold3d
+
     height = 2 * bore.half + 0.002
     ring = manifold3d.Manifold.cylinder(height, RIM * bore.radius / math.cos(math.pi / SECTORS), -1.0, SECTORS, True)
     return _placed(ring, bore)
@@ -177,6 +196,8 @@ def _column(bore: Bore) -> Any:
 
 def _wedges(bore: Bore) -> Iterator[Any]:
     """The sectors of the column; their sides meet in the hole's axis."""
+    import manifold3d
+
     outer, height = 2.5 * RIM * bore.radius, 2 * bore.half + 0.004
     for k in range(SECTORS):
         turns = [math.tau * (k + s) / SECTORS for s in (0, 1)]
