@@ -1,4 +1,4 @@
-"""Checking files without running anything: ``cramlite check``."""
+"""``cramlite check``: checks files without running anything."""
 
 from __future__ import annotations
 
@@ -142,6 +142,6 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``check`` with their arguments."""
+    """Declare ``check`` with its arguments."""
     check = add("check", "check a scenario, a rule file or a program without running it", _check)
     check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")

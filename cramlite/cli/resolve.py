@@ -1,4 +1,4 @@
-"""The stage functions in order: what one command does from its arguments to its files."""
+"""``cramlite resolve`` and ``cramlite record``: from a scenario to a run directory."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
 
 
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
-    """The stages' values, each in its file."""
+    """Write the values of a solution's stages into a run directory, each in its file."""
     from msgspec import json
 
     from ..model.program_json import write_program
@@ -223,7 +223,7 @@ def _faults(engine: Engine) -> list[str]:
 
 
 class Progress:
-    """Lines for people on standard error, with the time since the start; the last one stays on a terminal."""
+    """Progress lines on standard error, with the time since the start; the last one stays on a terminal."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._begin, self._quiet = time.monotonic(), quiet
@@ -238,6 +238,7 @@ class Progress:
         )
 
     def done(self) -> None:
+        """Clear the last progress line of a terminal."""
         if self._live and not self._quiet:
             print("\r\x1b[K", end="", file=sys.stderr)
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..base.value import Value, replace
     from .belief import Belief, Estimate, Held, Relation, initial_belief
     from .control_flow import Compound, choose, fallback, monitor, parallel, repeat, retry, sequence, try_all
-    from .designator_name import chain, inside, is_inside, top_of
+    from .designator_name import inside, is_inside, top_of, with_enclosing
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
     from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
@@ -59,7 +59,7 @@ _HOMES = {
     ".belief": "Belief Estimate Held Relation initial_belief",
     ".control_flow": "Compound choose fallback monitor parallel repeat retry sequence try_all",
     ".designators": "Action Designator Late Location Motion Object Place Stand",
-    ".designator_name": "chain inside is_inside top_of",
+    ".designator_name": "inside is_inside top_of with_enclosing",
     ".entity_name": "EntityName thing_of",
     ".episode": "Entity Episode Event Repair Track",
     ".geometry": "Floats Pose Vector3",
@@ -160,7 +160,6 @@ __all__ = [
     "Wait",
     "World",
     "ZeroSensor",
-    "chain",
     "choose",
     "clash",
     "fallback",
@@ -182,6 +181,7 @@ __all__ = [
     "typed_code",
     "uses_arm",
     "walk",
+    "with_enclosing",
     "write_program",
 ]
 

@@ -25,7 +25,7 @@ def top_of(name: str) -> str:
     return name.partition(BETWEEN)[0]
 
 
-def chain(name: str) -> Iterator[str]:
+def with_enclosing(name: str) -> Iterator[str]:
     """Each designator that a name is inside of, the name itself first: "2.Grasping/approach", "2.Grasping"."""
     while name:
         yield name

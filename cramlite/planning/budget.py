@@ -17,7 +17,7 @@ RENAMED = {"asks": "expansions"}
 
 
 class Budget(Value):
-    """Counted work: the same seed gives the same program on any machine.
+    """Limits on the work of a search, counted rather than timed: the same seed gives the same program on any machine.
 
     Args:
         expansions: nodes of the search that may be expanded (designators that plugins are asked about), over one task
@@ -71,8 +71,8 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
 
 
 class BudgetSpent(Exception):
-    """The counted budget of a search is used up."""
+    """End of a search because its counted budget is used up."""
 
 
 class Stopped(Exception):
-    """The caller has had enough."""
+    """End of a search because the caller stopped it."""

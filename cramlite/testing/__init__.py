@@ -40,7 +40,7 @@ def check_plugin(
     kinds: Mapping[str, Iterable[str]] = KINDS,
     relations: Iterable[str] = RELATIONS,
 ) -> None:
-    """A plugin module loads, its hooks exist and match their specifications, and what it declares keeps its contract.
+    """Check that a plugin module loads, that its hooks match their specifications, and that it keeps its contracts.
 
     Args:
         kinds, relations: as ``check_task_type`` takes them.
@@ -63,7 +63,7 @@ def check_plugin(
 
 
 def check_file(path: Path) -> None:
-    """A plugin in a file loads beside all installed ones, without a fault and without a clash of names."""
+    """Check that a plugin in a file loads beside all installed ones, without a fault and without a clash of names."""
     from ..plugin.catalogue import Knowledge
 
     registry = Registry((path,), strict=False)

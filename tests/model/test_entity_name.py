@@ -11,7 +11,7 @@ from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite.model import EntityName, Object, chain, inside, is_inside, thing_of, top_of
+from cramlite.model import EntityName, Object, inside, is_inside, thing_of, top_of, with_enclosing
 
 PLAIN = st.text(st.characters(blacklist_characters="/", blacklist_categories=["Cs"]), min_size=1)
 HOMES = {"cramlite/model/entity_name.py", "cramlite/model/designator_name.py"}
@@ -108,8 +108,8 @@ def test_designators_inside_each_other(parts: list[str]) -> None:
     for part in parts:
         name = inside(name, part)
     assert top_of(name) == parts[0]
-    assert len([*chain(name)]) == len(parts)
-    assert all(is_inside(name, whole) for whole in [*chain(name)][1:])
+    assert len([*with_enclosing(name)]) == len(parts)
+    assert all(is_inside(name, whole) for whole in [*with_enclosing(name)][1:])
     assert not is_inside(name, name)
 
 

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite import Budget, Engine, Trace, read_scenario, task_entry
 from cramlite.model import (
@@ -235,7 +236,7 @@ def _first(part: Any) -> list[str]:
     return [n for branch in branches for p in branch for n in _first(p)]
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.recursive(st.just(go("x", 1.0)), _tree, max_leaves=8))
 def test_any_nesting_becomes_steps_in_its_own_order(waits: Path, tree: Any) -> None:
     whole = _named(tree, "w")

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import (
     AnyStep,
@@ -179,7 +180,7 @@ def test_routines_that_are_called_are_there_and_force_control_only_where_it_is_l
     assert max(map(len, re.findall(r"\b[A-Za-z]\w*\b", re.sub(r'!.*|".*?"', "", text)))) <= 32
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(st.lists(st.sampled_from([*STEPS, *FORCES]), max_size=8))
 def test_origins_lead_from_lines_to_steps(steps: list[AnyStep]) -> None:
     code = RAPID[True].emit(program(*steps), IRB1200)

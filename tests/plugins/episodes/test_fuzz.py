@@ -11,8 +11,9 @@ import bson
 import numpy as np
 import pytest
 from episode_builders import episode
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite.model import Entity, Episode, Pose
 from cramlite.plugin import UserError
@@ -21,7 +22,7 @@ from cramlite_plugins.episodes.repair.dropouts import bridged
 from cramlite_plugins.episodes.repair.flicker import debounce
 from cramlite_plugins.episodes.repair.two_hands import one_handed
 
-QUICK = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+QUICK = examples(60, suppress_health_check=list(HealthCheck))
 #: What a reader may take of a file that it refuses, beside Python and NumPy themselves [bytes].
 MEMORY = 1 << 30
 

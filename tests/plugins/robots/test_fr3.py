@@ -7,8 +7,9 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite.model import Pose
 from cramlite_plugins.robots.dh_arm import forward
@@ -40,7 +41,7 @@ def published(q: tuple[float, ...], table: tuple[tuple[float, float, float], ...
 
 
 @given(JOINTS)
-@settings(max_examples=30, deadline=None)
+@examples(30)
 def test_model_and_table_are_the_published_product(q: tuple[float, ...]) -> None:
     assert site(posed(q), "flange").distance(published(q)) == pytest.approx((0, 0), abs=1e-6)
     assert forward(DH, q).distance(published(q)) == pytest.approx((0, 0), abs=1e-6)
