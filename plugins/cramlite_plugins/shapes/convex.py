@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
+import manifold3d
 import numpy as np
 
 from cramlite.model import Floats, Value, Vector3
@@ -70,8 +71,6 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
     Raises:
         ValueError: the mesh does not enclose a volume that manifold3d accepts.
     """
-    import manifold3d
-
     body = solid(vertices, faces)
     pieces: list[Any] = []
     light = manifold3d.Manifold.batch_boolean([_cylinder(b, OPEN) for b in bores], manifold3d.OpType.Add)
@@ -91,8 +90,6 @@ def solid(vertices: Floats, faces: Any) -> Any:
     Raises:
         ValueError: it is not closed, with manifold3d's reason.
     """
-    import manifold3d
-
     mesh = manifold3d.Mesh64(np.array(vertices, np.float64), np.array(faces, np.uint64))
     mesh.merge()
     body = manifold3d.Manifold(mesh)
@@ -195,16 +192,12 @@ def _along_edges(points: Floats, faces: Any) -> Iterator[Plane]:
 
 def _cylinder(bore: Bore, width: float) -> Any:
     """A prism of SECTORS sides along a hole and a little beyond, its corners at that many radii of the hole."""
-    import manifold3d
-
     height = 2 * bore.half + 0.002
     return _placed(manifold3d.Manifold.cylinder(height, width * bore.radius, -1.0, SECTORS, True), bore)
 
 
 def _wedges(bore: Bore) -> Iterator[Any]:
     """The sectors of the column; their sides meet in the hole's axis."""
-    import manifold3d
-
     outer, height = 2.5 * RIM * bore.radius, 2 * bore.half + 0.004
     for k in range(SECTORS):
         turns = [math.tau * (k + s) / SECTORS for s in (0, 1)]
