@@ -1,4 +1,4 @@
-"""Numbers with units, as people write them in YAML: "50 mm", "20 deg", "0.3 kg", or plain SI numbers."""
+"""Physical quantities with units, as people write them in YAML: "50 mm", "20 deg", "0.3 kg", or plain SI numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]
 
 
 def parse_quantity(value: Any, kind: str) -> float:
-    """A number in SI units.
+    """Convert a quantity, a number or text with a unit, to SI units.
 
     Args:
         value: a number (already SI) or text such as "50 mm".
@@ -61,7 +61,13 @@ def _schema(kind: str) -> WithJsonSchema:
 
 
 Length = Annotated[float, BeforeValidator(_parser("length")), _schema("length")]
+"""Length in YAML: a number of metres, or text with a unit, e.g. "50 mm"; becomes a float [m]."""
+
 Angle = Annotated[float, BeforeValidator(_parser("angle")), _schema("angle")]
+"""Angle in YAML: a number of radians, or text with a unit, e.g. "30 deg"; becomes a float [rad]."""
+
 Mass = Annotated[float, BeforeValidator(_parser("mass")), _schema("mass")]
+"""Mass in YAML: a number of kilograms, or text with a unit, e.g. "200 g"; becomes a float [kg]."""
+
 Force = Annotated[float, BeforeValidator(_parser("force")), _schema("force")]
 Time = Annotated[float, BeforeValidator(_parser("time")), _schema("time")]

@@ -1,4 +1,4 @@
-"""Interpretation: what each action of an episode may have been, and why it was nothing else."""
+"""Interpretation of an episode: the tasks that each of its actions may be, and why it is none of the others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .timeline import PADDING, Segment, Timeline
 
 
 class Interpreted(Value, dict=True, eq=False):
-    """One action and everything it may have been.
+    """Interpretation of one action.
 
     Args:
         start, end: [s].
@@ -52,21 +52,21 @@ class Interpreted(Value, dict=True, eq=False):
 
     @cached_property
     def rejections(self) -> tuple[Rejection, ...]:
-        """For every task that it is not: the condition that failed. Worked out when first asked for."""
+        """For every task that the action is not: the condition that failed; computed when first asked for."""
         return self._reject()
 
     @cached_property
     def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
-        """Its tasks with the fillers of their roles."""
+        """Tasks of the action with the fillers of their roles."""
         return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
 
     def named(self, task: str) -> tuple[Match, ...]:
-        """The matches of one task."""
+        """Return the matches of one task."""
         return tuple(m for m in self.matches if m.task == task)
 
 
 class Interpretation(Value, eq=False):
-    """All that an episode may mean.
+    """Interpretation of all actions of an episode.
 
     Args:
         episode: its name.
@@ -86,16 +86,17 @@ class Interpretation(Value, eq=False):
         return tuple(a for a in self.actions if a.hole)
 
     def count(self) -> int:
-        """The number of readings, those that contradict themselves among them: the product over all actions that some
-        task explains. 0 if none is explained."""
+        """Return the number of readings, incoherent ones among them: the product over all actions that some task explains.
+
+        0 if none is explained.
+        """
         total = 1 if len(self.holes) < len(self.actions) else 0
         for action in self.actions:
             total *= len(action.matches) or 1
         return total
 
     def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
-        """Candidate task sequences, best first, one at a time: the readings that agree with themselves (coherence.py),
-        in the order of ranking.py.
+        """Yield the candidate task sequences, best first: the coherent readings (coherence.py), in the order of ranking.py.
 
         Args:
             cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
@@ -103,7 +104,7 @@ class Interpretation(Value, eq=False):
         return candidates([a.matches for a in self.actions if not a.hole], self.rules, self.taxonomy, cap)
 
     def why(self, task: str, action: int) -> str:
-        """Why an action is, or is not, a task; in words.
+        """Explain in words why an action is, or is not, a task.
 
         Args:
             task: CURIE, IRI or a name that users know.
@@ -128,7 +129,7 @@ class Interpretation(Value, eq=False):
         return f"{when} is {refused[name].sentence}\n  rule: {refused[name].where}"
 
     def to_json(self) -> dict[str, Any]:
-        """The form of ``cramlite interpret --json``."""
+        """Return the JSON data of ``cramlite interpret --json``."""
         return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count()}
 
 
@@ -158,7 +159,7 @@ def _action_json(action: Interpreted) -> dict[str, Any]:
 def interpret(
     episode: Episode, rules: Sequence[Rule], taxonomy: Taxonomy, *, padding: float = PADDING, merge: bool = True
 ) -> Interpretation:
-    """Every task that every action of an episode may be.
+    """Recognise every task that each action of an episode may be.
 
     Args:
         episode: events and poses.
@@ -287,8 +288,10 @@ class _Judge(Value):
 
 @contextmanager
 def paused_collector() -> Iterator[None]:
-    """No search for cycles of garbage inside. Each search looks at all objects that there are, so that making many
-    takes longer than in proportion: a third of the time for 10,000 actions. Mercurial does the same (``util.nogc``).
+    """Pause the garbage collector inside the context.
+
+    Each of its searches for cycles looks at all objects that there are, so that making many takes longer than in
+    proportion: a third of the time for 10,000 actions. Mercurial does the same (``util.nogc``).
     """
     enabled = gc.isenabled()
     gc.disable()

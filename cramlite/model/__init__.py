@@ -1,4 +1,4 @@
-"""Values: what there is to talk about: geometry, worlds, robots, episodes, beliefs, designators, plans, programs, verdicts.
+"""Values of the domain: geometry, worlds, robots, episodes, beliefs, designators, plans, programs, verdicts.
 
 Names are imported when they are first used, so that ``import cramlite.model`` costs next to nothing.
 """

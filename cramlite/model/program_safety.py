@@ -1,4 +1,4 @@
-"""What a typed program may not do, whatever the robot's safety configuration lets through: judged before any text is written.
+"""Safety rules of typed programs, whatever the robot's safety configuration lets through; checked before any text is written.
 
 Every rule gives the steps that break it, with numbers and units. Limits without a robot of their own:
 TCP speed 1.5 m/s (Universal Robots' factory preset of the e-Series' safety configuration); 0.25 m/s while feeling (reduced
@@ -42,7 +42,7 @@ Felt = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract 
 
 
 class Objection(Value):
-    """Why a program is refused: the rule, the step's origin ("" for the program), and a clause with numbers."""
+    """Violation of a safety rule: the rule, the step's origin ("" for the program), and a clause with numbers."""
 
     rule: str
     origin: str
@@ -50,7 +50,7 @@ class Objection(Value):
 
 
 def objections(program: Program, robot: Robot) -> Iterator[Objection]:
-    """Everything that stands against a program, rule by rule."""
+    """Yield every violation of the safety rules by a program, rule by rule."""
     for rule, judge in PROGRAM_RULES.items():
         yield from (Objection(rule, "", reason) for reason in judge(program, robot))
     for step in walk(program.steps):
@@ -177,7 +177,11 @@ def _ends(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
 PROGRAM_RULES: dict[str, Callable[[Program, Robot], Iterator[str]]] = {
     "start": _start, "joint speeds": _joint_speeds, "payload": _first_load,
 }  # fmt: skip
+"""Name of a rule -> the check of a whole program; it yields objections."""
+
 STEP_RULES: dict[str, Callable[[AnyStep, Program, Robot], Iterator[str]]] = {
     "joint limits": _joints, "speed": _speed, "workspace": _workspace, "forces": _force, "payload": _load_of,
     "time-outs": _time, "gripper": _gripper, "paths": _ends,
 }  # fmt: skip
+"""Name of a rule -> the check of one step of a program; it yields objections."""
+

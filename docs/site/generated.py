@@ -5,11 +5,15 @@ from __future__ import annotations
 import importlib
 import inspect
 import json
+import pkgutil
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from types import ModuleType
 from typing import Any
 
 import cramlite
+import cramlite.model
+import cramlite.plugin
 import cramlite.testing
 from cramlite.model import Value
 
@@ -46,21 +50,20 @@ def predicates_page() -> str:
 
 def python_page() -> str:
     """Every public name with its signature and docstring."""
-    parts = ["# Python names", "", "Everything public, from `cramlite` and `cramlite.testing`; written from the code."]
-    for module in (cramlite, cramlite.testing):
+    parts = ["# Python names", "", "Everything public, from four modules; written from the code."]
+    for module in (cramlite, cramlite.plugin, cramlite.model, cramlite.testing):
         parts += ["", f"## {module.__name__}"]
         for name in module.__all__:
-            parts += ["", *described(name, getattr(module, name))]
+            parts += ["", *described(module, name)]
     return "\n".join(parts) + "\n"
 
 
-def described(name: str, value: Any) -> list[str]:
+def described(module: ModuleType, name: str) -> list[str]:
     """A heading, the signature, the docstring, and the public methods of a class."""
-    if name in ALIASES:
-        return [f"### {name}", "", plain(ALIASES[name])]
-    if not callable(value):
-        said = json.dumps(value) if isinstance(value, str | tuple | dict) else type(value).__name__
-        return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(name))]
+    value = getattr(module, name)
+    if not inspect.isclass(value) and not inspect.isroutine(value):
+        said = json.dumps(value) if isinstance(value, str | tuple) else type(value).__name__
+        return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(module, name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
     for method, function in methods(value):
@@ -121,11 +124,21 @@ def signature_of(value: Any) -> str:
         return "(...)"
 
 
-def constant_doc(name: str) -> str:
-    """The text under a constant."""
-    source = inspect.getsource(importlib.import_module("cramlite.testing.task_checks"))
-    found = re.search(rf'^{name} = .*?"""(.*?)"""', source, re.MULTILINE | re.DOTALL)
-    return found[1] if found else ""
+def constant_doc(module: ModuleType, name: str) -> str:
+    """The text under a constant or an alias of a type, in the source of the module that defines it."""
+    homes = {n: home for home, names in vars(module).get("_HOMES", {}).items() for n in names.split()}
+    known = [importlib.import_module(homes[name], module.__name__)] if name in homes else list(parts_of(module))
+    for source in map(inspect.getsource, known):
+        found = re.search(rf'^{name}(?:: [^\n=]+)? = (?:(?!\n\n).)*?\n"""(.*?)"""', source, re.MULTILINE | re.DOTALL)
+        if found:
+            return " ".join(found[1].split())
+    return ""
+
+
+def parts_of(module: ModuleType) -> Iterator[ModuleType]:
+    """The modules of a package."""
+    for part in pkgutil.iter_modules(getattr(module, "__path__", ())):
+        yield importlib.import_module(f"{module.__name__}.{part.name}")
 
 
 def plain(text: str) -> str:
@@ -169,11 +182,6 @@ def errors_page() -> str:
     ]
     return "\n".join(parts) + "\n"
 
-
-ALIASES = {
-    "Answers": 'What a `resolve_...` hook gives: an iterable of `Grounding` and `Refused`, best first, or None for "not mine".',
-}
-"""What names that stand for types mean."""
 
 PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,

@@ -1,4 +1,4 @@
-"""Event detection: from a rollout to the states of an episode.
+"""Event detection: from the contacts and poses of a rollout to the states of an episode.
 
 The one detection for human demonstrations and robot runs: it sees contacts and poses only, never
 who moved or why.
@@ -52,7 +52,7 @@ HELD = (0.1, 0.05)
 
 
 def detect(rollout: Rollout, name: str) -> Episode:
-    """The episode of a rollout: its entities, states and tracks.
+    """Detect the states of a rollout, and return its episode: entities, states and tracks.
 
     Args:
         rollout: samples of a demonstration or a program's run.

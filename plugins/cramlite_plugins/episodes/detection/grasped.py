@@ -1,4 +1,4 @@
-"""What is grasped in a rollout: both pads press it, it stays where it is in the hand, and friction holds it."""
+"""Grasp detection in a rollout: both pads press the object, it stays where it is in the hand, and friction holds it."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ FIRM = 2.0
 
 
 def grasps(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> list[Event]:
+    """Detect the grasps of every hand of a rollout, as states."""
     return [e for hand in effectors(rollout) for e in _grasps_of(hand, rollout, pairs)]
 
 

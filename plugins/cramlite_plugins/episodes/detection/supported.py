@@ -1,4 +1,4 @@
-"""What carries what in a rollout: from the force with which one thing pushes the other up."""
+"""Support detection in a rollout, from the force with which one thing pushes the other up."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ STOOD = 0.5
 
 
 def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[str, str], Flags]:
-    """When which thing carries which: supporters at the finest entity, supportees as wholes.
+    """Return when which thing supports which, per sample: supporters at the finest entity, supportees as wholes.
 
     A support begins and ends with a share of the weight, while they touch; and it goes on for as long as the thing stays
     where it stood, within ``STILL``: closing fingers that take the weight off a table have not lifted anything.
@@ -54,6 +54,7 @@ def _until_moved(on: Flags, offset: Floats, times: Floats) -> Flags:
 
 
 def supports(rollout: Rollout, carries: dict[tuple[str, str], Flags]) -> list[Event]:
+    """Return the support states of a rollout."""
     return [
         state("soma:SupportState", span, {"supporter": a, "supportee": b})
         for (a, b), flags in carries.items()

@@ -1,4 +1,4 @@
-"""Objects that vanish for a moment: lost from the hand, or from where they stand, and back at the same place.
+"""Repair of tracking dropouts: objects lost from the hand, or from where they stand, and back at the same place.
 
 A thing that is let go falls g t^2 / 2: 44 mm in 0.1 s, 0.44 m in 0.3 s. So a thing that is found again at its very
 place in the hand was never let go; what was lost is the recording. The paper (Alt et al., KR 2023) lost one of 60
@@ -38,7 +38,7 @@ MOVED = 0.02
 
 
 class Absence(Value):
-    """A thing that was gone.
+    """Tracking dropout of a thing.
 
     Args:
         thing: its name.
@@ -55,7 +55,7 @@ class Absence(Value):
 
 
 def bridged(episode: Episode, longest: float = VANISH) -> Episode:
-    """The episode without absences.
+    """Bridge the tracking dropouts of an episode.
 
     Args:
         episode: with states and tracks.
@@ -219,7 +219,7 @@ def _pairs(events: list[Event]) -> Iterator[tuple[Event, Event]]:
 
 
 def signature(event: Event) -> tuple[object, ...]:
-    """What a state says, without its times; the sides of a contact are equal."""
+    """Return what a state says, without its times; the sides of a contact are equal."""
     symmetric = event.type == "soma:ContactState"
     return event.type, tuple(sorted(event.roles.values()) if symmetric else sorted(event.roles.items()))
 
@@ -253,7 +253,7 @@ def _agree(track: Track, times: Floats, expected: Floats) -> bool:
 
 
 def spliced(track: Track, when: tuple[float, float], rows: Floats) -> Track:
-    """A track with other rows (time, pose) in an interval, end exclusive."""
+    """Return a track with other rows (time, pose) in an interval, end exclusive."""
     first, last = (int(np.searchsorted(track.times, t)) for t in when)
     rows = rows.reshape(-1, 8)
     times = np.concatenate([track.times[:first], rows[:, 0], track.times[last:]])
