@@ -11,6 +11,8 @@ from ..base.errors import UserError, did_you_mean
 from ..plugin.selection import PluginChoice
 
 Command = Callable[[argparse.Namespace], int]
+RENAMED = {"--wants": "--attributes"}
+"""Options that older scripts give, and what they are called now."""
 
 
 class Add(Protocol):
@@ -30,6 +32,8 @@ class Parser(argparse.ArgumentParser):
         wrong = next((word.partition("=")[0] for word in left if word.startswith("-")), None)
         if wrong is not None:
             valid = sorted(o for o in self._option_string_actions if o.startswith("--"))
+            if RENAMED.get(wrong) in valid:
+                self.error(f"the option '{wrong}' is called '{RENAMED[wrong]}' now")
             hint = did_you_mean(wrong.strip("-"), [o.strip("-") for o in valid]).replace("mean '", "mean '--")
             self.error(f"there is no option '{wrong}'; {hint}valid are: {', '.join(valid)}")
         return found, left

@@ -16,7 +16,7 @@ import numpy as np
 
 from cramlite.model import Floats, Geom, Gripper, Pose, Value
 
-from ..shapes.hull import hull_planes
+from ..shapes.convex import hull_planes
 from ..shapes.ray_casting import Body, body, crossed, inverse, spans
 from ..shapes.segment_casting import SKIN
 

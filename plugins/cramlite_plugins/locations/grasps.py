@@ -19,7 +19,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import volume
-from ..shapes.hull import hull_planes
+from ..shapes.convex import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
 
