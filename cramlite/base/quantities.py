@@ -61,13 +61,10 @@ def _schema(kind: str) -> WithJsonSchema:
 
 
 Length = Annotated[float, BeforeValidator(_parser("length")), _schema("length")]
-"""Length in YAML: a number of metres, or text with a unit, e.g. "50 mm"; becomes a float [m]."""
-
+"""Length [m] as a pydantic field; text such as "50 mm" is converted."""
 Angle = Annotated[float, BeforeValidator(_parser("angle")), _schema("angle")]
-"""Angle in YAML: a number of radians, or text with a unit, e.g. "30 deg"; becomes a float [rad]."""
-
+"""Angle [rad] as a pydantic field; text such as "20 deg" is converted."""
 Mass = Annotated[float, BeforeValidator(_parser("mass")), _schema("mass")]
-"""Mass in YAML: a number of kilograms, or text with a unit, e.g. "200 g"; becomes a float [kg]."""
-
+"""Mass [kg] as a pydantic field; text such as "300 g" is converted."""
 Force = Annotated[float, BeforeValidator(_parser("force")), _schema("force")]
 Time = Annotated[float, BeforeValidator(_parser("time")), _schema("time")]

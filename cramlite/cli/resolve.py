@@ -152,8 +152,8 @@ def record_demonstration(
 def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
     """What a run depends on."""
     files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
-    if scenario.spec.demonstration and scenario.beside(scenario.spec.demonstration).exists():
-        files.append(scenario.beside(scenario.spec.demonstration))
+    if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
+        files.append(scenario.resolve_path(scenario.spec.demonstration))
     plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),

@@ -78,7 +78,7 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
             f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}"
             for m in action.matches
         ]
-        if action.hole:
+        if action.unexplained:
             lines.append(
                 f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
             )

@@ -139,7 +139,7 @@ class Engine:
             from ..scenario.scenario import Scenario
 
             if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
-                return engine.read_episode(goal.beside(goal.spec.demonstration))
+                return engine.read_episode(goal.resolve_path(goal.spec.demonstration))
             return goal if isinstance(goal, Episode) else None
 
         return Reading(goal, episode, engine.interpret)

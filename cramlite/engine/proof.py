@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import UserError
-from ..model.designator_name import top_of
+from ..model.designator_name import task_of
 from ..model.entity_name import thing_of
 from ..model.plan import Plan
 from ..model.program import Program, Snapshot
@@ -187,7 +187,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     """
     names = [name for name, _ in state.choices]
     tasks = [a.name for a in state.actions]
-    failed = [top_of(f.origin) for f in verdict.objections]
+    failed = [task_of(f.origin) for f in verdict.objections]
     if any(f in tasks and f not in names for f in failed):
         return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
     known = [tasks.index(f) for f in failed if f in tasks]

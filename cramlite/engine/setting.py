@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 class Setting(Value):
     """Setting of a goal: world, robot, backend and what is believed at the start.
 
-    ``Engine.setting`` makes one from a scenario; ``cramlite.replace`` changes a field, and ``after`` goes on from where a
+    ``Engine.setting`` makes one from a scenario; ``cramlite.model.replace`` changes a field, and ``after`` goes on from where a
     program ended.
 
     Args:

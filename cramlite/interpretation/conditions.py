@@ -95,8 +95,9 @@ class Compare(Value):
     """Comparison of a predicate's value, or a variable, with a number or a variable.
 
     Args:
-        left, right: what is compared.
-        symbol: of the comparison, e.g. "<=".
+        left: value predicate or variable.
+        symbol: one of ``OPERATORS``.
+        right: number or variable.
     """
 
     left: Atom | Variable

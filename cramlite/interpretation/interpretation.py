@@ -46,7 +46,7 @@ class Interpreted(Value, dict=True, eq=False):
     _reject: Callable[[], tuple[Rejection, ...]] = tuple
 
     @property
-    def hole(self) -> bool:
+    def unexplained(self) -> bool:
         """Whether no task explains the action."""
         return not self.matches
 
@@ -81,16 +81,16 @@ class Interpretation(Value, eq=False):
     rules: Sequence[Rule] = ()
 
     @property
-    def holes(self) -> tuple[Interpreted, ...]:
+    def unexplained_actions(self) -> tuple[Interpreted, ...]:
         """Actions that no task explains. They are in no sequence, and never silently dropped."""
-        return tuple(a for a in self.actions if a.hole)
+        return tuple(a for a in self.actions if a.unexplained)
 
     def count(self) -> int:
         """Return the number of readings, incoherent ones among them: the product over all actions that some task explains.
 
         0 if none is explained.
         """
-        total = 1 if len(self.holes) < len(self.actions) else 0
+        total = 1 if len(self.unexplained_actions) < len(self.actions) else 0
         for action in self.actions:
             total *= len(action.matches) or 1
         return total
@@ -101,7 +101,7 @@ class Interpretation(Value, eq=False):
         Args:
             cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
         """
-        return candidates([a.matches for a in self.actions if not a.hole], self.rules, self.taxonomy, cap)
+        return candidates([a.matches for a in self.actions if not a.unexplained], self.rules, self.taxonomy, cap)
 
     def why(self, task: str, action: int) -> str:
         """Explain in words why an action is, or is not, a task.
@@ -223,16 +223,16 @@ class _Judge(Value):
     def _telling(self, time: float) -> bool:
         """Whether a state that always tells actions apart begins or ends at this boundary."""
         boundaries = self.timeline.boundaries
-        return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.saying(TELLS_APART))
+        return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Neighbours joined where one action is all that they are. A hole is tried with what it leads to
+        """Neighbours joined where one action is all that they are. An unexplained action is tried with what it leads to
         first (whoever pulls and is still held back is extracting already), then with what went before."""
         spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
         self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
-        found = self._folded(actions, lambda before, after: not before.hole and not after.hole)
-        found = self._folded(found[::-1], lambda before, _after: before.hole, backwards=True)[::-1]
+        found = self._folded(actions, lambda before, after: not before.unexplained and not after.unexplained)
+        found = self._folded(found[::-1], lambda before, _after: before.unexplained, backwards=True)[::-1]
         return self._folded(found, lambda _before, _after: True)
 
     def _folded(
@@ -253,13 +253,13 @@ class _Judge(Value):
 
         Only anonymous neighbours are joined, and only if one's tasks are among the other's: the boundary
         between them then told nothing apart. The joined action is judged anew against every rule, and
-        two holes stay holes unless together they are something.
+        two unexplained ones stay so unless together they are something.
         """
         if not self._refine(before, after):
             return None
         segments = (*before.segments, *after.segments)
         joined = self._whole(Segment(before.start, after.end), segments)
-        if joined.hole or not before.readings | after.readings <= joined.readings:
+        if joined.unexplained or not before.readings | after.readings <= joined.readings:
             return None
         boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
         evidence = (

@@ -33,13 +33,13 @@ _KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
 
 
 class Clause(Value, dict=True):
-    """Condition of a rule, and where it stands.
+    """Condition of a rule, with the phase in which it is asked, its text, and its place in the file.
 
     Args:
         phase: in which it is asked: "pre", "run" or "post".
         condition: parsed.
-        text: as it is written.
-        line: in the rule file, from 1.
+        text: as it was written.
+        line: of the rule file, from 1.
     """
 
     phase: PhaseName

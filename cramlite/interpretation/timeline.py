@@ -19,10 +19,9 @@ from .fluents import PLAIN, Fluent
 from .state_index import StateIndex
 
 PhaseName = Literal["pre", "run", "post"]
-"""Phase of an action: just before it, while it lasts, just after it."""
-
+"""Phase of an action: just before it, all through it, or just after it."""
 Row = tuple[str | float, ...]
-"""Arguments for which a predicate holds; the last is its value where it has one."""
+"""Arguments for which a predicate holds: names of entities or classes; a value predicate's rows end with the number."""
 
 PADDING = 0.2
 """How long after a labelled action its effects may appear [s]: the published rule base's value."""
@@ -74,11 +73,11 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """Action of the timeline: a recorded one, or a gap between boundaries.
+    """Action of the timeline: a recorded one, or a gap between boundaries (``event`` is None).
 
     Args:
         start, end: [s].
-        event: the recorded action; None for a gap.
+        event: the recorded action.
     """
 
     start: float

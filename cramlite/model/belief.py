@@ -45,7 +45,7 @@ class Held(Value):
 
 
 Relation = tuple[str, str, str]
-"""Predicate and two entities, e.g. ("in", "tea", "basket")."""
+"""A believed fact: (predicate, thing, place), e.g. ("hangs_on", "tea", "hanger")."""
 
 
 class Belief(Value):

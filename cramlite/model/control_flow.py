@@ -18,7 +18,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ..base.value import Value
-from .designator_name import inside
+from .designator_name import part_name
 from .designators import Action, Designator, Motion
 
 Kind = Literal["sequence", "choose", "fallback", "parallel", "try_all", "repeat", "monitor"]
@@ -85,7 +85,7 @@ def fallback(name: str, *parts: Designator) -> Compound:
 def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
     """Construct a retry of one part: as it is, then with each change of its parameters, until one succeeds."""
     again = [
-        replace(part, name=inside(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
+        replace(part, name=part_name(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
         for k, change in enumerate(changes, 2)
     ]
     return fallback(name, part, *again)

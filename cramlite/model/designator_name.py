@@ -10,22 +10,22 @@ from collections.abc import Iterator
 BETWEEN = "/"
 
 
-def inside(whole: str, part: str) -> str:
+def part_name(whole: str, part: str) -> str:
     """Return the name of a part of a designator; ``part`` alone where the whole is ""."""
     return f"{whole}{BETWEEN}{part}" if whole else part
 
 
-def is_inside(name: str, whole: str) -> bool:
+def is_part_of(name: str, whole: str) -> bool:
     """Check whether a designator is a part of another one, at any depth."""
     return name.startswith(f"{whole}{BETWEEN}")
 
 
-def top_of(name: str) -> str:
+def task_of(name: str) -> str:
     """Return the task of the plan that a designator belongs to: "3.Grasping" for "3.Grasping" and "3.Grasping/approach"."""
     return name.partition(BETWEEN)[0]
 
 
-def with_enclosing(name: str) -> Iterator[str]:
+def enclosing_names(name: str) -> Iterator[str]:
     """Yield a designator's name and those of all that enclose it, innermost first: "2.Grasping/approach", "2.Grasping"."""
     while name:
         yield name

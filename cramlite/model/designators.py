@@ -14,7 +14,7 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ..base.value import Value
-from .designator_name import inside
+from .designator_name import part_name
 from .entity_name import thing_of
 from .geometry import Pose
 
@@ -161,7 +161,7 @@ class Action(Value):
 
     def inside(self, name: str) -> str:
         """Return the name of a designator that belongs to this action."""
-        return inside(self.name, name)
+        return part_name(self.name, name)
 
 
 class Late(Value):
@@ -187,4 +187,4 @@ class Late(Value):
 
 
 Designator = Action | Object | Location | Motion | Late
-"""Description that is resolved before, or while, a program runs."""
+"""Anything that plugins are asked to ground."""

@@ -17,14 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.value import Value
 
 Vector3 = tuple[float, float, float]
-"""x, y, z."""
-
+"""(x, y, z): a point or direction [m], or a rotation vector [rad]."""
 Quaternion = tuple[float, float, float, float]
-"""w, x, y, z; of unit length."""
-
 Floats = NDArray[np.float64]
-"""Array of floating-point numbers; the shape is said where it is used."""
-
+"""Array of float64."""
 HALF_TURN = 1e-7
 """Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
 
@@ -133,10 +129,10 @@ class Pose(Value, dict=True):
 
     def apply(self, points: ArrayLike) -> Floats:
         """Transform points (..., 3) [m] from the child frame to the parent frame."""
-        moved: Floats = self.turn(points) + np.asarray(self.position)
+        moved: Floats = self.rotate(points) + np.asarray(self.position)
         return moved
 
-    def turn(self, vectors: ArrayLike) -> Floats:
+    def rotate(self, vectors: ArrayLike) -> Floats:
         """Rotate directions (..., 3) from the child frame to the parent frame, without the translation."""
         turned: Floats = np.asarray(vectors, dtype=float) @ self.rotation.T
         return turned

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from ..base.value import Value
-from .designator_name import top_of
+from .designator_name import task_of
 from .geometry import Pose, Vector3
 from .robot import FORCE_LIMIT
 from .steps import (
@@ -113,4 +113,4 @@ class Code(Value):
     def task_of(self, line: int) -> str:
         """Return the task whose code the line is in: the last origin at or before it."""
         before = [k for k in self.origins if k <= line]
-        return top_of(self.origins[max(before)]) if before else ""
+        return task_of(self.origins[max(before)]) if before else ""

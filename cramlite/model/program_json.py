@@ -33,7 +33,7 @@ class ProgramText(Value):
     """Program that was read from text.
 
     Args:
-        program: typed.
+        program: that was read.
         lines: id of a step (the object itself: equal steps are not the same) -> its first line in the text, from 1.
     """
 

@@ -14,7 +14,7 @@ from ..base.value import Value
 from .geometry import Pose, Vector3
 
 Joints = tuple[float, ...]
-"""Joint angles of an arm, from the base [rad]."""
+"""Joint position, base to flange [rad]."""
 
 
 class Step(Value, kw_only=True):
@@ -354,7 +354,7 @@ def uses_arm(steps: Iterable[AnyStep]) -> bool:
     return any(not isinstance(s, SetGripper | Wait) for s in steps)
 
 
-def clash(branches: Iterable[Iterable[AnyStep]]) -> str:
+def branch_conflict(branches: Iterable[Iterable[AnyStep]]) -> str:
     """Return why branches cannot run in parallel; "" when they can."""
     flat = [list(walk(b)) for b in branches]
     grip = [any(isinstance(s, SetGripper) for s in b) for b in flat]

@@ -8,8 +8,7 @@ from typing import Literal
 from ..base.value import Value
 
 Cost = Literal["facts", "ik", "path", "rollout"]
-"""What a check costs, the cheapest first: microseconds, milliseconds (inverse kinematics), 10 ms (paths), seconds (simulation)."""
-
+"""Stage at which a validator is asked, cheapest first; "rollout" is after the program's text ran."""
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 
 
@@ -37,7 +36,7 @@ class Verdict(Value):
     """Findings of all validators about one candidate.
 
     Args:
-        findings: of all validators that were asked, in that order.
+        findings: in the order in which validators were asked.
         left_out: names of shipped validators that were not asked, because their plugins are blocked.
     """
 

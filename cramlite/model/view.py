@@ -14,16 +14,13 @@ from ..base.value import Value
 from .geometry import Pose
 
 Image = NDArray[np.uint8]
-"""Colour image (height, width, 3), RGB."""
-
+"""Colour image, (height, width, 3) uint8, RGB."""
 Depth = NDArray[np.float32]
-"""Depth image (height, width) [m]; NaN where nothing was measured."""
-
+"""Depth image, (height, width) float32 along the optical axis [m]; NaN where nothing was measured."""
 Mask = NDArray[np.bool_]
-"""Pixels (height, width) that belong to something."""
-
+"""Pixel mask, (height, width) bool."""
 Points = NDArray[np.float64]
-"""Points (..., 3) [m]."""
+"""Points, (..., 3) float64 [m], or image coordinates, (..., 2) [pixel]."""
 
 
 class Intrinsics(Value, dict=True):
@@ -74,13 +71,13 @@ class Intrinsics(Value, dict=True):
 
 
     @property
-    def narrowest(self) -> float:
+    def min_half_field_of_view(self) -> float:
         """Half the smallest field of view [rad]: a point nearer to the optical axis is in the image for certain."""
         beside, below = min(self.cx, self.width - self.cx), min(self.cy, self.height - self.cy)
         return min(math.atan2(beside, self.fx), math.atan2(below, self.fy))
 
     @classmethod
-    def of_size(cls, width: int, height: int, horizontal_fov: float | None = None) -> Intrinsics:
+    def from_field_of_view(cls, width: int, height: int, horizontal_fov: float | None = None) -> Intrinsics:
         """Return the intrinsics of a camera with square pixels and the principal point in the middle of the image.
 
         Args:

@@ -50,7 +50,7 @@ class Geom(Value):
         return (radius, radius, along)
 
     @property
-    def radius(self) -> float:
+    def bounding_radius(self) -> float:
         """Radius of the bounding sphere about its origin [m]."""
         if self.shape == "convex":
             return max(math.hypot(*c) for c in self.corners)

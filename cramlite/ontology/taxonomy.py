@@ -161,9 +161,9 @@ class Taxonomy(Value, dict=True):
         This is how affordances are asked: ``fillers("soma:Cup", "soma:hasDisposition")``. No OWL-RL
         closure derives them for an individual.
         """
-        return tuple(dict.fromkeys(r.filler for _, r in self.said(name, property_)))
+        return tuple(dict.fromkeys(r.filler for _, r in self.restrictions_on(name, property_)))
 
-    def said(self, name: str, property_: str) -> tuple[tuple[str, Restriction], ...]:
+    def restrictions_on(self, name: str, property_: str) -> tuple[tuple[str, Restriction], ...]:
         """Return the restrictions of the class and its ancestors on a property, each with the class that it is stated for.
 
         The nearest ancestors come first; of one class, what a later file says.
@@ -173,7 +173,7 @@ class Taxonomy(Value, dict=True):
         place = {c: k for k, c in enumerate(order)}
         return tuple(sorted(found, key=lambda cr: (place[cr[0]], -cr[1].order, str(cr[1].filler))))
 
-    def saying(self, property_: str) -> tuple[str, ...]:
+    def restricted_classes(self, property_: str) -> tuple[str, ...]:
         """Return the classes that have a restriction on a property themselves, not only inherited from an ancestor; sorted."""
         return tuple(sorted(c for c, found in self.restrictions.items() if any(r.property == property_ for r in found)))
 

@@ -90,4 +90,4 @@ def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
 
 
 def _size(thing: Thing) -> float:
-    return max((g.radius for g in thing.geoms), default=0.0)
+    return max((g.bounding_radius for g in thing.geoms), default=0.0)

@@ -12,7 +12,7 @@ from ..base.errors import Unresolvable, nearest
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.control_flow import Compound, Mark, ways
-from ..model.designator_name import is_inside
+from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object
 from ..plugin.grounding import Context, Grounding, Refused
 from ..plugin.registry import Registry
@@ -68,7 +68,7 @@ class Alternatives(Value):
     def _fits(self, point: ChoicePoint, action: Action) -> bool:
         """Whether there is such a task, and it is not made of itself."""
         opened = (i.action for i in point.state.agenda if isinstance(i, Effect))
-        above = [a for a in opened if is_inside(action.name, a.name)]
+        above = [a for a in opened if is_part_of(action.name, a.name)]
         reason = misfit(action, above, self.tasks)
         if reason:
             point.conflict |= {a.name for a in above} | point.domain

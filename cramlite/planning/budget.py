@@ -71,7 +71,16 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
 
 
 class BudgetSpent(Exception):
-    """End of a search because its counted budget is used up."""
+    """End of a search because a counted budget is used up.
+
+    Args:
+        budget: its name in ``Budget``.
+        reason: what was counted, for people.
+    """
+
+    def __init__(self, budget: str, reason: str) -> None:
+        super().__init__(reason)
+        self.budget = budget
 
 
 class Stopped(Exception):

@@ -13,7 +13,7 @@ from typing import Any
 from msgspec import Struct, field
 
 from ..model.control_flow import Compound
-from ..model.designator_name import is_inside
+from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object
 from .state import State
 from .trace import Kind, Outcome, Trace
@@ -102,7 +102,7 @@ class ChoicePoint(Struct):
     @property
     def asked_by(self) -> set[str]:
         """Choices that the designator is part of."""
-        return {name for name, _ in self.state.choices if is_inside(self.item.name, name)}
+        return {name for name, _ in self.state.choices if is_part_of(self.item.name, name)}
 
     def say(
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,

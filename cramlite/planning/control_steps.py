@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from ..base.errors import Unresolvable
 from ..model.control_flow import Mark, touched
 from ..model.designators import Motion
-from ..model.steps import Fallback, Monitor, Parallel, Repeat, clash
+from ..model.steps import Fallback, Monitor, Parallel, Repeat, branch_conflict
 from .state import Frame, Item, State
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
     if compound.kind == "monitor":
         watched = (p.get("force_n"), p.get("slip_m"), p.get("time_s"))
         return Monitor(parts[0], *watched, origin=name, comment=comment)
-    if wrong := clash(parts):
+    if wrong := branch_conflict(parts):
         raise Unresolvable(f"'{name}' cannot be done at the same time: {wrong}")
     return Parallel(parts, "all" if compound.kind == "parallel" else "first", origin=name, comment=comment)
 

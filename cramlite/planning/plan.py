@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..model.control_flow import Compound, Kind, compound, retry
-from ..model.designator_name import inside
+from ..model.designator_name import part_name
 from ..model.designators import Action, Designator, Location, Object
 from ..model.episode import Entity, Episode
 from ..model.plan import HOME, Plan
@@ -94,10 +94,10 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], w
     """The designator of a call, numbered in order; parts of attempts belong to their compound."""
     if isinstance(call, TaskCall):
         roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
-        name = inside(whole, f"{next(numbers)}.{call.task.task.split(':')[-1]}")
+        name = part_name(whole, f"{next(numbers)}.{call.task.task.split(':')[-1]}")
         where = {"where": call.where} if call.where else {}
         return Action(name, call.task.task, roles, parameters={**(call.parameters or {}), **where})
-    name = inside(whole, f"{next(numbers)}.{call.rule}")
+    name = part_name(whole, f"{next(numbers)}.{call.rule}")
     within = name if call.kind == "fallback" and not call.changes else whole
     branches: tuple[tuple[Designator, ...], ...]
     branches = tuple(tuple(_action(c, objects, numbers, within) for c in branch) for branch in call.branches)

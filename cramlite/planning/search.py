@@ -64,7 +64,7 @@ class Search(Struct, dict=True):
         try:
             yield from self._descend(state, 0)
         except BudgetSpent as spent:
-            self.trace.spent("expansions", self.budget.expansions, str(spent))
+            self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
         except Stopped:
             self.trace.stopped()
 
@@ -153,4 +153,5 @@ class Search(Struct, dict=True):
         if self.stop():
             raise Stopped
         if self._expanded > self.budget.expansions:
-            raise BudgetSpent(f"{self.budget.expansions} nodes were expanded, the budget of one task sequence")
+            reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
+            raise BudgetSpent("expansions", reason)

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..model.control_flow import Compound, Mark
-from ..model.designator_name import top_of
+from ..model.designator_name import task_of
 from ..model.designators import Action, Designator, Location, Motion, Place, Stand
 from ..model.program import Section
 from ..model.steps import SetGripper, walk
@@ -95,7 +95,7 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
 
 def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
     """Return the state after an action: its effects applied to the belief, its section of the program closed."""
-    action, first, top = ground_roles(done, state.bindings), state.opened[done.name], top_of(done.name) == done.name
+    action, first, top = ground_roles(done, state.bindings), state.opened[done.name], task_of(done.name) == done.name
     if top and not state.folding and not (isinstance(action, Compound) and not action.decided_at_run_time):
         section = Section(action.name, describe(action), first, len(state.steps))
         state = replace(state, sections=(*state.sections, section))

@@ -45,7 +45,7 @@ def plans_from_interpretation(
         calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
         yield plan_from_episode(name, calls, episode), sequence
     if not listed:
-        said = f"{found.count()} readings, none agrees with itself; {len(found.holes)} actions unexplained"
+        said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
 
 

@@ -113,8 +113,6 @@ class Expert(Value):
 
 
 RELATIONS = ("on", "in", "hangs_on", "left_of", "right_of", "above", "below")
-"""Relations between seen things that a perception query may name."""
-
+"""Spatial relations between objects that scene experts may state."""
 UNKNOWN = "unknown"
-"""Value of an attribute that could not be told."""
-
+"""Value that an expert gives where the true one is none of those that it knows."""

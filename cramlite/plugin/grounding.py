@@ -62,7 +62,7 @@ class Refused(Value):
 
 Answer = Grounding | Refused
 Answers = Iterable[Answer] | None
-"""What a ``resolve_...`` hook gives: ``Grounding`` and ``Refused``, best first, or None for "not mine"."""
+"""Answers of a ``resolve_...`` hook: ``Grounding`` and ``Refused``, best first, or None for "not mine"."""
 
 
 class Context(Value):

@@ -8,7 +8,7 @@ Three answers to a resolve hook: ``None`` = not mine; an iterable, possibly empt
 other exception is that plugin's bug: it is isolated, named and reported.
 
 A plugin is a module (or object) with functions of these names, marked with
-``cramlite.hookimpl`` and declared in the entry-point group "cramlite".
+``cramlite.plugin.hookimpl`` and declared in the entry-point group "cramlite".
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 hookspec = pluggy.HookspecMarker("cramlite")
 hookimpl = pluggy.HookimplMarker("cramlite")
+"""Decorator that marks a function of a plugin as the implementation of the hook of its name."""
 
 
 @hookspec

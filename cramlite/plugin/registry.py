@@ -15,7 +15,7 @@ from ..base.errors import PluginError, Unresolvable, UserError, nearest
 from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
-from .validation import NAMED_BY, check_answer, check_declared, check_hooks, said_with_place, why_not_loaded
+from .validation import NAMED_BY, check_answer, check_declared, check_hooks, error_with_location, why_not_loaded
 
 
 class PluginInfo(Value):
@@ -273,7 +273,7 @@ class Registry(Struct, dict=True):
 
     def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
         """Record a plugin's bug with the place in its own code."""
-        fault = Fault(plugin, self._version(plugin), hook, designator, said_with_place(error))
+        fault = Fault(plugin, self._version(plugin), hook, designator, error_with_location(error))
         if fault not in self.faults:
             self.faults.append(fault)
         return fault

@@ -25,7 +25,7 @@ class PluginChoice(Value):
     blocked: tuple[str, ...] = ()
     preferred: tuple[str, ...] = ()
 
-    def but(self, blocked: tuple[str, ...], preferred: tuple[str, ...]) -> PluginChoice:
+    def extended(self, blocked: tuple[str, ...], preferred: tuple[str, ...]) -> PluginChoice:
         """Return this selection extended by further names to block and to prefer."""
         return PluginChoice(self.files, _joined(self.blocked, blocked), _joined(self.preferred, preferred))
 

@@ -215,10 +215,10 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
         return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
     if isinstance(error, SyntaxError):
         return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"
-    return said_with_place(error)
+    return error_with_location(error)
 
 
-def said_with_place(error: BaseException) -> str:
+def error_with_location(error: BaseException) -> str:
     """Return an error's text with file and line of where it was raised; what the engine says of a plugin has none."""
     if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
         return str(error)

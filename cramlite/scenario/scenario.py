@@ -129,7 +129,7 @@ class CameraSpec(_Spec):
         """Return the intrinsics: as written, else of square pixels with ``horizontal_fov``, by default a D435's."""
         if self.intrinsics is not None:
             return Intrinsics(**self.intrinsics.model_dump(), width=self.width, height=self.height)
-        return Intrinsics.of_size(self.width, self.height, self.horizontal_fov)
+        return Intrinsics.from_field_of_view(self.width, self.height, self.horizontal_fov)
 
 
 class UnknownErrorSpec(_Spec):
@@ -247,14 +247,14 @@ class Scenario(Value):
         names = [t.get("name") for t in self.data["things"]]
         return self.where("things", names.index(name)) if name in names else self.where("record", "things")
 
-    def beside(self, name: str) -> Path:
+    def resolve_path(self, name: str) -> Path:
         """Resolve a path that the scenario mentions, relative to its folder."""
         return self.path.parent / name
 
     @property
     def ontologies(self) -> tuple[Path, ...]:
         """Further ontology files of the scenario."""
-        return tuple(map(self.beside, self.spec.ontologies))
+        return tuple(map(self.resolve_path, self.spec.ontologies))
 
     def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
         """Return a selection of plugins extended by what this scenario blocks and prefers.
@@ -268,7 +268,7 @@ class Scenario(Value):
             for k, name in enumerate(names):
                 if name not in known:
                     raise UserError(f"{self.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}.")
-        return chosen.but(block, prefer)
+        return chosen.extended(block, prefer)
 
     def demonstrated_by(self, episode: Path) -> Scenario:
         """Return this scenario with a demonstration as its goal, whatever that was before."""

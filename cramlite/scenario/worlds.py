@@ -164,7 +164,7 @@ def _build(
         parameters = {k: _frozen(v) for k, v in spec.parameters.items()}
         if change:
             parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
-        parameters |= {k: str(scenario.beside(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
+        parameters |= {k: str(scenario.resolve_path(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
         thing = replace(thing, type=spec.type or thing.type)
         if spec.hangs_on:

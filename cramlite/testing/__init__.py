@@ -50,7 +50,7 @@ def check_plugin(
     """
     plugin = importlib.import_module(module) if isinstance(module, str) else module
     own = {n: f for n, f in vars(plugin).items() if hasattr(f, "cramlite_impl")}
-    assert own, f"{plugin.__name__}: no function is marked with cramlite.hookimpl"
+    assert own, f"{plugin.__name__}: no function is marked with cramlite.plugin.hookimpl"
     for name, function in own.items():
         specification = getattr(hookspecs, name, None)
         assert specification is not None, f"{plugin.__name__}: there is no hook '{name}'"

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import json
-import pkgutil
 import re
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from types import ModuleType
-from typing import Any
+from typing import Any, get_args
 
 import cramlite
 import cramlite.model
 import cramlite.plugin
 import cramlite.testing
 from cramlite.model import Value
+
+DOORS = (cramlite, cramlite.plugin, cramlite.model, cramlite.testing)
+"""The public modules, in the order of the page of Python names."""
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -50,20 +54,30 @@ def predicates_page() -> str:
 
 def python_page() -> str:
     """Every public name with its signature and docstring."""
-    parts = ["# Python names", "", "Everything public, from four modules; written from the code."]
-    for module in (cramlite, cramlite.plugin, cramlite.model, cramlite.testing):
-        parts += ["", f"## {module.__name__}"]
-        for name in module.__all__:
+    listed = ", ".join(f"`{module.__name__}`" for module in DOORS)
+    parts = ["# Python names", "", f"Everything public, from {listed}; written from the code."]
+    for module in DOORS:
+        parts += ["", f"## {module.__name__}", "", plain((inspect.getdoc(module) or "").split("\n\n")[0])]
+        also = [n for n in module.__all__ if (module, n) not in public_names()]
+        if also:
+            parts += ["", f"Also here, described above: {', '.join(f'`{n}`' for n in also)}."]
+        for _, name in (pair for pair in public_names() if pair[0] is module):
             parts += ["", *described(module, name)]
     return "\n".join(parts) + "\n"
+
+
+def public_names() -> list[tuple[ModuleType, str]]:
+    """Every public name, with the first public module that has it; two things of one name are two."""
+    first = {(name, id(getattr(module, name))): module for module in reversed(DOORS) for name in module.__all__}
+    found = [(module, name) for module in DOORS for name in module.__all__]
+    return [(module, name) for module, name in found if first[name, id(getattr(module, name))] is module]
 
 
 def described(module: ModuleType, name: str) -> list[str]:
     """A heading, the signature, the docstring, and the public methods of a class."""
     value = getattr(module, name)
-    if not inspect.isclass(value) and not inspect.isroutine(value):
-        said = json.dumps(value) if isinstance(value, str | tuple) else type(value).__name__
-        return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(module, name))]
+    if is_constant(value):
+        return [f"### {name}", "", f"`{constant_text(value)}`", "", plain(constant_doc(module, name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
     for method, function in methods(value):
@@ -90,7 +104,7 @@ def methods(value: Any) -> list[tuple[str, Any]]:
         return []
     protocol = getattr(value, "_is_protocol", False)
     own = [(n, getattr(f, "__func__", f)) for n, f in vars(value).items() if not n.startswith("_")]
-    own = [(n, getattr(f, "fget", f)) for n, f in own]
+    own = [(n, getattr(f, "fget", getattr(f, "func", f))) for n, f in own]
     return [(n, f) for n, f in own if inspect.isfunction(f) and (protocol or inspect.getdoc(f))]
 
 
@@ -124,21 +138,42 @@ def signature_of(value: Any) -> str:
         return "(...)"
 
 
+def is_constant(value: Any) -> bool:
+    """Whether a public name stands for a constant or a type alias, and not for a class or function."""
+    return not isinstance(value, type) and not inspect.isfunction(value)
+
+
+def constant_text(value: Any) -> str:
+    """A constant as JSON, a type alias as it is written, anything else by its class."""
+    if isinstance(value, str | int | float | tuple):
+        return json.dumps(value)
+    if hasattr(value, "__metadata__"):  # of ``Annotated``, the type alone
+        return str(value.__origin__.__name__)
+    return re.sub(r"\b(?:\w+\.)+(?=\w)", "", str(value)) if get_args(value) else type(value).__name__
+
+
 def constant_doc(module: ModuleType, name: str) -> str:
-    """The text under a constant or an alias of a type, in the source of the module that defines it."""
-    homes = {n: home for home, names in vars(module).get("_HOMES", {}).items() for n in names.split()}
-    known = [importlib.import_module(homes[name], module.__name__)] if name in homes else list(parts_of(module))
-    for source in map(inspect.getsource, known):
-        found = re.search(rf'^{name}(?:: [^\n=]+)? = (?:(?!\n\n).)*?\n"""(.*?)"""', source, re.MULTILINE | re.DOTALL)
-        if found:
-            return " ".join(found[1].split())
-    return ""
+    """The text under a constant, in the module that defines it."""
+    return next((doc for source in sources(module, name) for doc in texts_under(source, name)), "")
 
 
-def parts_of(module: ModuleType) -> Iterator[ModuleType]:
-    """The modules of a package."""
-    for part in pkgutil.iter_modules(getattr(module, "__path__", ())):
-        yield importlib.import_module(f"{module.__name__}.{part.name}")
+def sources(module: ModuleType, name: str) -> Iterator[str]:
+    """The source of the module that a public name comes from; of all submodules, where the public one does not say."""
+    homes = [home for home, names in getattr(module, "_HOMES", {}).items() if name in names.split()]
+    found = [importlib.import_module(home, module.__name__) for home in homes]
+    for defining in found or [m for m in vars(module).values() if inspect.ismodule(m)]:
+        yield inspect.getsource(defining)
+
+
+def texts_under(source: str, name: str) -> Iterator[str]:
+    """The strings that follow an assignment to a name."""
+    body = ast.parse(source).body
+    for statement, below in pairwise(body):
+        targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+        names = {n.id for target in targets if target is not None for n in ast.walk(target) if isinstance(n, ast.Name)}
+        text = isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant) and below.value.value
+        if name in names and isinstance(text, str):
+            yield inspect.cleandoc(text)
 
 
 def plain(text: str) -> str:
@@ -178,7 +213,7 @@ def errors_page() -> str:
         "",
         "All are `CramliteError`. A plugin says that something is impossible with",
         "",
-        *described("Unresolvable", errors.Unresolvable),
+        *described(cramlite, "Unresolvable"),
     ]
     return "\n".join(parts) + "\n"
 

@@ -70,7 +70,7 @@ def _find_box(phase: Phase, name: str) -> Box | None:
     return _vector(-half), _vector(half)
 
 
-def seen_from(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
+def relative_position(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
     """Return the position of another entity's origin in an entity's frame [m]."""
     pose, origin = pose_of(phase, name, time), pose_of(phase, other, time)
     if pose is None or origin is None:
@@ -79,7 +79,7 @@ def seen_from(phase: Phase, name: str, other: str, time: float) -> Vector3 | Non
     return _vector(offset)
 
 
-def gap_to(phase: Phase, name: str, other: str, time: float) -> float | None:
+def distance_to_box(phase: Phase, name: str, other: str, time: float) -> float | None:
     """Return the distance of another entity's origin from a thing's box [m]."""
     memo = phase.timeline.memo
     known = memo.get(("gaps", name, other))
@@ -125,7 +125,7 @@ def rotations(quaternions: Floats) -> Floats:
 
 def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:
     """Distance of another entity's origin from an entity's box [m]."""
-    point = seen_from(phase, name, other, time)
+    point = relative_position(phase, name, other, time)
     if point is None:
         return None
     low, high = box_of(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

@@ -12,7 +12,7 @@ from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
 from . import fluents
-from .phase_poses import Box, box_of, gap_to, pose_of, seen_from, things, tips
+from .phase_poses import Box, box_of, distance_to_box, pose_of, relative_position, things, tips
 
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
@@ -145,7 +145,7 @@ def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[R
         if corners is None:
             continue
         for above in [name] if name is not None else things(phase):
-            point = seen_from(phase, below, above, phase.end)
+            point = relative_position(phase, below, above, phase.end)
             if above != below and point is not None and _over(point, *corners):
                 yield above, below
 
@@ -154,7 +154,7 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
     """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box."""
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
-            gap = gap_to(phase, other, one, phase.end)
+            gap = distance_to_box(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR:
                 yield one, other
 
@@ -242,7 +242,7 @@ def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:
 
 def _from_hand(phase: Phase, name: str, time: float) -> float | None:
     """Distance of the effector's frame from a thing's box [m]."""
-    return gap_to(phase, name, phase.episode.effector or "", time)
+    return distance_to_box(phase, name, phase.episode.effector or "", time)
 
 
 def _over(point: Vector3, low: Vector3, high: Vector3) -> bool:

@@ -194,7 +194,7 @@ def test_the_arm_is_abbs() -> None:
     """At ABB's zero the arm is an upright L: the flange at 451 + 82 mm in front, at 399 + 448 + 42 mm height."""
     flange = forward(IRB1200, AXIS_ZEROS) * IRB1200.gripper.tcp.inverse()
     assert flange.position == pytest.approx((0.533, 0.0, 0.8891), abs=1e-9)
-    assert flange.turn((0.0, 0.0, 1.0)) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
+    assert flange.rotate((0.0, 0.0, 1.0)) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
     assert all(lo < q < hi for q, (lo, hi) in zip(IRB1200.home, LIMITS, strict=True))
 
 

@@ -18,7 +18,7 @@ from properties import examples
 from cramlite.model import Entity, Episode, Pose
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
-from cramlite_plugins.episodes.repair.dropouts import bridged
+from cramlite_plugins.episodes.repair.dropouts import bridge_dropouts
 from cramlite_plugins.episodes.repair.flicker import debounce
 from cramlite_plugins.episodes.repair.two_hands import one_handed
 
@@ -53,7 +53,7 @@ def read(path: Path) -> None:
     else:
         clear = True
         sound(found)
-        sound(None if found is None else one_handed(debounce(bridged(found))))
+        sound(None if found is None else one_handed(debounce(bridge_dropouts(found))))
     assert clear
 
 

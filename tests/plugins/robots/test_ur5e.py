@@ -68,7 +68,7 @@ def test_the_tool_frame_of_the_model_is_that_of_the_description() -> None:
     assert tool.distance(flange((0,) * 6) * UR5E.gripper.tcp)[0] < 1e-6
     left, right = data.geom("left_pad1").xpos, data.geom("right_pad1").xpos
     closing = (left - right) / np.linalg.norm(left - right)
-    assert closing == pytest.approx(tool.turn((0, 1, 0)), abs=1e-6)
+    assert closing == pytest.approx(tool.rotate((0, 1, 0)), abs=1e-6)
 
 
 def test_no_capsule_may_meet_a_plate() -> None:

@@ -139,5 +139,5 @@ def test_the_lip_stays_over_one_point_and_nothing_dips_below_the_rim(
     assert np.ptp(points[:, :2], axis=0) == pytest.approx([0, 0], abs=1e-6)
     assert all(p.position[2] + lowest(JUG, p) >= target.position[2] + 0.0149 - 1e-9 for p in poses) or height < 0.015
     assert points[-1, 2] - target.position[2] >= height - 1e-9
-    assert math.acos(np.clip(poses[-1].turn((0, 0, 1))[2], -1, 1)) == pytest.approx(tilt, abs=1e-6)
-    assert float(poses[-1].turn((0, 0, 1))[:2] @ (math.cos(heading), math.sin(heading))) > 0
+    assert math.acos(np.clip(poses[-1].rotate((0, 0, 1))[2], -1, 1)) == pytest.approx(tilt, abs=1e-6)
+    assert float(poses[-1].rotate((0, 0, 1))[:2] @ (math.cos(heading), math.sin(heading))) > 0

@@ -40,7 +40,7 @@ from .entities import (
     thing_entities,
 )
 from .grasped import grasps
-from .signals import Flags, hold, spans
+from .signals import Flags, hysteresis, spans
 from .supported import carried, supports
 from .threaded import held_on, threaded
 from .touches import CONTACT, Pair, entity_of, pressed_on, state, touching_pairs
@@ -115,7 +115,7 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
     standing = {tuple(sorted(pair)): flags for pair, flags in carries.items()}
     never = np.zeros(len(rollout.times), dtype=bool)
     touching = {
-        pair: held_on(hold(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
+        pair: held_on(hysteresis(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
         for pair, force in forces.items()
     }
     return [
@@ -131,7 +131,7 @@ def _contents(rollout: Rollout) -> list[Event]:
         state("soma:ContainmentState", span, {"container": vessel, "content": contents_of(thing)})
         for thing, grains in rollout.grains.items()
         for vessel, count in where(rollout, thing).items()
-        for span in spans(hold(count / grains.shape[1], *HELD), rollout.times)
+        for span in spans(hysteresis(count / grains.shape[1], *HELD), rollout.times)
     ]
 
 

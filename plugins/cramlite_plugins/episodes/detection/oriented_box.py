@@ -67,7 +67,7 @@ def box_of(episode: Episode, entity: Entity, time: float) -> OrientedBox | None:
     return OrientedBox(pose.apply(corners), pose.rotation)
 
 
-def gap(a: OrientedBox, b: OrientedBox) -> float:
+def separation(a: OrientedBox, b: OrientedBox) -> float:
     """Return the separation of two boxes along the axis that separates them most [m]; 0 where they overlap.
 
     It is never more than their distance, and equals it where a face looks at a corner, or corner at corner.

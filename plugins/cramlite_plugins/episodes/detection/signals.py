@@ -16,7 +16,7 @@ GAP = 0.15
 SHORT = 0.06
 
 
-def rotate_back(quaternions: Floats, vectors: Floats) -> Floats:
+def rotate_into_frame(quaternions: Floats, vectors: Floats) -> Floats:
     """Rotate vectors (N, 3) of the world into frames with quaternions (N, 4), w first: v - 2w (u x v) + 2 u x (u x v)."""
     w, u = quaternions[:, :1], quaternions[:, 1:]
     turned = np.cross(u, vectors)
@@ -25,26 +25,26 @@ def rotate_back(quaternions: Floats, vectors: Floats) -> Floats:
 
 def speed(points: Floats, times: Floats) -> Floats:
     """Return the speed (N,) of points (N, 3) over a window of GAP [m/s]: tremor and contact noise average out."""
-    n = max(round(GAP / step(times)), 1)
+    n = max(round(GAP / sampling_period(times)), 1)
     if len(points) <= n:
         return np.zeros(len(points))
-    moving = np.linalg.norm(points[n:] - points[:-n], axis=1) / (n * step(times))
+    moving = np.linalg.norm(points[n:] - points[:-n], axis=1) / (n * sampling_period(times))
     before = n // 2
     return np.concatenate([np.full(before, moving[0]), moving, np.full(n - before, moving[-1])])
 
 
-def step(times: Floats) -> float:
+def sampling_period(times: Floats) -> float:
     """Return the sampling period [s]."""
     return float(np.median(np.diff(times))) if len(times) > 1 else GAP
 
 
-def smooth(signal: Floats, times: Floats, window: float) -> Floats:
+def moving_average(signal: Floats, times: Floats, window: float) -> Floats:
     """Return the centred moving average of a signal over ``window`` [s]."""
-    n = max(min(round(window / step(times)), len(signal)), 1)
+    n = max(min(round(window / sampling_period(times)), len(signal)), 1)
     return np.convolve(signal, np.ones(n) / n, mode="same")
 
 
-def hold(signal: Floats, high: float, low: float) -> Flags:
+def hysteresis(signal: Floats, high: float, low: float) -> Flags:
     """Apply hysteresis: on when above ``high``, off when not above ``low``, else as before."""
     decided = np.where(signal > high, 1, np.where(signal <= low, -1, 0))
     decided[0] = decided[0] or -1
@@ -52,7 +52,7 @@ def hold(signal: Floats, high: float, low: float) -> Flags:
     return np.asarray(decided[last] == 1)
 
 
-def closed(on: Flags, times: Floats) -> Flags:
+def close_gaps(on: Flags, times: Floats) -> Flags:
     """Close gaps shorter than GAP."""
     filled = on.copy()
     for (_, end), (start, _) in pairwise(runs(on)):
@@ -61,7 +61,7 @@ def closed(on: Flags, times: Floats) -> Flags:
     return filled
 
 
-def lasting(on: Flags, times: Floats) -> Flags:
+def drop_short(on: Flags, times: Floats) -> Flags:
     """Drop what holds for less than GAP."""
     kept = np.zeros_like(on)
     for start, end in runs(on):
@@ -76,7 +76,7 @@ def intervals(on: Flags, times: Floats) -> list[tuple[int, int]]:
 
 def spans(on: Flags, times: Floats) -> list[tuple[float, float]]:
     """Return the time intervals in which a flag holds for SHORT at least, gaps shorter than GAP closed [s]."""
-    return [span_of(s, e, times) for s, e in intervals(closed(on, times), times)]
+    return [span_of(s, e, times) for s, e in intervals(close_gaps(on, times), times)]
 
 
 def runs(on: Flags) -> list[tuple[int, int]]:
@@ -87,4 +87,4 @@ def runs(on: Flags) -> list[tuple[int, int]]:
 
 def span_of(start: int, end: int, times: Floats) -> tuple[float, float]:
     """Return the time interval of an index range [s]."""
-    return float(times[start]), float(times[end]) if end < len(times) else float(times[-1]) + step(times)
+    return float(times[start]), float(times[end]) if end < len(times) else float(times[-1]) + sampling_period(times)

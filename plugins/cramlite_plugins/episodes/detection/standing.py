@@ -11,7 +11,7 @@ import numpy as np
 from cramlite.model import Episode, Event, Floats, Geom
 
 from ...shapes.convex import hull_planes
-from .oriented_box import OrientedBox, box_of, gap, over, within
+from .oriented_box import OrientedBox, box_of, over, separation, within
 
 #: An underside this near to a top face [m] stands on it; trackers and drawn models are about this exact.
 NEAR = 0.015
@@ -57,7 +57,7 @@ def _at_rest(episode: Episode, name: str, span: tuple[float, float]) -> list[Eve
     )
     supporter = container or _under(box, boxes)
     touching = dict.fromkeys(
-        [*([supporter] if supporter else []), *(n for n, b in boxes.items() if gap(b, box) < TOUCH)]
+        [*([supporter] if supporter else []), *(n for n, b in boxes.items() if separation(b, box) < TOUCH)]
     )
     states = [("soma:ContactState", {"a": name, "b": other}) for other in touching]
     if supporter is not None:

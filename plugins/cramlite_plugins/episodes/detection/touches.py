@@ -10,7 +10,7 @@ import numpy as np
 
 from cramlite.model import EntityName, Event, Floats, Rollout, Value, thing_of
 
-from .signals import Flags, closed, runs
+from .signals import Flags, close_gaps, runs
 
 #: A contact starts above the first and ends below the second normal force [N]; 0.1 kg weighs 1 N.
 CONTACT = (0.05, 1e-6)
@@ -71,7 +71,7 @@ def pressed_on(contacts: Pairs, rollout: Rollout) -> dict[tuple[str, str], Flags
     mine = {pair: on for pair, on in contacts.items() if rollout.effector in pair}
     found = dict(contacts)
     for pair, on in mine.items():
-        filled = closed(on, rollout.times)
+        filled = close_gaps(on, rollout.times)
         others = [o for other, o in mine.items() if other != pair]
         for (_, end), (start, _) in pairwise(runs(on)):
             alone = not any(o[end - 1 : start + 1].any() for o in others)

@@ -9,9 +9,9 @@ from cramlite.plugin import EpisodeRepair, hookimpl
 
 
 def _bridge_dropouts(episode: Episode) -> Episode:
-    from .dropouts import bridged
+    from .dropouts import bridge_dropouts
 
-    return bridged(episode)
+    return bridge_dropouts(episode)
 
 
 def _smooth_flicker(episode: Episode) -> Episode:
