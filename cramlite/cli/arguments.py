@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from ..base.errors import UserError, did_you_mean
@@ -16,9 +17,9 @@ RENAMED = {"--wants": "--attributes"}
 
 
 class Add(Protocol):
-    """Function that declares a command: its name, what it does in one clause, and the function that does it."""
+    """Declares a command: its name, and the function that does it."""
 
-    def __call__(self, name: str, text: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
+    def __call__(self, name: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
         """Return the command's parser, for its own arguments; ``asks_plugins``: whether it loads plugins by itself."""
         ...
 
@@ -43,6 +44,15 @@ class Parser(argparse.ArgumentParser):
         wrong = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
         hint = did_you_mean(wrong[1], re.findall(r"[\w.-]+", wrong[2])).strip() if wrong else ""
         super().error(f"{message}; {hint}" if hint else message)
+
+
+def add_plugin_choice(command: argparse.ArgumentParser) -> None:
+    """Add the options that choose plugins, which every command has."""
+    command.add_argument(
+        "--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file"
+    )
+    command.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
+    command.add_argument("--prefer", action="append", default=[], metavar="NAME", help="ask this plugin first")
 
 
 def plugin_choice(arguments: argparse.Namespace) -> PluginChoice:

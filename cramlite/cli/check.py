@@ -143,5 +143,5 @@ def _check(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``check`` with its arguments."""
-    check = add("check", "check a scenario, a rule file or a program without running it", _check)
+    check = add("check", _check)
     check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")

@@ -106,7 +106,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``perceive`` with its arguments."""
-    perceive = add("perceive", "ask what a camera sees", _perceive)
+    perceive = add("perceive", _perceive)
     perceive.add_argument("view", help="a scenario with a camera, or a recorded view (NPZ, ...)")
     perceive.add_argument(
         "--query", default="", help='e.g. "type=cram:TeaBox colour=red on=Hanger"; default everything'

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from as_a_user import cramlite
-from test_ontology import SMALL_SOMA
+from small_soma import SMALL_SOMA
 
 from cramlite import Engine, data_folder
 from cramlite.cli.main import main
