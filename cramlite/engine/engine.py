@@ -265,6 +265,8 @@ class Engine:
         """Generate the plans of a goal, best first; those of a demonstration each with the sequence it was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
+
+        _refuse(unknown)
         from ..scenario.scenario import Scenario
 
         _refuse(unknown)

@@ -12,13 +12,13 @@ from cramlite import Engine
 from cramlite.model import Belief, Held, Location, Object, Pose, RobotMount, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import forward, inverse
-from cramlite_plugins.locations import grasps
+from cramlite_plugins.locations import grasps, near
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.predicates.places import NEAR
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import bounds
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, hanger, table
-from cramlite_plugins.task_kit.preconditions import near
+from cramlite_plugins.task_kit.preconditions import near as near_thing
 
 MOUNT = RobotMount("arm", "ur5e")
 HELD = Held("it", Pose((0.0, 0.0, 0.03)), 0.04)
@@ -39,7 +39,7 @@ def _context() -> Context:
 
 
 def _at(name: str) -> Location:
-    return near(Object(name))
+    return near_thing(Object(name))
 
 
 @pytest.mark.parametrize("name", ["shelf", "hook"])
