@@ -1,4 +1,4 @@
-"""Other ways to a pose, to compare with: one ICP, and the recipe of the paper.
+"""Baseline pose estimators for comparison: single ICP, and the recipe of the paper.
 
 The paper's recipe: the principal axes of cloud and model are laid on each other in 12 ways, each is refined by
 point-to-point ICP (Besl and McKay, 1992), and the best fitness wins.
@@ -27,7 +27,7 @@ ITERATIONS = 40
 
 
 class Fit(Value, eq=False):
-    """A result of ICP: scene to model, with the share of points that fit and their mean distance [m]."""
+    """ICP result: transform scene to model, share of inlier points and their mean distance [m]."""
 
     scene_to_model: Pose
     fitness: float
@@ -35,7 +35,7 @@ class Fit(Value, eq=False):
 
 
 def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """One point-to-point ICP that starts with the model as it is written, its middle on the cloud's."""
+    """Estimate a pose by one point-to-point ICP from the model's own orientation, centroid on centroid."""
     del prior
     points = _scene(view, mask)
     if points is None:
@@ -44,7 +44,7 @@ def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) ->
 
 
 def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """One point-to-plane ICP that starts upright, the model's front (-y) to the camera."""
+    """Estimate a pose by one point-to-plane ICP that starts upright, the model's front (-y) to the camera."""
     del prior
     points = _scene(view, mask)
     if points is None:
@@ -56,7 +56,7 @@ def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIG
 
 
 def paper(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """Principal axes, 12 point-to-point ICPs, best fitness of those that the prior allows."""
+    """Estimate a pose from principal axes and 12 point-to-point ICPs; the best fitness that the prior allows wins."""
     points = _scene(view, mask)
     if points is None:
         return []

@@ -1,4 +1,4 @@
-"""The 6D pose of a known object in one depth image: many registrations as one batch, judged against the image."""
+"""6D pose estimation of a known object in one depth image: batched registration, scored against the image."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ all parts and 80 by the largest one, which scores below ``DOUBT`` 12 times; of t
 
 
 class PoseHypothesis(Value):
-    """A pose, and why it is believed as far as it is.
+    """Estimated 6D pose of an object with its score and the reasons for it.
 
     Args:
         pose: of the model's frame in the world.
@@ -48,7 +48,7 @@ class PoseHypothesis(Value):
 
 
 def estimate(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """Poses of the object that a mask shows, best first; the hypotheses that lost follow.
+    """Estimate the 6D pose of the object that a mask shows; hypotheses, best first.
 
     A pose that the camera cannot tell from another one (a symmetry) comes with it, at the same score.
 
@@ -97,7 +97,7 @@ def _search(view: View, model: PoseModel, prior: Prior, scene: Scene, *, again: 
 
 
 def best(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, count: int, surface: int) -> Starts:
-    """The ``count`` starts that judge best."""
+    """Return the ``count`` hypotheses with the highest scores."""
     if len(starts) <= 1:
         return starts
     order = np.argsort(-judge(model, scene, outline, starts, surface).score, kind="stable")
@@ -113,7 +113,7 @@ def _turned(model: PoseModel, starts: Starts) -> Starts:
 
 
 def allowed(view: View, prior: Prior, starts: Starts) -> Starts:
-    """Those that are numbers and keep to the prior's limits for results."""
+    """Return the hypotheses that are finite and satisfy the prior's limits for results."""
     keep = np.isfinite(starts.turn).all((1, 2)) & np.isfinite(starts.shift).all(1)
     for a in prior.alignments:
         keep &= alignment_error(view.camera, starts.turn, a) <= a.after
@@ -121,7 +121,7 @@ def allowed(view: View, prior: Prior, starts: Starts) -> Starts:
 
 
 def hypotheses(view: View, starts: Starts, scores: Scores) -> list[PoseHypothesis]:
-    """Poses in the world with their reasons, best first."""
+    """Convert scored registrations to poses in the world frame with reasons, best first."""
     found = []
     for i in np.argsort(-scores.score, kind="stable"):
         in_camera = _pose(starts.turn[i], starts.shift[i])
@@ -144,7 +144,7 @@ def _pose(turn: Floats32, shift: Floats32) -> Pose:
 
 
 def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Without repetitions of one pose (3 mm, 3 degrees), and with the symmetric ones of the best."""
+    """Remove duplicate poses (within 3 mm and 3 degrees), and add the symmetric equivalents of the best."""
     kept: list[PoseHypothesis] = []
     for h in found:
         apart = [model.difference(h.pose, k.pose) for k in kept]
@@ -179,6 +179,6 @@ SYMMETRIC = "depth cannot tell it from the best: the shape is symmetric"
 
 
 def keeps_to(pose: Pose, prior: Prior) -> bool:
-    """Whether a pose in the world is one of those that the prior allows for results."""
+    """Check whether an object pose in the world frame satisfies the prior's limits for results."""
     turn = pose.inverse().rotation[None].astype(np.float32)
     return all(float(alignment_error(Pose(), turn, a)[0]) <= a.after for a in prior.alignments)

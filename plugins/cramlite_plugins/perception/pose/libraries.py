@@ -1,4 +1,4 @@
-"""Poses by registration libraries: the starts, the prior and the judge of ``pose``, the ICP of Open3D or of small_gicp.
+"""Pose estimation with the ICP of Open3D or of small_gicp; initial poses, prior and score are those of ``pose``.
 
 Both are extras: ``pip install cramlite[open3d]`` (0.9 GB), ``pip install cramlite[small-gicp]``.
 """
@@ -29,7 +29,7 @@ ITERATIONS = 20
 
 
 def open3d_pose(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """24 point-to-plane ICPs of Open3D in two stages.
+    """Estimate a pose by 24 point-to-plane ICPs of Open3D in two stages.
 
     Raises:
         UserError: Open3D is not installed or does not load; says what is missing.
@@ -38,7 +38,7 @@ def open3d_pose(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT
 
 
 def small_gicp_pose(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """24 point-to-plane ICPs of small_gicp in two stages.
+    """Estimate a pose by 24 point-to-plane ICPs of small_gicp in two stages.
 
     Raises:
         UserError: small_gicp is not installed.

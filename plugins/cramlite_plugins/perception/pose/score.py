@@ -1,4 +1,4 @@
-"""How well a pose explains an image: what of the mask it explains, what it claims that the camera saw through."""
+"""Score of a pose hypothesis against the depth image: the mask that it explains, visible surface that the image denies."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ENOUGH = 0.45
 
 
 class Scores(Value):
-    """Of each hypothesis, all (H,).
+    """Scores of H hypotheses, each field (H,).
 
     Args:
         score: 0 to 1, the product of the three below and of ``closeness``.
@@ -35,7 +35,7 @@ class Scores(Value):
 
 
 def judge(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, surface: int = SURFACE) -> Scores:
-    """Compare hypotheses with what was measured.
+    """Score hypotheses against the depth image.
 
     Args:
         scene: (N, 3) all points of the mask, the optical frame [m].

@@ -1,4 +1,4 @@
-"""Where registration starts from: the parts of a mask, orientations that the prior allows, and slides in the image."""
+"""Initial poses for registration: parts of the mask, orientations that the prior allows, shifts in the image."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ STARTS = 24
 
 
 class Scene(Value, eq=False):
-    """Points taken for the object's: (N, 3), the optical frame [m]; and the mask without what is not."""
+    """Point cloud of an object, (N, 3) in the optical frame [m], and the mask without outliers."""
 
     points: Floats32
     mask: Mask
 
 
 def scenes(view: View, mask: Mask) -> list[Scene]:
-    """The largest connected part of a mask's points, and then all of its parts together, if an occluder splits it.
+    """Return the largest connected part of a mask's points; then all parts together, if an occluder splits it.
 
     Parts are what single linkage on voxels makes. Pixels without depth stay in the mask: an
     occluder's stereo shadow falls on the object.
@@ -62,7 +62,12 @@ def scenes(view: View, mask: Mask) -> list[Scene]:
 
 
 def starts_for(camera: Pose, model: PoseModel, prior: Prior, scene: Floats32) -> Starts:
-    """24 or so orientations that the prior allows, the middle of each one's visible side on that of the scene."""
+    """Return some 24 initial poses with orientations that the prior allows, visible side centred on the scene.
+
+    Args:
+        camera: the optical frame in the world.
+        scene: (N, 3) in the optical frame [m].
+    """
     from .prior import alignment_error
 
     if prior.alignments:
@@ -106,8 +111,11 @@ def _principal(scene: Floats32) -> Floats:
 
 
 def slid(model: PoseModel, outline: Outline, starts: Starts) -> Starts:
-    """The starts, and each moved sideways so that its outline's edges meet the mask's: an occluder that hides one end of
-    an object leaves open where along it the rest belongs, and only the image around the mask tells."""
+    """Return the initial poses, and each shifted sideways so that its silhouette's edges meet the mask's.
+
+    An occluder that hides one end of an object leaves open where along it the rest belongs; only the image around
+    the mask tells.
+    """
     rows, columns = np.flatnonzero(outline.mask.any(1)), np.flatnonzero(outline.mask.any(0))
     which = np.linspace(0, len(model.points) - 1, 300).astype(np.int64)
     seen = starts.turn.transpose(0, 2, 1) @ (model.points[which].T - starts.shift[:, :, None])

@@ -1,4 +1,4 @@
-"""Expert: where the fixtures of the map really are, from their pegs and panels."""
+"""Expert that localises the fixtures of the map, by their pegs and panels."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
 
 def refined(inputs: Inputs) -> Mapping[str, Any]:
-    """Fixtures with a peg, moved to where their points are: a registration of the translation, point to surface
-    (Besl and McKay, PAMI 14, 1992). Thin parts and flat ones count the same, so that the panel, with a hundred times the
-    points, says how far away it is, and the peg says the rest."""
+    """Refine the positions of fixtures with a peg by point-to-surface registration of the translation.
+
+    Source: Besl and McKay, PAMI 14, 1992. Thin parts and flat ones count the same, so that the panel, with a hundred times
+    the points, says how far away it is, and the peg says the rest.
+    """
     found = {}
     whys = []
     for thing in inputs["fixtures"]:
