@@ -1,4 +1,4 @@
-"""Straight motions of the tcp: inverse kinematics followed along the line, on one branch.
+"""Cartesian paths: straight motions of the tcp, inverse kinematics followed along the line on one branch.
 
 The controller drives a straight line of the tcp with an even rotation about one axis (movel), so
 the line is sampled in the same way (Shoemake, Animating rotation with quaternion curves, 1985)
@@ -26,7 +26,7 @@ COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad
 
 
 def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
-    """Why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
+    """Return why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
     on its way is up to the motion that follows.
@@ -40,7 +40,7 @@ def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
 
 
 def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
-    """Checked joint positions along straight lines from here through the targets.
+    """Plan straight lines of the tcp from where it is through targets in the base frame; joint positions, checked [rad].
 
     Raises:
         Unresolvable: out of reach, singular, or something is in the way.
@@ -56,7 +56,7 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
 
 
 def near(a: Pose, b: Pose) -> bool:
-    """Whether two poses are the same for a motion."""
+    """Check whether two poses are the same for a motion."""
     metres, radians = a.distance(b)
     return metres < SAME[0] and radians < SAME[1]
 
@@ -69,7 +69,7 @@ with 0.017 and less needed up to four attempts, those with 0.08 and more none (t
 
 
 class JointPath(Value):
-    """A straight motion, sampled.
+    """Joint-space samples of a straight motion.
 
     Args:
         points: joint positions, start included [rad].
@@ -81,12 +81,12 @@ class JointPath(Value):
 
     @property
     def length(self) -> float:
-        """The whole way [m]."""
+        """Return the path length of the tcp [m]."""
         return self.ways[-1]
 
 
 def interpolate(a: Pose, b: Pose, part: float) -> Pose:
-    """The pose at a fraction of the way: straight line and even rotation the short way round."""
+    """Interpolate two poses at a fraction of the way: straight line and even rotation the short way round."""
     position = tuple(x + part * (y - x) for x, y in zip(a.position, b.position, strict=True))
     turn = (Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)).rotvec
     local = Pose.from_rotvec((0.0, 0.0, 0.0), [part * v for v in turn])
@@ -95,7 +95,7 @@ def interpolate(a: Pose, b: Pose, part: float) -> Pose:
 
 
 def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float) -> list[Pose]:
-    """Poses along the line through the targets, no further apart than the steps; the start is left out."""
+    """Sample poses along the lines through the targets, no further apart than the steps; the start is left out."""
     result: list[Pose] = []
     for a, b in pairwise((start, *targets)):
         metres, radians = a.distance(b)
@@ -114,7 +114,7 @@ def straight(
     step_m: float = 0.005,
     step_rad: float = 0.02,
 ) -> JointPath | Refusal:
-    """A straight motion of the tcp from a joint position through one pose or several.
+    """Plan a straight motion of the tcp from a joint position through one pose or several.
 
     Args:
         scene: checks every step for collisions, near start and end with the clearance that these have;

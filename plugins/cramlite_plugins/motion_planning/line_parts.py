@@ -1,4 +1,4 @@
-"""A straight joint-space line in parts, and how far shapes move along it."""
+"""Joint-space line segments in equal parts, and how far shapes move along them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differe
 
 
 class Rates(Value):
-    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
+    """Upper bounds of the approach of each two geoms (geoms, geoms) over a whole line, and of any two [m]."""
 
     between: Floats
     most: float
@@ -23,17 +23,18 @@ Part = tuple[float, float, Rates | None]
 
 
 class Line:
-    """A straight joint-space line."""
+    """Straight joint-space line."""
 
     def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
         self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
         self.size = float(np.abs(self.way).max())
 
     def at(self, fraction: float) -> Floats:
+        """Return the joint position (joints,) at a fraction of the line [rad]."""
         q: Floats = self.start + fraction * self.way
         return q
 
     def parts(self) -> list[Part]:
-        """The line in equal parts."""
+        """Split the line into equal parts."""
         count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
         return [(k / count, (k + 1) / count, None) for k in range(count)]

@@ -1,4 +1,4 @@
-"""What an arm may bump into: collision and clearance of joint positions and of the lines between them.
+"""Planning scene: collision and clearance of joint positions and of the straight joint-space lines between them.
 
 A planning model (``simulation.compile``) has no capsule that MuJoCo would miss across a plate, and
 only what moves with the arm can touch anything. ``inflated`` copies of it, in which every shape is bigger,
@@ -48,7 +48,7 @@ SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]:
 
 
 class Scene(Value):
-    """A robot among things; make one with ``scene``.
+    """Planning scene: a robot among things; make one with ``scene``.
 
     Args:
         compiled: the planning model.
@@ -78,19 +78,20 @@ class Scene(Value):
 
     @property
     def robot(self) -> Robot:
+        """Return the description of the robot that moves."""
         return self.index.robot
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
-        """(lower, upper) of each joint [rad]."""
+        """Return the limits (lower, upper) of each joint [rad]."""
         return self.robot.limits
 
     def free(self, q: Position) -> bool:
-        """Whether the joints are inside their limits and every pair keeps the distance that it needs."""
+        """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
         return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
 
     def line_free(self, a: Position, b: Position) -> bool:
-        """Whether the straight joint-space line from a free position is free; its end and the longest intervals first."""
+        """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""
         if not self.free(b):
             return False
         line = Line(a, b)
@@ -103,7 +104,7 @@ class Scene(Value):
         return True
 
     def blocked(self, a: Position, b: Position) -> float | None:
-        """The fraction of the straight joint-space line where it is first blocked; None when it is free."""
+        """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
         if not self.free(a):
             return 0.0
         line = Line(a, b)
@@ -111,7 +112,7 @@ class Scene(Value):
         return found if found is not None or self.free(b) else 1.0
 
     def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
-        """What is closer than it needs to be: (one, other, depth), deepest first.
+        """Return the pairs that are closer than they need to be: (one, other, depth), deepest first.
 
         Depth is positive inside each other and negative for a distance that is too small [m]. Names are those of
         ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
@@ -124,11 +125,14 @@ class Scene(Value):
         return tuple(sorted(((a, b, depth) for (a, b), depth in found.items()), key=lambda c: (-c[2], c)))
 
     def clearance(self, q: Position) -> float:
-        """The smallest distance of any pair that may not touch [m]; at most ``HORIZON``, negative inside each other."""
+        """Return the smallest distance of any pair that may not touch [m].
+
+        At most ``HORIZON``, negative inside each other.
+        """
         return min((d for _, _, d in self._look(q, self.levels[-1])), default=HORIZON)
 
     def why(self, q: Position) -> str:
-        """What is in the way, as a clause with numbers; empty when free."""
+        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
         for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
             if not low <= value <= high:
                 return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
@@ -141,12 +145,12 @@ class Scene(Value):
         return ", ".join(clauses)
 
     def relaxed(self, anchors: Sequence[Position]) -> Scene:
-        """The same scene, asking near each of these positions for no more clearance than there is at it."""
+        """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
         found = [self._anchor(q) for q in anchors]
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
 
     def at(self, poses: Mapping[str, Pose]) -> Scene:
-        """The same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
+        """Return the same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
         data = mujoco.MjData(self.compiled.model)
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
@@ -154,13 +158,13 @@ class Scene(Value):
         return replace(self, data=data, anchors=())
 
     def tcp(self, q: Position) -> Pose:
-        """The tcp in the world frame."""
+        """Return the pose of the tcp in the world frame."""
         self.data.qpos[list(self.index.joints)] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
         return self.index.pose(self.data)
 
     def tip(self, q: Position) -> Floats:
-        """The position of the tcp in the world (3,) [m]."""
+        """Return the position (3,) of the tcp in the world frame [m]."""
         address = self.index.joints[0]
         self.data.qpos[address : address + len(self.index.joints)] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
@@ -253,7 +257,7 @@ def scene(
     clearance: float = CLEARANCE,
     wider: Mapping[str, float] = MappingProxyType({}),
 ) -> Scene:
-    """A scene for planning.
+    """Build a planning scene of a world.
 
     Args:
         robots: descriptions by type name.

@@ -1,4 +1,4 @@
-"""Which corners of a path can be rounded: the largest blend whose own curve keeps the clearance."""
+"""Blend radii of a joint path: the largest at each corner whose own curve keeps the clearance."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ELSEWHERE = 0.015
 def blended(
     scene: Space, points: Sequence[Joints], speed: float, acceleration: float
 ) -> tuple[tuple[float, ...], float]:
-    """The blend radius at each point between the ends, 0 for a stop [m], and the duration of the whole path [s].
+    """Return the blend radius at each inner point, 0 for a stop [m], and the duration of the path [s].
 
     Args:
         scene: in which the lines between the points are free.

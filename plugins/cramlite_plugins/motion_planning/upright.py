@@ -1,4 +1,4 @@
-"""Carrying what must not be tilted: a joint-space line if it keeps the load upright, else straight lines of the tcp.
+"""Transfers under an orientation constraint: a joint-space line if it keeps the load upright, else straight tcp lines.
 
 How far a load may tilt is knowledge (``cram:tiltLimitDeg`` of its class). A sampling planner hardly ever stays in so
 thin a set; straight lines between upright poses stay in it by themselves, on the branch that the arm is on. They lead
@@ -33,7 +33,7 @@ SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one:
 
 
 class Load(Value):
-    """What is carried, and how upright it has to stay.
+    """Held thing with a tilt limit.
 
     Args:
         thing: its name.
@@ -48,12 +48,12 @@ class Load(Value):
     up: tuple[float, float, float]
 
     def tilt(self, tcp: Pose) -> float:
-        """Angle between the load's z axis and the vertical [rad]."""
+        """Return the angle between the load's z axis and the vertical [rad]."""
         return float(math.acos(np.clip((tcp * self.in_tcp).turn((0.0, 0.0, 1.0)) @ self.up, -1.0, 1.0)))
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """What is held, if its class limits its tilt."""
+    """Return what is held, if its class limits its tilt."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)
@@ -68,7 +68,7 @@ def carried(
     motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: Scene, goals: Sequence[Joints],
     pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """Ways to the stand-off of a place on which the load stays upright.
+    """Plan transfers to the stand-off of a place on which the load stays upright.
 
     Args:
         goals: free joint positions there, nearest first.
@@ -125,7 +125,7 @@ def _over(
 
 
 def way(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool) -> list[Pose]:
-    """Corners of a way up, over and down, the start left out.
+    """Return the waypoints of a path up, over and down, the start left out; poses of the tcp in the base frame.
 
     Args:
         up: the vertical; a way around turns about the base's z axis.

@@ -1,4 +1,4 @@
-"""The motion "drive": the platform of a robot goes to a stand, on a way that the whole robot is free on."""
+"""Driving: motion "drive" of the base to a stand, on a path that is collision-free for the whole robot."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ SAME = 0.005, 0.01  # the platform stands there already within this [m, rad]
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve motion "drive"; None for other kinds."""
     return _drive(adapted(motion, belief, context), belief, context) if motion.kind == "drive" else None
 
 
@@ -67,7 +68,7 @@ def _floor(belief: Belief, context: Context) -> Ground:
 
 
 def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
-    """The ground with the robot's arm as it is believed to be.
+    """Build the planning scene of the base with the robot's arm as it is believed to be.
 
     Raises:
         Unresolvable: the robot has no platform.

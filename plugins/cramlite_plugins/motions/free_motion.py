@@ -1,4 +1,4 @@
-"""Motions in free space: transfers planned in joint space, and straight lines of the TCP."""
+"""Free-space motions: transfers planned in joint space, and straight lines of the TCP."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ GOALS = 6  # nearest inverse solutions that a transfer may end at
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve transfers and linear motions; None for other kinds."""
     kinds = {"transfer": _transfer, "linear": _linear}
     kind = kinds.get(motion.kind)
     return kind(adapted(motion, belief, context), belief, context) if kind else None
@@ -102,13 +103,13 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
 
 
 def place_of(motion: Motion, context: Context) -> Place:
-    """The place that a motion leads to."""
+    """Return the place that a motion's location was resolved to."""
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
     place: Place = context.bindings[motion.to.name]
     return place
 
 
 def because(motion: Motion, context: Context) -> tuple[str, ...]:
-    """A motion to a place fails because of that place, and of the grasp that it is made with."""
+    """Return what a motion to a place depends on: the place, and the grasp that it is made with."""
     grasps = tuple(k for k in context.bindings if k.startswith("grasp("))
     return ((motion.to.name,) if motion.to else ()) + grasps

@@ -1,4 +1,4 @@
-"""Tilting a held vessel about its rim, and back: the poses of a place's path, rounded to one joint-space motion."""
+"""Tilting of a held vessel about its rim, and back: the poses of a path, blended to one joint-space motion."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from .motion_kinds import value
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve motion "tilt"; None for other kinds."""
     return _tilt(motion, belief, context) if motion.kind == "tilt" else None
 
 
