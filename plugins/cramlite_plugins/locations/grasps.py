@@ -1,4 +1,4 @@
-"""Where to grasp a thing: contact pairs on its primitives that fit between the fingers, ranked and explained.
+"""Grasp candidates: contact pairs on a thing's primitives that fit between the fingers, ranked and explained.
 
 Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the convex parts of
 meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
@@ -33,7 +33,7 @@ SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the p
 
 
 class Grip(Value):
-    """A candidate in the thing's frame.
+    """Grasp candidate in the thing's frame.
 
     Args:
         pose: of the TCP.
@@ -55,18 +55,22 @@ class Grip(Value):
 
     @property
     def cost(self) -> float:
-        """Lever [m]; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
+        """Return the cost [m]: the lever; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
         return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant
 
     @property
     def likeness(self) -> tuple[float, ...]:
-        """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
+        """Return the key of similar grasps, which hold or fail together.
+
+        By the same part of the pads, from the same height, as wide.
+        """
         down = float(self.pose.turn((0.0, 0.0, 1.0))[2])
         return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "grasp": grasps of a thing that the arm reaches, best first; None for other relations."""
     if location.relation != "grasp":
         return None
     return _places(location, belief, context)
@@ -111,7 +115,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
-    """Grasps that the whole shape allows, best first.
+    """Return the grasps that the whole shape allows, best first.
 
     Args:
         friction: of the pads; contacts must lie within its cone.
@@ -143,7 +147,7 @@ def _varied(grips: Sequence[Grip]) -> Iterator[Grip]:
 
 
 def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
-    """Grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
+    """Yield grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
     body = [g for g in geoms if not g.part]
     for i, geom in enumerate(body):
         for grip in _of_geom(geom, gripper):
@@ -179,7 +183,7 @@ def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 
 
 def why_none(thing: Thing, gripper: Gripper) -> str:
-    """Why nothing can be grasped, with the nearest miss."""
+    """Explain why nothing can be grasped, with the nearest miss."""
     limit = gripper.opening[1] - LEAST_SLACK
     thin = sorted({round(_thinnest(g), 4) for g in thing.geoms if not g.part})
     widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin[:4])

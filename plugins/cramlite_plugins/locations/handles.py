@@ -1,4 +1,4 @@
-"""Where to hold what opens, and where its handle goes: grasps across the bar, and the path that its joint leaves."""
+"""Grasps of handles, and the paths along which drawers and doors move them."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ CLOSED = 0.005  # share of the range that a joint is closed to: what friction le
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve locations "handle", "opened" and "closed"; None for other relations."""
     finders = {"handle": _grasps, "opened": _path, "closed": _path}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
@@ -72,7 +73,7 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
 
 
 def joint_value(belief: Belief, thing: str, pose: Pose) -> float:
-    """The value of a thing's joint when the thing is at a pose in the world [m, rad]."""
+    """Return the value of a thing's joint when the thing is at a pose in the world [m, rad]."""
     start = belief.world.thing(thing)
     assert start.joint is not None
     return start.joint.value + start.joint.between(start.pose, pose)

@@ -1,4 +1,4 @@
-"""Where to bring the hand, or what it holds, so that it is near a thing: above it, before it, beside it."""
+"""Hand poses near a thing: above it, before it, beside it, for the empty hand or what it holds."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "near"; None for other relations."""
     return _places(location, belief, context) if location.relation == "near" else None
 
 

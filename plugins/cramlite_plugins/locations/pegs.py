@@ -1,4 +1,4 @@
-"""How to lead a held thing's hole off a peg, or onto it: lift to the middle, along the axis, over the bent tip."""
+"""Paths of a held thing's hole off a peg, or onto it: lift to the middle, along the axis, over the bent tip."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's r
 
 
 class Peg(Value):
-    """A peg and a hole, vectors in the base frame.
+    """Peg and the hole on it, vectors in the base frame.
 
     Args:
         root, axis: where the peg begins, and its direction towards the tip.
@@ -36,18 +36,19 @@ class Peg(Value):
 
     @property
     def along(self) -> float:
-        """How far from the root the hole is, along the axis [m]."""
+        """Return the distance of the hole from the root, along the axis [m]."""
         return float((self.hole - self.root) @ self.axis)
 
     @property
     def to_middle(self) -> Floats:
-        """Up to where the peg passes through the middle of the hole: no rim is jammed there."""
+        """Return the upward shift (3,) [m] that brings the peg to the middle of the hole: no rim is jammed there."""
         sunk = float(self.root[2] + self.along * self.axis[2] - self.hole[2])
         return np.array([0.0, 0.0, min(max(sunk, 0.0), self.play)])
 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve locations "extract" and "insert"; None for other relations."""
     ways = {"extract": _extract, "insert": _insert}
     way = ways.get(location.relation)
     return way(location, belief, context) if way else None
@@ -137,7 +138,7 @@ def _unmoved(belief: Belief, context: Context) -> tuple[str, ...]:
 
 
 def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
-    """The peg that a location is about, and the hole of what is held.
+    """Return the peg that a location is about, and the hole of what is held.
 
     Raises:
         Unresolvable: one of them is missing, or the peg is too thick for the hole.

@@ -1,4 +1,4 @@
-"""Lines across a shape between which two pads may close, found on the faces of its convex parts.
+"""Antipodal lines across a shape, between which two pads may close, found on the faces of its convex parts.
 
 Each face gives points; the line through a point along the face's normal, where it leaves the whole shape on the other side,
 is a contact pair. Lines near the centre of mass come first, and one of many alike is enough.
@@ -27,7 +27,7 @@ WIDE = 0.022  # faces wider than this are sampled off their middle too [m]
 
 
 class Line(Value):
-    """A contact pair: the middle, the unit closing direction, the distance of the faces [m], and a cost [m]."""
+    """Contact pair: the middle, the unit closing direction, the distance of the faces [m], and a cost [m]."""
 
     middle: Floats
     way: Floats
@@ -38,7 +38,7 @@ class Line(Value):
 def lines(
     shape: rays.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float, cone: float
 ) -> list[Line]:
-    """Contact pairs between the pads, the nearest to the centre of mass first, no two alike.
+    """Return contact pairs between the pads, the nearest to the centre of mass first, no two alike.
 
     Args:
         slack: that must be left between the pads [m].
@@ -77,7 +77,7 @@ def _spread(found: list[Line]) -> list[Line]:
 
 
 def frames(line: Line) -> Iterator[tuple[Pose, str]]:
-    """TCP frames on a line, one for each direction of approach, downwards first."""
+    """Yield TCP frames on a line, one for each direction of approach, downwards first."""
     up = np.array([0.0, 0.0, 1.0]) if abs(line.way[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     first = up - (up @ line.way) * line.way
     first /= np.linalg.norm(first)

@@ -1,4 +1,4 @@
-"""Where to pour from: the rim of what is held over an opening, and the poses in which it tilts about its rim.
+"""Pouring poses: the rim of the held vessel over an opening, and the poses in which it tilts about its rim.
 
 The lip, the point of the rim over which the contents leave, stays over one point of the other vessel. While the vessel
 is upright all of it is below its rim, so the lip begins higher, and comes down as the vessel tilts.
@@ -22,6 +22,7 @@ STEP = math.radians(6)  # between two poses of a path [rad]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "pour"; None for other relations."""
     return _places(location, belief, context) if location.relation == "pour" else None
 
 
@@ -73,7 +74,7 @@ def _ways(now: Pose, target: Pose) -> list[tuple[float, float]]:
 def tilted(
     source: Thing, lip: float, heading: float, target: Pose, opening: Feature, parameters: Mapping[str, float]
 ) -> Iterator[Pose]:
-    """Poses of the vessel from upright to tilted, base frame.
+    """Yield poses of the vessel from upright to tilted, base frame.
 
     Args:
         lip: azimuth of the lip in the vessel's frame [rad].
@@ -100,7 +101,7 @@ def tilted(
 
 
 def radius(cavity: Feature, azimuth: float) -> float:
-    """From the middle of an opening to its rim [m]."""
+    """Return the distance from the middle of an opening to its rim [m] at an azimuth [rad]."""
     if "radius" in cavity.size:
         return cavity.size["radius"]
     half = (cavity.size["width"] / 2, cavity.size["depth"] / 2)

@@ -1,4 +1,4 @@
-"""Where to push a thing from: closed fingers beside one of its faces, low, and then straight on."""
+"""Pushing poses: closed fingers beside one of a thing's faces, low, and then straight on."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "push"; None for other relations."""
     finders = {"push": _beside, "pushed": _beyond}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
@@ -73,8 +74,10 @@ def _ways(pose: Pose) -> list[Floats]:
 
 
 def support(thing: Thing, pose: Pose, way: Floats) -> float:
-    """How far a thing reaches in a direction [m]: the support function of its shape, max over x of x.way, in the frame of
-    the pose; round shapes by the box around them."""
+    """Return the support function of a thing's shape, max over x of x.way, in the frame of the pose [m].
+
+    Round shapes count as the box around them.
+    """
     reach = []
     for geom in thing.geoms:
         there = pose * geom.pose

@@ -1,4 +1,4 @@
-"""Where an empty hand touches a surface: above its middle, pointing down, turned so that the arm can stand there."""
+"""Touching poses of the empty hand: above the middle of a surface, pointing down, turned so that the arm reaches."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ DOWN = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))  # the tool's z axis down, it
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "touch"; None for other relations."""
     return _places(location, belief, context) if location.relation == "touch" else None
 
 

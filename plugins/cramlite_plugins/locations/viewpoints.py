@@ -1,4 +1,4 @@
-"""Where to bring a camera that is on the flange, so that something is in its view."""
+"""Viewpoints of a camera on the flange, from which something is in its view."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 
 
 def looking_at(eye: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
-    """The optical frame of a camera at ``eye`` [m] that looks at ``target``, its image upright."""
+    """Return the optical frame of a camera at ``eye`` [m] that looks at ``target`` [m], its image upright."""
     forward = np.subtract(target, eye)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     return Pose.from_axes(eye, forward, right if np.linalg.norm(right) > 1e-9 else (1.0, 0.0, 0.0))
@@ -29,6 +29,7 @@ BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "view"; None for other relations."""
     return _views(location, belief, context) if location.relation == "view" else None
 
 

@@ -1,4 +1,4 @@
-"""The trace as decisions: what was asked, what was chosen, what was refused and why, one candidate at a time."""
+"""Decisions of the trace: what was asked, chosen, and refused with its reason, one candidate at a time."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ PROOF = ("proof", "budget")
 
 
 class Branch(Value):
-    """An alternative that was tried: what was decided below it, and what became of it."""
+    """Alternative that was tried: what was decided below it, and its outcome."""
 
     entry: Entry
     decisions: tuple[Decision, ...]
 
 
 class Decision(Value):
-    """One designator that came up.
+    """Decision about one designator that came up.
 
     Args:
         asked: the question.
@@ -41,7 +41,7 @@ class Decision(Value):
 
 
 class Attempt(Value):
-    """One candidate task sequence: its decisions in order, and what was said about it as a whole."""
+    """Decisions of one candidate task sequence in order, and its proofs."""
 
     number: int
     decisions: tuple[Decision, ...]
@@ -49,15 +49,17 @@ class Attempt(Value):
 
     @property
     def proven(self) -> bool:
+        """Check whether the candidate was proven."""
         return any(e.outcome == "proven" for e in self.proofs)
 
     @property
     def refusals(self) -> int:
+        """Return the number of refusals in its decisions."""
         return sum(len(d.refused) for d in self.decisions)
 
 
 def attempts(trace: Trace) -> list[Attempt]:
-    """The candidates in the order in which they were tried."""
+    """Return the candidates in the order in which they were tried."""
     groups: dict[int, list[Entry]] = defaultdict(list)
     for entry in trace.entries:
         groups[entry.candidate].append(entry)
@@ -95,5 +97,5 @@ def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple
 
 
 def path(attempt: Attempt) -> dict[str, Entry]:
-    """Designator -> the alternative that the candidate ended on."""
+    """Return designator -> the alternative that the candidate ended on."""
     return {d.asked.designator: d.chosen for d in attempt.decisions if d.chosen is not None}

@@ -1,4 +1,4 @@
-"""The program's text: every line with the step that it came from."""
+"""Program listing: every line with the step that it came from."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Line(Value):
-    """One line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
+    """Program line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
 
     Args:
         leads: the designator on the page that it leads to; "" for none.
@@ -32,7 +32,7 @@ class Line(Value):
 
 
 class Block(Value):
-    """Lines that belong together: a task's code, or what is written before and around the tasks."""
+    """Block of lines that belong together: a task's code, or what is written before and around the tasks."""
 
     task: str
     lines: tuple[Line, ...]
@@ -44,6 +44,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     if done.shown is None:
         return ""
     code = done.shown.candidate.code
@@ -54,7 +55,7 @@ def render(done: Finished) -> str:
 
 
 def blocks(code: Code, known: Collection[str] = ()) -> Iterator[Block]:
-    """The text cut where the task changes; a comment above a step belongs to it.
+    """Split the text where the task changes; a comment above a step belongs to it.
 
     Args:
         known: designators that have a place on the page.

@@ -1,4 +1,4 @@
-"""The search: every candidate, every choice with its cost, and why the others were not taken."""
+"""Search tree: every candidate, every choice with its cost, and why the others were not taken."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 
 class Stage(Value):
-    """A task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
+    """Task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
 
     name: str
     state: str
 
 
 class Bar(Value):
-    """A decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
+    """Decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
 
     designator: str
     cost: float
@@ -39,7 +39,7 @@ class Bar(Value):
 
 
 class Row(Value):
-    """A candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
+    """Candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
 
     attempt: Attempt
     title: str
@@ -58,6 +58,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     found = attempts(done.trace)
     sequences = first_sequences(done.interpretation, max((a.number for a in found), default=0))
     titles = [[short(m.task) for m in s.matches] for s in sequences]
@@ -93,7 +94,7 @@ def _written(entries: Sequence[Entry]) -> str:
 
 
 def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tuple[Stage, ...]:
-    """How far a candidate came; a program that ran came to the end of its tasks."""
+    """Return how far a candidate came; a program that ran came to the end of its tasks."""
     numbers = [int(m[1]) for e in entries if (m := re.match(r"(\d+)\.", e.designator))]
     last = len(tasks) + 1 if ran else max(numbers, default=0)
     states = ("reached" if k < last else "stopped" if k == last else "unreached" for k in range(1, len(tasks) + 1))
@@ -101,7 +102,7 @@ def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tupl
 
 
 def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
-    """The map of a search: where it was dear, and where much was refused."""
+    """Return the map of a search: where it was expensive, and where much was refused."""
     costs = [d.chosen.cost or 0.0 if d.chosen is not None else 0.0 for d in decisions]
     refusals = [len(d.refused) + len(d.tried) for d in decisions]
     dearest, most = max(costs, default=0.0) or 1.0, max(refusals, default=0) or 1

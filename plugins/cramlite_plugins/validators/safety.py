@@ -1,4 +1,4 @@
-"""The static safety check: what no program may do, judged before its text is written."""
+"""Static safety check: what no program may do, judged before its text is written."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 
 class ProgramSafety(Value):
-    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.program_safety``."""
+    """Check limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.program_safety``."""
 
     name: str = "program_safety"
     cost: Cost = "facts"
