@@ -77,14 +77,14 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, make_scene, stance, whereabouts
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     grips = ranked(thing, context.robot.gripper, belief.world.physics.pad_friction)
     if not grips:
         raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
-    pose = whereabouts(belief, location, context)
+    pose = reference_pose(belief, location, context)
     scenes: dict[float, tuple[object, object]] = {}
     for grip in grips:
         opening = min(grip.width + SLACK, context.robot.gripper.opening[1])
@@ -96,11 +96,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         at = pose * grip.pose
         before = at * Pose((0, 0, -STANDOFF))
         near, free = scenes[opening]
-        there = stance(near, context, at, belief.joints)  # type: ignore[arg-type]
+        there = collision_free_ik(near, context, at, belief.joints)  # type: ignore[arg-type]
         if isinstance(there, str):
             yield Refused(grip.name, f"at the grasp: {there}")
             continue
-        off = stance(free, context, before, there)  # type: ignore[arg-type]
+        off = collision_free_ik(free, context, before, there)  # type: ignore[arg-type]
         if isinstance(off, str):
             yield Refused(grip.name, f"at the pre-grasp: {off}")
             continue

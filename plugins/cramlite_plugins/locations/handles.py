@@ -26,7 +26,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Straight onto the handle, the fingers across its bar; turned half way round as well."""
-    from ..motion_planning.reach import bound, make_scene, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene
 
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
@@ -44,8 +44,8 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         at = belief.pose(thing.name) * Pose.from_axes(handle.pose.position, into, np.cross(across, into))
         at = at * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
         name, before = f"across the handle, turned {turn:.0f} deg", at * Pose((0, 0, -STANDOFF))
-        there = stance(near, context, at, belief.joints)
-        off = stance(free, context, before, there) if not isinstance(there, str) else there
+        there = collision_free_ik(near, context, at, belief.joints)
+        off = collision_free_ik(free, context, before, there) if not isinstance(there, str) else there
         if isinstance(off, str):
             yield Refused(name, off)
             continue

@@ -28,9 +28,9 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
     and distances of a side alike, and each would be searched below."""
-    from ..motion_planning.reach import bound, make_scene, shift, stance, tcp, whereabouts
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
 
-    there, entity, hand = whereabouts(belief, location, context), bound(context, location.of), tcp(belief, context)
+    there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
     scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
@@ -48,7 +48,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     for cost, name, side, pose in sorted(options, key=lambda option: option[:2]):
         if side in done:
             continue
-        found = stance(scene, context, pose, belief.joints)
+        found = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(found, str):
             yield Refused(name, found)
         else:

@@ -113,12 +113,12 @@ def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:
 
 def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> str:
     """Why the arm cannot stand at all corners, one after the other; empty when it can."""
-    from ..motion_planning.reach import bound, make_scene, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene
 
     free, near = make_scene(belief, context), make_scene(belief, context, [bound(context, location.of)], clearance=0.0)
     seed = belief.joints
     for k, pose in enumerate(corners):
-        there = stance(near if k else free, context, pose, seed)
+        there = collision_free_ik(near if k else free, context, pose, seed)
         if isinstance(there, str):
             return f"{('before the tip', 'at the tip', 'past its bend', 'on the peg', 'let down')[k]}: {there}"
         seed = there

@@ -122,12 +122,12 @@ def reachable(spot: Spot, wanted: Wanted) -> str:
 
 def collision_free(spot: Spot, wanted: Wanted) -> str:
     """Check that arm and thing are free of collision at the placement and above it."""
-    from ..motion_planning.reach import stance
+    from ..motion_planning.reach import collision_free_ik
 
-    above = stance(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
+    above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
     if isinstance(above, str):
         return f"above it: {above}"
-    there = stance(wanted.scene, wanted.context, spot.pose, above)
+    there = collision_free_ik(wanted.scene, wanted.context, spot.pose, above)
     return f"at it: {there}" if isinstance(there, str) else ""
 
 

@@ -52,11 +52,11 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:
     """Options whose end is reachable and free, in order."""
-    from ..motion_planning.reach import make_scene, stance
+    from ..motion_planning.reach import collision_free_ik, make_scene
 
     scene = make_scene(belief, context)
     for k, (name, pose) in enumerate(options):
-        there = stance(scene, context, pose, belief.joints)
+        there = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(there, str):
             yield Refused(name, there)
         else:

@@ -27,8 +27,8 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.cartesian import straight
-    from ..motion_planning.reach import bound, held_pose, make_scene, stance
+    from ..motion_planning.cartesian import plan_straight_line
+    from ..motion_planning.reach import bound, collision_free_ik, held_pose, make_scene
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
@@ -40,11 +40,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     for k, (lip, heading) in enumerate(_ways(now, target)):
         name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
         path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, location.parameters))
-        there = stance(scene, context, path[0], seed)
+        there = collision_free_ik(scene, context, path[0], seed)
         if isinstance(there, str):
             yield Refused(name, there)
             continue
-        ways = (straight(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
+        ways = (plan_straight_line(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
         if (blocked := next((w for w in ways if isinstance(w, Refusal)), None)) is not None:
             yield Refused(name, blocked.reason)
             continue

@@ -150,7 +150,7 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 
 def _over(target: Target, there: Belief, context: Context) -> str:
     """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
-    from ..motion_planning.reach import make_scene, stance
+    from ..motion_planning.reach import collision_free_ik, make_scene
 
     scene, point = make_scene(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
@@ -162,7 +162,7 @@ def _over(target: Target, there: Belief, context: Context) -> str:
     first = ""
     for approach, x in tries:
         pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)
-        found = stance(scene, context, pose, there.joints)
+        found = collision_free_ik(scene, context, pose, there.joints)
         if not isinstance(found, str):
             return ""
         first = first or found

@@ -20,7 +20,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, make_scene, shift, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
 
     entity = bound(context, location.of)
     surface = belief.feature(entity, "vrps:SurfaceFeature")
@@ -35,7 +35,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         at = shift(Pose(middle.position, turn.quaternion), (0, 0, tips + ALMOST))
         before = shift(at, (0, 0, ABOVE))
         for where, pose, scene in (("above it", before, free), ("at it", at, near)):
-            there = stance(scene, context, pose, belief.joints)
+            there = collision_free_ik(scene, context, pose, belief.joints)
             if isinstance(there, str):
                 yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there}")
                 break

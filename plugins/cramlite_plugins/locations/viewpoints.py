@@ -34,7 +34,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, make_scene, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene
 
     if context.camera is None or context.camera.mount is None:
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
@@ -51,7 +51,7 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield Refused(name, reason, 2)
             continue
         tool = optical * to_flange * context.robot.gripper.tcp
-        there = stance(scene, context, tool, belief.joints)
+        there = collision_free_ik(scene, context, tool, belief.joints)
         if isinstance(there, str):
             yield Refused(name, there, 3)
             continue

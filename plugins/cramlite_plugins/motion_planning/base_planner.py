@@ -130,7 +130,7 @@ def unwound(place: Vector3, near: Vector3) -> Vector3:
     return place[0], place[1], place[2] + turns * math.tau
 
 
-def way(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoWay:
+def plan_base_path(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoBasePath:
     """Plan a path of straight legs from a free start to a goal, places (x, y, yaw) in the world [m, rad].
 
     Returns:
@@ -138,23 +138,23 @@ def way(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoWay:
     """
     goal = unwound(goal, start)
     if blocked := floor.hit(goal):
-        return NoWay(f"at the goal {blocked}")
+        return NoBasePath(f"at the goal {blocked}")
     for corners in ([], [(*start[:2], goal[2])], [(*goal[:2], start[2])]):
         places = [start, *corners, goal]
         if not any(floor.leg(a, b) for a, b in itertools.pairwise(places)):
             return _halved(places)
     found = _both_ends(floor, start, goal)
-    return found if isinstance(found, NoWay) else _halved(_shortened(floor, found))
+    return found if isinstance(found, NoBasePath) else _halved(_shortened(floor, found))
 
 
-class NoWay(Value):
+class NoBasePath(Value):
     """Refusal of a base path; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
 
     reason: str
     shut_in: bool = False
 
 
-def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoWay:
+def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoBasePath:
     """The way that a search from the start or one from the goal finds first, both ends included; or why there is none."""
     searches = {"start": _Search(floor, start, goal), "goal": _Search(floor, goal, start)}
     while True:
@@ -162,7 +162,7 @@ def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | 
             if search.found:
                 return _rewound(search.found if end == "start" else search.found[::-1], start)
             if not search.step():
-                return NoWay(f"from the {end}, {search.why()}", end == "start" and not search.cut)
+                return NoBasePath(f"from the {end}, {search.why()}", end == "start" and not search.cut)
 
 
 Cell = tuple[int, int, int]

@@ -18,14 +18,14 @@ from cramlite.plugin import Context, Unresolvable
 
 from ..kinematics.kinematics import Joints, condition, forward, nearest_branch, out_of_limits, reach_shortfall
 from ..kinematics.timing import leading, linear_excess
-from .planning_scene import Scene
+from .planning_scene import PlanningScene
 from .space import Refusal
 
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
 
-def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
+def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> str:
     """Return why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
@@ -35,7 +35,7 @@ def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
 
     if near(place.before, place.pose):
         return ""
-    line = straight(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
+    line = plan_straight_line(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
     return line.reason if isinstance(line, Refusal) else ""
 
 
@@ -49,7 +49,7 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
     from .space import Refusal
 
     scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
-    found = straight(scene, context.robot, belief.joints, targets)
+    found = plan_straight_line(scene, context.robot, belief.joints, targets)
     if isinstance(found, Refusal):
         raise Unresolvable(f"no straight line to {motion.to}: {found.reason}")
     return found.points
@@ -104,8 +104,8 @@ def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float
     return result
 
 
-def straight(
-    scene: Scene | None,
+def plan_straight_line(
+    scene: PlanningScene | None,
     robot: Robot,
     start: Sequence[float],
     targets: Pose | Sequence[Pose],
@@ -182,7 +182,7 @@ def _singular(robot: Robot, q: Joints) -> str:
     return f"near a singularity (smallest singular value {condition(robot, q):.4f}, {LEAST} is kept)"
 
 
-def _clear(scene: Scene, points: Sequence[Joints]) -> tuple[int, str]:
+def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str]:
     """How many points are reached without a collision, and what stops it."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):

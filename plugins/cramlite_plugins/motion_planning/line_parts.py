@@ -22,7 +22,7 @@ class Rates(Value):
 Part = tuple[float, float, Rates | None]
 
 
-class Line:
+class JointLine:
     """Straight joint-space line."""
 
     def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:

@@ -29,7 +29,7 @@ def movers(compiled: Compiled, index: RobotIndex) -> Floats:
     return result
 
 
-def needed(
+def required_distances(
     compiled: Compiled, moved: Floats, allowed: Pairs, clearance: float, wider: Mapping[str, float] = MappingProxyType({})
 ) -> Floats:
     """Return the distance (geoms, geoms) [m] that each pair of geoms must keep.

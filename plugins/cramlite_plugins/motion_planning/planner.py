@@ -22,7 +22,7 @@ import numpy as np
 from cramlite.model import Floats, Value
 
 from ..kinematics.timing import duration, leading
-from .round_off import blended
+from .round_off import blend_radii
 from .shorten import shortened
 from .space import Joints, Refusal, Space
 
@@ -93,7 +93,7 @@ def plan(
         return Refusal(_no_path(eased, origin, chosen[0][1], spent, truncated), spent, truncated)
     short = shortened(eased, points, *law, seed=seed, attempts=attempts)
     index = next(i for i, q in chosen if q == points[-1])
-    radii, time_s = blended(eased, short, *law)
+    radii, time_s = blend_radii(eased, short, *law)
     return Path(short, index, spent, time_s, duration(points, *law), radii)
 
 

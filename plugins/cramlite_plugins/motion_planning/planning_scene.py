@@ -30,8 +30,8 @@ from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled, compile_world
 from ..simulation.model.index import RobotIndex
 from .inflated import Inflated, inflated
-from .line_parts import Line, Part, Rates
-from .pairs import Pairs, movers, needed
+from .line_parts import JointLine, Part, Rates
+from .pairs import Pairs, movers, required_distances
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
@@ -47,7 +47,7 @@ FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
 
 
-class Scene(Value):
+class PlanningScene(Value):
     """Planning scene: a robot among things; make one with ``scene``.
 
     Args:
@@ -94,7 +94,7 @@ class Scene(Value):
         """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""
         if not self.free(b):
             return False
-        line = Line(a, b)
+        line = JointLine(a, b)
         rest = deque(line.parts())
         while rest:
             halves = self._judge(line, rest.popleft())
@@ -107,7 +107,7 @@ class Scene(Value):
         """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
         if not self.free(a):
             return 0.0
-        line = Line(a, b)
+        line = JointLine(a, b)
         found = next((at for part in line.parts() if (at := self._first(line, part)) is not None), None)
         return found if found is not None or self.free(b) else 1.0
 
@@ -144,12 +144,12 @@ class Scene(Value):
         ]
         return ", ".join(clauses)
 
-    def relaxed(self, anchors: Sequence[Position]) -> Scene:
+    def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
         """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
         found = [self._anchor(q) for q in anchors]
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
 
-    def at(self, poses: Mapping[str, Pose]) -> Scene:
+    def at(self, poses: Mapping[str, Pose]) -> PlanningScene:
         """Return the same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
         data = mujoco.MjData(self.compiled.model)
         data.qpos[:] = self.data.qpos
@@ -193,7 +193,7 @@ class Scene(Value):
         near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -TOUCH <= d < self.need[g, h]}
         return tuple(float(v) for v in q), near
 
-    def _judge(self, line: Line, part: Part) -> list[Part] | None:
+    def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
         """Look at the middle of a part of a line: None where it is blocked, else the halves that are not known to be
         free by that."""
         low, high, rates = part
@@ -214,7 +214,7 @@ class Scene(Value):
             rates = self._rates(line, half)
         return [(low, middle, rates), (middle, high, rates)]
 
-    def _first(self, line: Line, part: Part) -> float | None:
+    def _first(self, line: JointLine, part: Part) -> float | None:
         """The first blocked fraction within a part of a line."""
         halves = self._judge(line, part)
         low, high, rates = part
@@ -226,7 +226,7 @@ class Scene(Value):
             return middle if before is None else before
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
 
-    def _rates(self, line: Line, half: float) -> Rates:
+    def _rates(self, line: JointLine, half: float) -> Rates:
         """How far each joint may move any point of each geom over the whole line, within ``half`` of where it is now.
 
         The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
@@ -256,7 +256,7 @@ def scene(
     allowed: Pairs = frozenset(),
     clearance: float = CLEARANCE,
     wider: Mapping[str, float] = MappingProxyType({}),
-) -> Scene:
+) -> PlanningScene:
     """Build a planning scene of a world.
 
     Args:
@@ -286,8 +286,8 @@ def scene(
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
     moved = movers(compiled, index)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
-    need = needed(compiled, moved, allowed, clearance, wider)
+    need = required_distances(compiled, moved, allowed, clearance, wider)
     most = clearance + max(wider.values(), default=0.0)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated(compiled.model, moved, v) for v in distances)
-    return Scene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0])
+    return PlanningScene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0])

@@ -14,7 +14,7 @@ from cramlite.model import Belief, Location, Place, Pose, World
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, inverse, reach_shortfall
-from .planning_scene import Scene, scene
+from .planning_scene import PlanningScene, scene
 
 Joints = tuple[float, ...]
 SIGMAS = 2.0
@@ -57,7 +57,7 @@ def make_scene(
     touch: Iterable[str] = (),
     opening: float | None = None,
     clearance: float | None = None,
-) -> Scene:
+) -> PlanningScene:
     """Build the planning scene of a belief.
 
     Args:
@@ -73,7 +73,7 @@ def make_scene(
     pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
     if belief.held:
         pairs |= {frozenset((belief.held.thing, name)) for name in inside_held(belief, context)[1]}
-    extra: dict[str, Any] = {"wider": wider(belief)} if clearance is None else {"clearance": clearance}
+    extra: dict[str, Any] = {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
     return scene(
@@ -81,7 +81,7 @@ def make_scene(
     )  # fmt: skip
 
 
-def wider(belief: Belief) -> dict[str, float]:
+def uncertainty_margins(belief: Belief) -> dict[str, float]:
     """Return the distance [m] kept from each thing beyond the clearance, for the uncertainty of its pose."""
     spread = {name: e.sigma for name, e in belief.poses.items()}
     if belief.held:
@@ -109,7 +109,7 @@ def touched(names: Iterable[str], context: Context) -> list[str]:
     return [str(context.bindings[n]) for n in names if n in context.bindings]
 
 
-def stance(place: Scene, context: Context, pose: Pose, seed: Joints) -> Joints | str:
+def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | str:
     """Return the collision-free inverse kinematics solution nearest to ``seed``; or why there is none.
 
     Args:
@@ -128,7 +128,7 @@ def bound(context: Context, name: str | None) -> str:
     return str(context.bindings[name]) if name else ""
 
 
-def whereabouts(belief: Belief, location: Location, context: Context) -> Pose:
+def reference_pose(belief: Belief, location: Location, context: Context) -> Pose:
     """Return the pose in the base frame of a location's reference thing.
 
     Raises:
@@ -159,7 +159,7 @@ def traverse(
     here, seed = tcp(belief, context), belief.joints
     path = tuple(shift(here, s) for s in shifts)
     for k, pose in enumerate(path, 1):
-        there = stance(place, context, pose, seed)
+        there = collision_free_ik(place, context, pose, seed)
         if isinstance(there, str):
             raise Unresolvable(f"corner {k} of {len(path)} of '{name}': {there}", causes(location, context))
         seed = there

@@ -27,7 +27,7 @@ SMALL = 0.002  # below this radius a corner is a stop [m]
 ELSEWHERE = 0.015
 
 
-def blended(
+def blend_radii(
     scene: Space, points: Sequence[Joints], speed: float, acceleration: float
 ) -> tuple[tuple[float, ...], float]:
     """Return the blend radius at each inner point, 0 for a stop [m], and the duration of the path [s].

@@ -11,7 +11,7 @@ Joints = tuple[float, ...]
 
 
 class Space(Protocol):
-    """Protocol of a planner's state space (``planning_scene.Scene`` is one)."""
+    """Protocol of a planner's state space (``planning_scene.PlanningScene`` is one)."""
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:

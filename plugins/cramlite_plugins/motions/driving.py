@@ -27,7 +27,7 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 
 
 def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    from ..motion_planning.base_planner import NoWay, at, unwound, way
+    from ..motion_planning.base_planner import NoBasePath, at, plan_base_path, unwound
 
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
     stand: Stand = context.bindings[motion.to.name]
@@ -37,8 +37,8 @@ def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
         yield Grounding((), "the platform stands there already", key="there")
         return
     floor = _floor(belief, context)
-    legs = way(floor, here, goal)
-    if isinstance(legs, NoWay):
+    legs = plan_base_path(floor, here, goal)
+    if isinstance(legs, NoBasePath):
         because = (EARLIER_TASKS,) if legs.shut_in else ()  # no other stand would help
         raise Unresolvable(f"the platform cannot drive to {motion.to}: {legs.reason}", because)
     rates = [value(motion, n) for n in ("speed_m_s", "acceleration_m_s2", "speed_rad_s", "acceleration_rad_s2")]

@@ -10,7 +10,7 @@ from typing import Any
 from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
-from ..motion_planning.cartesian import goes_on, line, near
+from ..motion_planning.cartesian import line, near, why_no_straight_line
 from .motion_kinds import value
 from .ontology_limits import adapted, noted
 
@@ -76,12 +76,12 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     around = None if belief.held else make_scene(belief, context, [place.thing], clearance=0.0)
     solutions = inverse(context.robot, place.before, seed=belief.joints)
     free = [q for q in solutions if scene.free(q)]
-    goals = list(islice((q for q in free if not goes_on(q, place, context, around)), GOALS))
+    goals = list(islice((q for q in free if not why_no_straight_line(q, place, context, around)), GOALS))
     if not goals:
         if not solutions:
             miss = reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there"
         else:
-            miss = goes_on(free[0], place, context, around) if free else scene.why(solutions[0])
+            miss = why_no_straight_line(free[0], place, context, around) if free else scene.why(solutions[0])
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         raise Unresolvable(f"{count}, none leads straight on to it; the nearest: {miss}", because(motion, context))
     return goals

@@ -80,14 +80,14 @@ def _ends(steps: Iterable[AnyStep]) -> list[Joints]:
 
 def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints, ends: list[Joints]) -> None:
     from ..kinematics.kinematics import forward
-    from ..motion_planning.cartesian import straight
+    from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
     from ..motion_planning.space import Refusal
 
     scene = make_scene(start, context, touched(motion.may_touch, context), clearance=0.0)
     target = forward(context.robot, pivot)
     for q in ends:
-        found = straight(scene, context.robot, q, [target])
+        found = plan_straight_line(scene, context.robot, q, [target])
         if isinstance(found, Refusal):
             raise Unresolvable(f"'{motion.name}': no way back to where it began: {found.reason}")
 

@@ -37,11 +37,11 @@ def distance(points: Floats, thing: Thing) -> Floats:
     away = np.full(len(points), np.inf)
     local = thing.pose.inverse().apply(points)
     for geom in thing.geoms:
-        away = np.minimum(away, np.maximum(nearest_on(geom.pose.inverse().apply(local), geom)[0], 0.0))
+        away = np.minimum(away, np.maximum(signed_distances(geom.pose.inverse().apply(local), geom)[0], 0.0))
     return away
 
 
-def nearest_on(p: Floats, geom: Geom) -> tuple[Floats, Floats]:
+def signed_distances(p: Floats, geom: Geom) -> tuple[Floats, Floats]:
     """Return signed distances (N,) [m] of points to a primitive's surface, positive outside, and its normals there.
 
     A convex hull counts as its bounding box.

@@ -22,7 +22,7 @@ class Box(Value):
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
-    def holds(self, points: NDArray[np.floating]) -> Mask:
+    def contains(self, points: NDArray[np.floating]) -> Mask:
         """Check which of the points (..., 3) are inside; NaN is outside."""
         inside = (points >= np.array(self.low)) & (points <= np.array(self.high))
         return np.asarray(inside.all(axis=-1))

@@ -40,7 +40,7 @@ class Decision(Value):
     failed: Entry | None
 
 
-class Attempt(Value):
+class CandidateDecisions(Value):
     """Decisions of one candidate task sequence in order, and its proofs."""
 
     number: int
@@ -58,7 +58,7 @@ class Attempt(Value):
         return sum(len(d.refused) for d in self.decisions)
 
 
-def attempts(trace: Trace) -> list[Attempt]:
+def attempts(trace: Trace) -> list[CandidateDecisions]:
     """Return the candidates in the order in which they were tried."""
     groups: dict[int, list[Entry]] = defaultdict(list)
     for entry in trace.entries:
@@ -66,13 +66,13 @@ def attempts(trace: Trace) -> list[Attempt]:
     return [_attempt(number, entries) for number, entries in groups.items()]
 
 
-def _attempt(number: int, entries: Sequence[Entry]) -> Attempt:
+def _attempt(number: int, entries: Sequence[Entry]) -> CandidateDecisions:
     children: dict[int, list[Entry]] = defaultdict(list)
     for entry in entries:
         if entry.designator not in PROOF:
             children[entry.parent].append(entry)
     proofs = tuple(e for e in entries if e.designator in PROOF)
-    return Attempt(number, _chain(children[0], children), proofs)
+    return CandidateDecisions(number, _chain(children[0], children), proofs)
 
 
 def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple[Decision, ...]:
@@ -96,6 +96,6 @@ def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple
     return tuple(decisions)
 
 
-def path(attempt: Attempt) -> dict[str, Entry]:
+def path(attempt: CandidateDecisions) -> dict[str, Entry]:
     """Return designator -> the alternative that the candidate ended on."""
     return {d.asked.designator: d.chosen for d in attempt.decisions if d.chosen is not None}

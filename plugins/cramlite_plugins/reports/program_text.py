@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cramlite.plugin import Code
 
 
-class Line(Value):
+class ProgramLine(Value):
     """Program line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
 
     Args:
@@ -35,7 +35,7 @@ class Block(Value):
     """Block of lines that belong together: a task's code, or what is written before and around the tasks."""
 
     task: str
-    lines: tuple[Line, ...]
+    lines: tuple[ProgramLine, ...]
 
 
 @hookimpl
@@ -68,9 +68,9 @@ def blocks(code: Code, known: Collection[str] = ()) -> Iterator[Block]:
             start = k
 
 
-def _lines(code: Code, known: Collection[str]) -> Iterator[Line]:
+def _lines(code: Code, known: Collection[str]) -> Iterator[ProgramLine]:
     steps = steps_of(code)
     for k, text in enumerate(code.text.splitlines(), 1):
         step = steps[k - 1]
         comment = text.lstrip().startswith(COMMENTS)
-        yield Line(k, text, step, code.origins.get(k, ""), comment, target(step, known))
+        yield ProgramLine(k, text, step, code.origins.get(k, ""), comment, target(step, known))

@@ -19,7 +19,7 @@ from .shared import fill, short
 if TYPE_CHECKING:
     from cramlite import Entry, Finished
 
-    from .decisions import Attempt, Decision
+    from .decisions import CandidateDecisions, Decision
 
 
 class Stage(Value):
@@ -41,7 +41,7 @@ class Bar(Value):
 class Row(Value):
     """Candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
 
-    attempt: Attempt
+    attempt: CandidateDecisions
     title: str
     miss: Entry | None
     stages: tuple[Stage, ...]
@@ -70,7 +70,7 @@ def render(done: Finished) -> str:
     return fill("search_tree", done=done, rows=rows, faults=faults, counts=_counts(found))
 
 
-def _row(done: Finished, attempt: Attempt, titles: Sequence[Sequence[str]], nearest: Entry | None) -> Row:
+def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[str]], nearest: Entry | None) -> Row:
     entries = [e for e in done.trace.entries if e.candidate == attempt.number]
     shown = attempt.number == number_of(done)
     code = done.shown.candidate.code if shown and done.shown is not None else None
@@ -117,6 +117,6 @@ def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
     )
 
 
-def _counts(found: list[Attempt]) -> tuple[int, int]:
+def _counts(found: list[CandidateDecisions]) -> tuple[int, int]:
     """Decisions and refused alternatives over all candidates."""
     return sum(len(a.decisions) for a in found), sum(a.refusals for a in found)

@@ -16,7 +16,7 @@ from .estimate import LEAST, PoseHypothesis, keeps_to
 from .icp import spread
 from .model import PoseModel, cube_rotations
 from .prior import UPRIGHT, Prior
-from .starts import scenes
+from .starts import scene_clouds
 
 POINTS = 1500
 REACH = (0.05, 0.01)
@@ -68,7 +68,7 @@ def paper(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> l
 
 def _scene(view: View, mask: Mask) -> Floats | None:
     """Points of the largest cluster in the world frame; None if there are too few."""
-    parts = scenes(view, mask)
+    parts = scene_clouds(view, mask)
     if not parts or len(parts[0].points) < LEAST:
         return None
     return view.camera.apply(spread(parts[0].points, POINTS))

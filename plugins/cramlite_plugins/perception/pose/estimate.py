@@ -9,12 +9,12 @@ from msgspec.structs import replace
 
 from cramlite.model import Mask, Pose, Value, View
 
-from .icp import Stage, Starts, register
+from .icp import PoseBatch, Stage, register
 from .model import Floats32, PoseModel, cube_rotations
 from .outline import Outline
 from .prior import UPRIGHT, Prior, alignment_error
-from .score import Scores, judge
-from .starts import Scene, scenes, slid, starts_for
+from .score import Scores, score_poses
+from .starts import SceneCloud, scene_clouds, slid, starts_for
 
 COARSE = Stage(points=120, iterations=7, reach=(0.05, 0.015), beside=0.5, slack=0.003)
 MIDDLE = Stage(points=250, iterations=6, reach=(0.02, 0.008), beside=0.5, slack=0.003, outline=200, weight=0.5)
@@ -59,20 +59,20 @@ def estimate(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -
     Returns:
         Empty if the mask shows fewer than ``LEAST`` points, or if no pose keeps to the prior.
     """
-    parts = scenes(view, mask)
+    parts = scene_clouds(view, mask)
     if not parts or len(parts[0].points) < LEAST:
         return []
     everything, outline = parts[-1].points, Outline.of(view, parts[-1].mask)
     first, *others = parts if len(parts[0].points) > WHOLE * len(everything) else parts[::-1]
     starts = _search(view, model, prior, first)
-    scores = judge(model, everything, outline, starts)
+    scores = score_poses(model, everything, outline, starts)
     if others and scores.score.max(initial=0.0) < DOUBT:
         starts = starts.joined(_search(view, model, prior, others[0], again=True))
-        scores = judge(model, everything, outline, starts)
+        scores = score_poses(model, everything, outline, starts)
     return distinct(model, prior, hypotheses(view, starts, scores))
 
 
-def _search(view: View, model: PoseModel, prior: Prior, scene: Scene, *, again: bool = False) -> Starts:
+def _search(view: View, model: PoseModel, prior: Prior, scene: SceneCloud, *, again: bool = False) -> PoseBatch:
     """The best few poses for some of a mask's points; possibly none.
 
     Args:
@@ -96,23 +96,23 @@ def _search(view: View, model: PoseModel, prior: Prior, scene: Scene, *, again: 
     return allowed(view, prior, starts)
 
 
-def best(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, count: int, surface: int) -> Starts:
+def best(model: PoseModel, scene: Floats32, outline: Outline, starts: PoseBatch, count: int, surface: int) -> PoseBatch:
     """Return the ``count`` hypotheses with the highest scores."""
     if len(starts) <= 1:
         return starts
-    order = np.argsort(-judge(model, scene, outline, starts, surface).score, kind="stable")
+    order = np.argsort(-score_poses(model, scene, outline, starts, surface).score, kind="stable")
     return starts.pick(order[:count])
 
 
-def _turned(model: PoseModel, starts: Starts) -> Starts:
+def _turned(model: PoseModel, starts: PoseBatch) -> PoseBatch:
     """The flip test: the best pose turned about the model's centre by each other rotation of a cube."""
     turns = np.array([p.rotation for p in cube_rotations()[1:]], np.float32)
     centre = model.centre.astype(np.float32)
     shift = (turns @ (starts.shift[0] - centre)) + centre
-    return Starts(np.asarray(turns @ starts.turn[0]), shift)
+    return PoseBatch(np.asarray(turns @ starts.turn[0]), shift)
 
 
-def allowed(view: View, prior: Prior, starts: Starts) -> Starts:
+def allowed(view: View, prior: Prior, starts: PoseBatch) -> PoseBatch:
     """Return the hypotheses that are finite and satisfy the prior's limits for results."""
     keep = np.isfinite(starts.turn).all((1, 2)) & np.isfinite(starts.shift).all(1)
     for a in prior.alignments:
@@ -120,7 +120,7 @@ def allowed(view: View, prior: Prior, starts: Starts) -> Starts:
     return starts.pick(keep)
 
 
-def hypotheses(view: View, starts: Starts, scores: Scores) -> list[PoseHypothesis]:
+def hypotheses(view: View, starts: PoseBatch, scores: Scores) -> list[PoseHypothesis]:
     """Convert scored registrations to poses in the world frame with reasons, best first."""
     found = []
     for i in np.argsort(-scores.score, kind="stable"):

@@ -43,7 +43,7 @@ class Stage(Value):
     weight: float = 0.5
 
 
-class Starts(Value, eq=False):
+class PoseBatch(Value, eq=False):
     """Batch of H poses of the optical frame in the model's frame: x_model = turn x + shift; (H, 3, 3) and (H, 3) [m]."""
 
     turn: Batch
@@ -52,13 +52,13 @@ class Starts(Value, eq=False):
     def __len__(self) -> int:
         return len(self.turn)
 
-    def pick(self, which: Any) -> Starts:
+    def pick(self, which: Any) -> PoseBatch:
         """Select poses by index or mask."""
-        return Starts(self.turn[which], self.shift[which])
+        return PoseBatch(self.turn[which], self.shift[which])
 
-    def joined(self, other: Starts) -> Starts:
+    def joined(self, other: PoseBatch) -> PoseBatch:
         """Concatenate two batches."""
-        return Starts(np.concatenate([self.turn, other.turn]), np.concatenate([self.shift, other.shift]))
+        return PoseBatch(np.concatenate([self.turn, other.turn]), np.concatenate([self.shift, other.shift]))
 
 
 def spread(points: Floats32, count: int) -> Floats32:
@@ -66,7 +66,7 @@ def spread(points: Floats32, count: int) -> Floats32:
     return points if len(points) <= count else points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
 
 
-def register(model: PoseModel, scene: Floats32, starts: Starts, stage: Stage, outline: Outline) -> Starts:
+def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: Stage, outline: Outline) -> PoseBatch:
     """Refine all initial poses by Gauss-Newton iterations of one stage.
 
     Args:
@@ -85,7 +85,7 @@ def register(model: PoseModel, scene: Floats32, starts: Starts, stage: Stage, ou
             more, right = _outline_terms(surface, turn, shift, ray, outline, stage)
             matrix, vector = matrix + more, vector + right
         turn, shift = _step(matrix, vector, turn, shift)
-    return Starts(turn, shift)
+    return PoseBatch(turn, shift)
 
 
 def match(model: PoseModel, moved: Batch, rays: Batch) -> tuple[Batch, Batch, Mask]:
@@ -99,7 +99,7 @@ def match(model: PoseModel, moved: Batch, rays: Batch) -> tuple[Batch, Batch, Ma
     """
     index = model.grid.look_up(moved.transpose(0, 2, 1))
     away = (np.take(model.normals, index, axis=0) @ rays[:, :, None])[..., 0] > 0
-    index[away] = model.twins[index[away]]
+    index[away] = model.opposite_points[index[away]]
     nearest = np.ascontiguousarray(np.take(model.surface, index, axis=0).transpose(0, 2, 1))
     normals = nearest[:, 3:]
     return nearest[:, :3], normals, (rays[:, None] @ normals)[:, 0] < 0.05
@@ -134,7 +134,7 @@ def _outline_terms(
     """Model points whose pixels show what is behind the object are drawn back into it."""
     points, normals = surface
     seen = turn.transpose(0, 2, 1) @ (points - shift[:, :, None])  # the inverse of a rotation is its transpose
-    which, pull = outline.pull(seen.transpose(0, 2, 1), (turn @ ray) @ normals < 0.05)
+    which, pull = outline.silhouette_error(seen.transpose(0, 2, 1), (turn @ ray) @ normals < 0.05)
     gap, weight = np.zeros_like(seen), np.zeros(seen[:, 0].shape, np.float32)
     gap[which[0], :, which[1]] = (turn[which[0]] @ pull[..., None])[..., 0]
     weight[which] = stage.weight  # a point without a pull would hold its place instead

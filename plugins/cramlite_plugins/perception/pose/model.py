@@ -127,7 +127,7 @@ class PoseModel(Value, eq=False, dict=True):
         return NearestGrid(low.astype(np.float32), step, index)
 
     @cached_property
-    def twins(self) -> Indices:
+    def opposite_points(self) -> Indices:
         """Return the index of each point's nearest opposite point, through a plate of at most 6 mm; else its own."""
         near, which = self.tree.query(self.points, k=48, distance_upper_bound=0.006)
         which = np.where(np.isfinite(near), which, np.arange(len(self.points))[:, None])

@@ -76,7 +76,7 @@ class Outline(Value, eq=False, dict=True):
         x, y = (np.fmin(np.fmax(k, 0), size - 1).astype(np.int64) for k, size in ((x, width), (y, height)))  # NaN: 0
         return u, v, y * width + x, inside
 
-    def pull(self, points: Floats32, facing: Mask) -> tuple[tuple[NDArray[np.int64], ...], Floats32]:
+    def silhouette_error(self, points: Floats32, facing: Mask) -> tuple[tuple[NDArray[np.int64], ...], Floats32]:
         """Return the silhouette error: points seen outside of the mask where nothing nearer hides them.
 
         The object reaches half a pixel beyond its pixels' centres.

@@ -6,7 +6,7 @@ import numpy as np
 
 from cramlite.model import Mask, Value
 
-from .icp import Starts, dot, match, spread
+from .icp import PoseBatch, dot, match, spread
 from .model import Floats32, PoseModel
 from .outline import Outline, tolerance
 
@@ -34,7 +34,9 @@ class Scores(Value):
     distance: Floats32
 
 
-def judge(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, surface: int = SURFACE) -> Scores:
+def score_poses(
+    model: PoseModel, scene: Floats32, outline: Outline, starts: PoseBatch, surface: int = SURFACE
+) -> Scores:
     """Score hypotheses against the depth image.
 
     Args:
@@ -50,7 +52,7 @@ def judge(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, s
     return Scores(score, explained, free, seen, distance)
 
 
-def _explained(model: PoseModel, points: Floats32, starts: Starts) -> tuple[Floats32, Floats32]:
+def _explained(model: PoseModel, points: Floats32, starts: PoseBatch) -> tuple[Floats32, Floats32]:
     """Share of the scene's points that lie on the side of the model that faces the camera, and their mean distance."""
     moved = starts.turn @ points.T + starts.shift[:, :, None]
     ray = points.mean(0) / np.linalg.norm(points.mean(0))
@@ -65,7 +67,7 @@ def _explained(model: PoseModel, points: Floats32, starts: Starts) -> tuple[Floa
 
 
 def _shown(
-    model: PoseModel, middle: Floats32, outline: Outline, starts: Starts, surface: int
+    model: PoseModel, middle: Floats32, outline: Outline, starts: PoseBatch, surface: int
 ) -> tuple[Floats32, Floats32, Floats32]:
     """How many of the model's visible points the mask shows, how many the image denies, and how many there are."""
     which = np.linspace(0, len(model.points) - 1, surface).astype(np.int64)

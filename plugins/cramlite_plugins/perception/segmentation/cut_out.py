@@ -50,7 +50,7 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
         mask &= ~_near(own, view.depth, inputs.parameters["robot_m"])
     box = inputs.get("region")
     if box is not None:
-        mask &= box.holds(points)
+        mask &= box.contains(points)
     if not mask.any():
         where = "in the region of the query" if box is not None and view.valid.any() else "at all"
         raise Unresolvable(f"there is no depth {where}: {int(view.valid.sum())} of {view.depth.size} pixels measured")

@@ -9,7 +9,7 @@ from cramlite.model import Geom, Pose, Thing
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
 from ..category import _model_chroma
-from ..fixtures import nearest_on
+from ..fixtures import signed_distances
 from .segments import chromaticity
 
 if TYPE_CHECKING:
@@ -119,12 +119,12 @@ def _facing(geom: Geom, frame: Pose, points: Floats, rays: Floats) -> tuple[Floa
     import numpy as np
 
     back = frame.inverse()
-    away, normal = nearest_on(back.apply(points), geom)
+    away, normal = signed_distances(back.apply(points), geom)
     normal = frame.turn(normal)
     hidden = np.einsum("ij,ij->i", normal, rays) > 0
     if hidden.any():
         step = 2 * min(geom.size[: 3 if geom.shape == "box" else 1]) * rays[hidden]
-        near, n = nearest_on(back.apply(points[hidden] - step), geom)
+        near, n = signed_distances(back.apply(points[hidden] - step), geom)
         n = frame.turn(n)
         away[hidden], normal[hidden] = near + np.einsum("ij,ij->i", step, n), n
     return away, normal
