@@ -18,7 +18,7 @@ from cramlite_plugins.perception.pose.icp import spread
 from cramlite_plugins.perception.pose.model import PoseModel, cube_rotations
 from cramlite_plugins.perception.pose.prior import UPRIGHT, Prior
 from cramlite_plugins.perception.pose.registration import FITTING, NEEDED, registered
-from cramlite_plugins.perception.pose.starts import scenes
+from cramlite_plugins.perception.pose.starts import scene_clouds
 
 POINTS = 1500
 REACH = (0.05, 0.01)
@@ -29,7 +29,7 @@ ITERATIONS = 40
 
 
 class Fit(Value, eq=False):
-    """A result of ICP: scene to model, with the share of points that fit and their mean distance [m]."""
+    """ICP result: transform scene to model, share of inlier points and their mean distance [m]."""
 
     scene_to_model: Pose
     fitness: float
@@ -51,7 +51,7 @@ def by_paper(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """One point-to-point ICP that starts with the model as it is written, its middle on the cloud's."""
+    """Estimate a pose by one point-to-point ICP from the model's own orientation, centroid on centroid."""
     del prior
     points = _scene(view, mask)
     if points is None:
@@ -60,7 +60,7 @@ def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) ->
 
 
 def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """One point-to-plane ICP that starts upright, the model's front (-y) to the camera."""
+    """Estimate a pose by one point-to-plane ICP that starts upright, the model's front (-y) to the camera."""
     del prior
     points = _scene(view, mask)
     if points is None:
@@ -72,7 +72,7 @@ def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIG
 
 
 def paper(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """Principal axes, 12 point-to-point ICPs, best fitness of those that the prior allows."""
+    """Estimate a pose from principal axes and 12 point-to-point ICPs; the best fitness that the prior allows wins."""
     points = _scene(view, mask)
     if points is None:
         return []
@@ -84,7 +84,7 @@ def paper(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> l
 
 def _scene(view: View, mask: Mask) -> Floats | None:
     """Points of the largest cluster in the world frame; None if there are too few."""
-    parts = scenes(view, mask)
+    parts = scene_clouds(view, mask)
     if not parts or len(parts[0].points) < LEAST:
         return None
     return view.camera.apply(spread(parts[0].points, POINTS))

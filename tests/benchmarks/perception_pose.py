@@ -85,7 +85,7 @@ def prepare(samples: list[pose_views.Sample]) -> None:
     """What is made once a product: grids, twins and trees."""
     for sample in samples:
         model = pose_views.model_of(sample.product)
-        _ = model.grid, model.twins, model.tree
+        _ = model.grid, model.opposite_points, model.tree
 
 
 def row(name: str, outcomes: list[Outcome]) -> str:

@@ -1,4 +1,4 @@
-"""Was each thing what it was taken for? Judged by the world that the program ran in, which no decision sees."""
+"""Validator of recognition: was each thing what it was taken for, in the world that the program ran in."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 
 class Recognised(Value):
-    """The things that play a role exist, and are of the class that they were believed to be."""
+    """Check that the things that play a role exist, and are of the class that they were believed to be."""
 
     name: str = "recognised"
     cost: Cost = "rollout"

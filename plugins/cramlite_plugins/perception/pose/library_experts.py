@@ -11,14 +11,14 @@ from .registration import FITTING, NEEDED, registered
 
 
 def by_small_gicp(inputs: Inputs) -> Mapping[str, Any]:
-    """24 point-to-plane ICPs of small_gicp, an extra."""
+    """Register known models by 24 point-to-plane ICPs of small_gicp, an extra."""
     from .libraries import small_gicp_pose
 
     return registered(inputs, small_gicp_pose)
 
 
 def by_open3d(inputs: Inputs) -> Mapping[str, Any]:
-    """24 point-to-plane ICPs of Open3D, an extra."""
+    """Register known models by 24 point-to-plane ICPs of Open3D, an extra."""
     from .libraries import open3d_pose
 
     return registered(inputs, open3d_pose)
@@ -26,7 +26,7 @@ def by_open3d(inputs: Inputs) -> Mapping[str, Any]:
 
 @hookimpl
 def experts() -> Iterable[Expert]:
-    """Costs are of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
+    """Return the experts; costs are of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
     ways = (
         ("small_gicp_registration", "24 ICPs of small_gicp, if it is installed", by_small_gicp, 110.0),
         ("open3d_registration", "24 ICPs of Open3D, if it is installed", by_open3d, 240.0),
