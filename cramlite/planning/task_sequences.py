@@ -57,21 +57,27 @@ def plans_for_goal(
         scene: what holds at the start.
 
     Raises:
-        UserError: the goal is none, names what there is not, or holds already.
+        UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
     from ..scenario.scenario import Scenario
     from .goal_planner import as_tasks, impossible, meant, task_plans, wanted, with_sides
+    from .goal_phrases import contradiction
     from .operators import Grounder
     from .task_goals import Goal, plan_from_tasks
 
-    where, objects = "", {}
+    where, objects, places = "", {}, list[str]()
     if isinstance(goal, Scenario):
+        places = [goal.where("goal", k) for k in range(len(goal.spec.goal or ()))]
         where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
     grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
-    facts = grounder.initial()
+    facts, refused, possible = grounder.initial(), "", False
     for choice in meant(goal, objects, grounder):
         target, found = wanted(choice.says, grounder, where), False
+        if why := contradiction(choice.says, grounder, places):
+            refused = refused or why
+            continue
+        possible = True
         if target.met(facts):
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
         fit = with_sides(target, operators, knowledge.tasks)
@@ -83,3 +89,5 @@ def plans_for_goal(
             yield plan_from_tasks(name, specs, knowledge.tasks, scene.world)
         if not found:
             trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit), kind="goal")
+    if refused and not possible:
+        raise UserError(refused)
