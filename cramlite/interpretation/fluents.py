@@ -92,11 +92,13 @@ class GoalCondition(Value):
         needs: facts that must hold in the end.
         without: patterns that nothing may match then.
         spot: whether it is reached by choosing a spot, so that the goal may say what the spot is beside.
+        shown: further facts that a run must show in the end, which planning has no use for.
     """
 
     needs: frozenset[Fact] = frozenset()
     without: frozenset[Pattern] = frozenset()
     spot: bool = False
+    shown: frozenset[Fact] = frozenset()
 
 
 class GoalPhrase(Value):

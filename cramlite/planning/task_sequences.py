@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from ..base.errors import UserError
 
 if TYPE_CHECKING:
@@ -30,9 +32,11 @@ def plans_from_interpretation(
     """Plans of what a demonstration may have shown; those with a task type that nobody offers are refused.
 
     Where every reading contradicts itself, the trace says so."""
+    from ..interpretation.timeline import Timeline
+    from .goal_literals import lasting_of
     from .plan import TaskCall, plan_from_episode
 
-    listed = 0
+    listed, rules, timeline = 0, {r.task: r for r in found.rules}, Timeline(episode, found.taxonomy)
     for listed, sequence in enumerate(islice(found.sequences(), LISTED), 1):  # noqa: B007  read behind the loop
         unknown = [m.task for m in sequence.matches if m.task not in tasks]
         if unknown:
@@ -41,7 +45,8 @@ def plans_from_interpretation(
             trace.add(0, "sequence", names, "refused", "engine", why, kind="sequence")
             continue
         calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
-        yield plan_from_episode(name, calls, episode), sequence
+        plan = plan_from_episode(name, calls, episode)
+        yield replace(plan, lasting=tuple(lasting_of(sequence.matches, plan.actions, rules, timeline))), sequence
     if not listed:
         said = f"{found.count()} readings, none agrees with itself; {len(found.holes)} actions unexplained"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
@@ -86,7 +91,7 @@ def plans_for_goal(
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
             specs = as_tasks(plan, knowledge.tasks, target)
-            yield plan_from_tasks(name, specs, knowledge.tasks, scene.world)
+            yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found:
             trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit), kind="goal")
     if refused and not possible:

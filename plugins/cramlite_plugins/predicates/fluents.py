@@ -12,7 +12,7 @@ from cramlite.plugin import EFFECTOR, Fact, Fluent, GoalCondition, GoalPhrase, P
 
 from ..shapes.bounds import corners
 
-PEG, SURFACE = "vrps:Peg", "vrps:SurfaceFeature"
+PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
 HAND = "soma:Gripper"
 """What the hand that acts is."""
 CLOSED = 0.1
@@ -140,8 +140,11 @@ def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
+    """Over a place is in it for planning; of a container a run must show that it is inside."""
     on_peg = scene.world.thing(place).feature(PEG) is not None
-    return GoalCondition(frozenset({("in_or_above", thing, place)}), _let_go(thing), spot=not on_peg)
+    hollow = scene.world.thing(place).feature(CAVITY) is not None
+    shown = frozenset({("inside", thing, place)} if hollow else ())
+    return GoalCondition(frozenset({("in_or_above", thing, place)}), _let_go(thing), spot=not on_peg, shown=shown)
 
 
 def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
