@@ -9,10 +9,10 @@ from pathlib import Path
 
 from ..base.errors import CramliteError, PluginError
 from ..version import VERSION
-from . import check, execute, experiment, inspect, perceive, resolve, serve, sparql, view
+from . import check, execute, experiment, inspect, judge, perceive, resolve, serve, sparql, view
 from .arguments import Command, Parser, plugin_choice
 
-MODULES = (resolve, inspect, execute, check, experiment, perceive, view, sparql, serve)
+MODULES = (resolve, inspect, execute, judge, check, experiment, perceive, view, sparql, serve)
 """Each declares its commands with ``add_commands``."""
 
 

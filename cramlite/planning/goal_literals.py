@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -48,7 +49,7 @@ def literals_of_plan(
     rules, named = {r.task: r for r in knowledge.rules}, {a.name: a for a in actions}
     known = [(named[name], text) for name, text in plan.lasting if name in named]
     lasting = [_lasting(action, _clause(rules[action.task], text)) for action, text in known if action.task in rules]
-    return (*wanted, *{(x.says, *sorted(x.binding.items())): x for x in lasting if x is not None}.values())
+    return (*wanted, *{x.says: x for x in lasting if x is not None}.values())
 
 
 def _lasting(action: Action, clause: Clause | None) -> GoalLiteral | None:
@@ -56,8 +57,8 @@ def _lasting(action: Action, clause: Clause | None) -> GoalLiteral | None:
     if clause is None:
         return None
     binding = {r: str(o.entity) for r, o in action.roles.items() if r in mentions(clause.condition)}
-    fillers = ", ".join(f"{r} = {e}" for r, e in binding.items())
-    return GoalLiteral(f"{clause.text} with {fillers}", tuple(binding.values()), (clause,), binding, task=action.name)
+    says = re.sub(r"\b[A-Z]\w*", lambda word: binding.get(word[0], word[0]), clause.text)
+    return GoalLiteral(says, tuple(binding.values()), (clause,), binding, task=action.name)
 
 
 def _clause(rule: Rule, text: str) -> Clause | None:

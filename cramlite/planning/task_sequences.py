@@ -65,8 +65,8 @@ def plans_for_goal(
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
     from ..scenario.scenario import Scenario
-    from .goal_planner import as_tasks, impossible, meant, task_plans, wanted, with_sides
     from .goal_phrases import contradiction
+    from .goal_planner import as_tasks, impossible, meant, task_plans, wanted, with_sides
     from .operators import Grounder
     from .task_goals import Goal, plan_from_tasks
 

@@ -8,7 +8,17 @@ from collections.abc import Iterator
 import numpy as np
 
 from cramlite.model import EntityName, Floats, Thing, thing_of
-from cramlite.plugin import EFFECTOR, Fact, Fluent, GoalCondition, GoalPhrase, Pattern, SymbolicWorld, UserError, contents
+from cramlite.plugin import (
+    EFFECTOR,
+    Fact,
+    Fluent,
+    GoalCondition,
+    GoalPhrase,
+    Pattern,
+    SymbolicWorld,
+    UserError,
+    contents,
+)
 
 from ..shapes.bounds import corners
 
