@@ -26,6 +26,8 @@ from .intent import Intent
 from .line_origins import Origins, origins_by_labels, origins_of
 from .proof import judge
 
+COMMENTS = ("#", "//", "!")
+"""How lines of URScript and Python, C and RAPID begin that are no code."""
 LISTED = 6
 """Lines that a remark names at most."""
 
@@ -76,7 +78,7 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
     if not candidate.actions:
         return Judged(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), remarks)
     typed, more = _typed(text, ran, purpose, knowledge)
-    found = [*typed, *judge(ran, knowledge, rollout=True)]
+    found = [*typed, *_left_out(text, ran, purpose), *judge(ran, knowledge, rollout=True)]
     return Judged(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*remarks, *more))
 
 
@@ -133,6 +135,17 @@ def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) ->
         return judge(ran, knowledge, rollout=False), ()
     names = ", ".join(v.name for v in knowledge.validators if v.cost != "rollout")
     return [], (f"not judged: {names}; they look at a typed program, and this text is none",)
+
+
+def _left_out(text: str, ran: Candidate, purpose: Purpose) -> list[Finding]:
+    """Tasks that had code in the text that was proven, and have none in this one."""
+    if purpose.intent is None or ran.code is None:
+        return []
+    lines = enumerate(text.splitlines(), 1)
+    there = {ran.code.task_of(k) for k, line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)}
+    said = "has no line of code in this text, and had some in the one that was proven"
+    had = [s.task for s in purpose.intent.program.sections if s.first < s.last]
+    return [Finding("tasks_in_text", False, f"{task} {said}", origin=task) for task in had if task not in there]
 
 
 def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:

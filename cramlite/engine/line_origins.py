@@ -20,7 +20,7 @@ class Origins(Value):
     """The origins of a text's lines.
 
     Args:
-        of: line, from 1 -> origin that begins there, as ``Code.origins``.
+        of: line, from 1 -> origin that begins there, as ``Code.origins``; "" where the code of a step ends.
         guessed: lines of which nothing says whose they are; they count to what stands before them.
     """
 
@@ -39,11 +39,12 @@ def origins_of(text: str, original: Code) -> Origins:
     if text == original.text:
         return Origins(original.origins)
     old, new = original.text.splitlines(), text.splitlines()
-    own, known = _of_each(len(old), original.origins), set(original.origins.values())
-    found: dict[int, str] = {}
+    own, known = _of_each(old, original.origins), set(original.origins.values())
+    found: dict[int, str | None] = {}
     for tag, i1, i2, j1, j2 in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
         for j in range(j1, j2):
-            found[j] = own[i1 + j - j1] if tag == "equal" else named(new[j], known) or _replaced(new[j], old[i1:i2], own[i1:i2])
+            same = own[i1 + j - j1] if tag == "equal" else None
+            found[j] = same if same is not None else named(new[j], known) or _replaced(new[j], old[i1:i2], own[i1:i2])
     return _begins([found[j] for j in range(len(new))], new)
 
 
@@ -67,30 +68,31 @@ def _of_steps(text: str) -> Origins:
     return Origins({read.lines[id(s)]: s.origin for s in walk(read.program.steps) if s.origin})
 
 
-def _of_each(count: int, origins: Mapping[int, str]) -> list[str]:
-    """The origin of every line: the last one that begins at or before it."""
+def _of_each(lines: list[str], origins: Mapping[int, str]) -> list[str]:
+    """The origin of every line: the last one that begins at or before it, as far as the next empty line, where the code of a
+    step ends; "" behind it."""
     found, now = [], ""
-    for line in range(1, count + 1):
-        now = origins.get(line, now)
+    for number, line in enumerate(lines, 1):
+        now = origins.get(number, now if line.strip() else "")
         found.append(now)
     return found
 
 
-def _replaced(line: str, old: list[str], own: list[str]) -> str:
+def _replaced(line: str, old: list[str], own: list[str]) -> str | None:
     """The origin of the line that a changed one replaces: the most similar one, or any if all are of one task."""
     shares = [(SequenceMatcher(None, line, other, autojunk=False).ratio(), -k) for k, other in enumerate(old) if other.strip()]
     share, k = max(shares, default=(0.0, 0))
     if share >= ALIKE:
         return own[-k]
-    return own[0] if old and len({top_of(o) for o in own}) == 1 else ""
+    return own[0] if old and len({top_of(o) for o in own}) == 1 else None
 
 
-def _begins(each: list[str], lines: list[str]) -> Origins:
-    """Where origins begin; what has none counts to the line before."""
+def _begins(each: list[str | None], lines: list[str]) -> Origins:
+    """Where origins begin; a line of which nothing is known counts to the one before."""
     found, guessed, now = dict[int, str](), list[int](), ""
-    for line, origin in enumerate(each, 1):
-        if origin and origin != now:
-            found[line] = now = origin
-        elif not origin and now and lines[line - 1].strip():
-            guessed.append(line)
+    for number, origin in enumerate(each, 1):
+        if origin is None:
+            guessed += [number] if now and lines[number - 1].strip() else []
+        elif origin != now:
+            found[number] = now = origin
     return Origins(found, tuple(guessed))
