@@ -25,6 +25,8 @@ STILL = 0.02
 (``postconditions.SWING``), and what rolls or falls is faster."""
 NEAR = 0.2
 """Up to this far is beside, from middle to middle seen from above [m]: ``where: {within}`` of a task says the same."""
+ASIDE = 0.01
+"""And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
 SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
 }  # fmt: skip
@@ -116,7 +118,8 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
         return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm are near"
     axis, sign = SIDES[literal.side]
     by = sign * float((one - other)[axis])
-    return "" if by > 0.0 else f"it is {1000 * by:.0f} mm {literal.side.replace('_', ' ')} '{literal.other}'"
+    said = f"it is {1000 * by:.0f} mm {literal.side.replace('_', ' ')} '{literal.other}', at least {1000 * ASIDE:.0f} mm are needed"
+    return "" if by >= ASIDE else said
 
 
 def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
