@@ -153,7 +153,7 @@ def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     """Over a place is in it for planning; of a container a run must show that it is inside."""
     on_peg = scene.world.thing(place).feature(PEG) is not None
     hollow = scene.world.thing(place).feature(CAVITY) is not None
-    shown = frozenset({("inside", thing, place)} if hollow else ())
+    shown = frozenset({("in_cavity", thing, place)} if hollow else ())
     return GoalCondition(frozenset({("in_or_above", thing, place)}), _let_go(thing), spot=not on_peg, shown=shown)
 
 

@@ -54,7 +54,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             fluent=fluents.IN_OR_ABOVE,
         ),
         Predicate(
-            "inside", 2, inside, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
+            "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
@@ -150,8 +150,8 @@ def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[R
                 yield above, below
 
 
-def inside(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """inside(Thing, Container): Thing's origin in the frame of a cavity of Container, whose origin is the middle of the opening
+def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """in_cavity(Thing, Container): Thing's origin in the frame of a cavity of Container, whose origin is the middle of the opening
     and whose z axis leads out of it. Cavities without a size are left out."""
     for cavity in phase.timeline.entities_of("cram:Cavity"):
         container, size = phase.timeline.wholes[cavity][-1], phase.timeline.entities[cavity].properties

@@ -104,7 +104,7 @@ def test_what_lies_across_the_rim_is_over_the_basket_and_not_in_it() -> None:
     assert finding.passed  # its middle is 15 mm over the rim: low enough to be in
     higher = moved(settled(IN[0], plank), (0, 0, 0.05), "plank")
     (finding,) = judged(higher, "plank in basket")
-    assert not finding.passed and "'inside(plank, basket)' does not hold" in finding.reason
+    assert not finding.passed and "'in_cavity(plank, basket)' does not hold" in finding.reason
 
 
 def test_what_was_there_a_moment_ago_or_still_moves_is_not_there() -> None:
