@@ -1,9 +1,10 @@
-"""YAML files with positions: every complaint names file and line."""
+"""YAML files with line numbers, so that every error message names file and line."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from .errors import UserError, nearest
@@ -16,7 +17,7 @@ LARGEST = 5_000_000
 
 
 def load_yaml(path: Path) -> Any:
-    """Mappings and lists that remember their lines.
+    """Read a YAML file as mappings and lists that keep their line numbers.
 
     Raises:
         UserError: no such file, not UTF-8 text, too large, not YAML, a tag, or a key given twice.
@@ -46,7 +47,7 @@ def load_yaml(path: Path) -> Any:
 
 
 def line_of(data: Any, location: Sequence[str | int]) -> int:
-    """The line (from 1) of the deepest part of ``location`` that the data has."""
+    """Return the line (from 1) of the deepest part of ``location`` that the data has."""
     line: int = getattr(data, "line", 1)
     for step in location:
         if isinstance(data, dict) and step in data:
@@ -59,14 +60,23 @@ def line_of(data: Any, location: Sequence[str | int]) -> int:
     return line
 
 
-def explain_validation(path: Path, data: Any, error: ValidationError, fields: Sequence[str]) -> UserError:
-    """The first complaints of pydantic as one paragraph with lines and nearest names."""
+def explain_validation(
+    path: Path, data: Any, error: ValidationError, fields: Sequence[str], renamed: Mapping[str, str] = MappingProxyType({})
+) -> UserError:
+    """Convert pydantic's first complaints to one paragraph with lines and the nearest valid names.
+
+    Args:
+        fields: keys that are right where the first unknown key stands.
+        renamed: keys that older files have -> what they are called now.
+    """
     clauses = []
     for problem in error.errors()[:3]:
         location = [part for part in problem["loc"] if isinstance(part, int | str)]
         line, key = line_of(data, location), _in_words(data, location)
         if problem["type"] == "extra_forbidden":
-            clauses.append(f"{path}:{line}: unknown key '{location[-1]}'; {nearest(str(location[-1]), fields)}")
+            given = str(location[-1])
+            right = f"it is called '{renamed[given]}' now" if renamed.get(given) in fields else nearest(given, fields)
+            clauses.append(f"{path}:{line}: unknown key '{given}'; {right}")
         elif problem["type"] == "missing":
             clauses.append(f"{path}:{line}: {key} is missing")
         else:

@@ -1,4 +1,4 @@
-"""Running a program's text in a world: ``cramlite execute``. The controller sees the text and the world, nothing else."""
+"""``cramlite execute``: runs a program's text in a world. The controller sees the text and the world, nothing else."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ def judge_program(
 
 
 def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
-    """A text that ran in a world, judged; what is wrong with it is said with its file."""
+    """Run and judge a text; what is wrong with it is said with its file."""
     from ..engine.judging import judge_text
 
     with naming(program):
@@ -69,7 +69,7 @@ def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowle
 
 
 def judged_json(judged: Judged) -> dict[str, Any]:
-    """What ``--json`` prints of a verdict."""
+    """Return what ``--json`` prints of a verdict."""
     verdict = judged.verdict
     return {
         "passed": verdict.passed, "reason": verdict.reason, "findings": verdict.findings, "left_out": verdict.left_out,
@@ -89,7 +89,7 @@ def refuse(program: Path, judged: Judged) -> None:
 
 
 def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: World) -> Purpose:
-    """What a text is judged by.
+    """Find what a text is judged by.
 
     Args:
         plan: as ``judge_program`` has it.
@@ -138,13 +138,13 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
         UserError: a described object may be several of them, or none.
     """
     from ..interpretation.fluents import symbolic_world
-    from ..planning.goal_planner import meant
+    from ..planning.goal_planner import ground_goal
     from ..planning.operators import Grounder
     from ..planning.task_goals import Goal
 
     goal = Goal(scenario.spec.goal or ())
     grounder = Grounder(symbolic_world(place, knowledge.taxonomy), knowledge.predicates)
-    choices = list(meant(goal, scenario.spec.objects, grounder))
+    choices = list(ground_goal(goal, scenario.spec.objects, grounder))
     if len(choices) != 1:
         may = f"may mean '{choices[0]}' or '{choices[1]}'" if choices else "means nothing that is there"
         raise UserError(f"{scenario.where('goal')}: '{goal}' {may}; name the things with --goal.")
@@ -152,7 +152,7 @@ def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str,
 
 
 def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> World:
-    """A world with a robot.
+    """Read a world with a robot.
 
     Raises:
         UserError: it cannot be read, or nobody is there to act.
@@ -165,7 +165,7 @@ def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> 
 
 @contextmanager
 def naming(program: Path) -> Iterator[None]:
-    """What is wrong with a text is said with its file; the simulator is given the text alone."""
+    """Put the program's path before errors about its text; the simulator is given the text alone."""
     try:
         yield
     except UserError as error:
@@ -173,7 +173,7 @@ def naming(program: Path) -> Iterator[None]:
 
 
 def read_text(program: Path) -> str:
-    """The text of a program.
+    """Read the text of a program.
 
     Raises:
         UserError: it cannot be read, or is no text.

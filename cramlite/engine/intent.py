@@ -22,7 +22,7 @@ FILE, PROGRAM = "intent.json", "program.json"
 
 
 class Kept(Value):
-    """The content of the file.
+    """Content of ``intent.json``.
 
     Args:
         plan, actions, belief, world: as a ``Candidate`` has them.
@@ -48,7 +48,7 @@ class Kept(Value):
 
 
 class Intent(Value):
-    """What a text is for.
+    """Purpose of a run's text: its plan as it was grounded, and the program that was written.
 
     Args:
         kept: what its run directory says of it.
@@ -60,7 +60,7 @@ class Intent(Value):
 
 
 def write_intent(candidate: Candidate) -> bytes:
-    """The content of ``intent.json``; the same candidate gives the same."""
+    """Encode the content of ``intent.json``; the same candidate gives the same."""
     code = candidate.code
     assert code is not None
     bindings = {k: v for k, v in candidate.bindings.items() if isinstance(v, str)}
@@ -72,7 +72,7 @@ def write_intent(candidate: Candidate) -> bytes:
 
 
 def read_intent(run: Path) -> Intent:
-    """What the program of a run directory is for.
+    """Read what the program of a run directory is for.
 
     Raises:
         UserError: the folder holds no such run, or it is damaged.

@@ -33,7 +33,7 @@ LISTED = 6
 
 
 class Purpose(Value):
-    """What a text is judged by.
+    """Purpose of a text: what it is judged by.
 
     Args:
         intent: of a run directory: the plan with everything that it was grounded to; None where the text is of no run.
@@ -48,7 +48,7 @@ class Purpose(Value):
 
 
 class Judged(Value):
-    """A text that ran, and what the judges found.
+    """Outcome of judging: the run of a text, and what the judges found.
 
     Args:
         remarks: what was not judged, or could not be told for sure; for people.

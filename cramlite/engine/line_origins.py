@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 from difflib import SequenceMatcher
 
 from ..base.value import Value
-from ..model.designator_name import top_of
+from ..model.designator_name import task_of
 from ..model.program import Code
 from ..model.program_json import is_program_text, read_program
 from ..model.steps import walk
@@ -17,7 +17,7 @@ ALIKE = 0.6
 
 
 class Origins(Value):
-    """The origins of a text's lines.
+    """Origins of a text's lines.
 
     Args:
         of: line, from 1 -> origin that begins there, as ``Code.origins``; "" where the code of a step ends.
@@ -29,7 +29,7 @@ class Origins(Value):
 
 
 def origins_of(text: str, original: Code) -> Origins:
-    """The origins of a text that may be another one's edited copy.
+    """Find the origins of a text that may be another one's edited copy.
 
     Steps of a typed program say theirs. Lines of another text that are as they were keep theirs, changed ones that of the line
     that they replace, and new ones have that which they name, as the comments of emitted code do.
@@ -49,7 +49,7 @@ def origins_of(text: str, original: Code) -> Origins:
 
 
 def origins_by_labels(text: str, tasks: Collection[str]) -> Origins:
-    """The origins of a text that no program here was written to: those that its lines name, as comments or in messages."""
+    """Find the origins of a text that no program here was written to: those that its lines name, as comments or in messages."""
     if is_program_text(text):
         return _of_steps(text)
     lines = text.splitlines()
@@ -58,9 +58,9 @@ def origins_by_labels(text: str, tasks: Collection[str]) -> Origins:
 
 
 def named(line: str, known: Collection[str]) -> str:
-    """The origin that a line names; "" where it names none that is known."""
+    """Find the origin that a line names; "" where it names none that is known."""
     words = re.findall(r"\d+\.\w+(?:/\w+)*", line)
-    return next((w for w in words if w in known), "") or next((top_of(w) for w in words if top_of(w) in known), "")
+    return next((w for w in words if w in known), "") or next((task_of(w) for w in words if task_of(w) in known), "")
 
 
 def _of_steps(text: str) -> Origins:
@@ -84,7 +84,7 @@ def _replaced(line: str, old: list[str], own: list[str]) -> str | None:
     share, k = max(shares, default=(0.0, 0))
     if share >= ALIKE:
         return own[-k]
-    return own[0] if old and len({top_of(o) for o in own}) == 1 else None
+    return own[0] if old and len({task_of(o) for o in own}) == 1 else None
 
 
 def _begins(each: list[str | None], lines: list[str]) -> Origins:

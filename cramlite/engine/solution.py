@@ -1,4 +1,4 @@
-"""A solution: a program whose text ran and was judged."""
+"""Solutions: programs whose text ran and was judged."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Solution(Value):
-    """A program whose text ran and was judged, with everything that led to it.
+    """Solution: a program whose text ran and was judged, with everything that led to it.
 
     Args:
         number: which candidate task sequence it came from, from 1.
@@ -43,15 +43,17 @@ class Solution(Value):
 
     @property
     def plan(self) -> Plan:
+        """Plan that the program carries out."""
         return self.candidate.plan
 
     @property
     def program(self) -> Any:
+        """Typed program."""
         return self.candidate.program
 
     @property
     def code(self) -> str:
-        """The text that was proven."""
+        """Program text that was proven."""
         assert self.candidate.code is not None
         return self.candidate.code.text
 

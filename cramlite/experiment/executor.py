@@ -1,4 +1,4 @@
-"""Executing texts in a process of its own: it is given a text, a world and a seed, and nothing else.
+"""Execution of program texts in a process of its own, which is given a text, a world and a seed, and nothing else.
 
 It does what ``cramlite execute`` does, for one text after another, so that a process need not be started for each (1 s of CPU
 time, measured; the execution itself takes 3 s).
@@ -6,6 +6,11 @@ time, measured; the execution itself takes 3 s).
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
+import sys
+import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -16,7 +21,6 @@ from msgspec import Struct
 
 from ..base.errors import UserError
 from ..plugin.selection import INSTALLED, PluginChoice
-from .worker import worker_pool
 
 if TYPE_CHECKING:
     from ..model.rollout import Rollout
@@ -25,11 +29,11 @@ if TYPE_CHECKING:
 
 
 class ExecutorDied(Exception):
-    """The process ended in the midst of an execution: killed, out of memory, or a crash."""
+    """The executing process died during an execution: killed, out of memory, or a crash."""
 
 
 class Executor(Struct):
-    """The other process; started when it is first asked, and again when it died.
+    """Executing process; started when it is first asked, and again when it died.
 
     Args:
         plugins: of its engine.
@@ -40,7 +44,9 @@ class Executor(Struct):
     _spent: float = 0.0
 
     def run(self, text: str, world: World, seed: int) -> tuple[Rollout, float]:
-        """What happened when a text ran in a world, and the CPU seconds it took; the first ones include the start.
+        """Run a text in a world; return what happened, and the CPU time it took [s].
+
+        The first run's time includes the start of the process.
 
         Raises:
             ExecutorDied: the process did; the next call starts another one.
@@ -77,3 +83,23 @@ def _execute(plugins: PluginChoice, text: str, world: World, seed: int) -> tuple
     knowledge = _knowledge(plugins)
     rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
     return rollout, time.process_time()
+
+
+def worker_pool(workers: int) -> ProcessPoolExecutor:
+    """Return a pool of processes that start afresh, each when there is work for it; they leave Ctrl-C to this one, and end
+    when it does."""
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
+
+
+def _begin() -> None:
+    """What plugins print is no answer of this command; nobody is left to work for when the parent is gone."""
+    sys.stdout = sys.stderr
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()

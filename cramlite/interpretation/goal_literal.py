@@ -12,7 +12,7 @@ from .timeline import Predicate
 
 
 class GoalLiteral(Value):
-    """Something that should hold when a program has run.
+    """Literal of a goal: something that should hold when a program has run.
 
     Args:
         says: in words, e.g. "coffee in basket".
@@ -33,14 +33,14 @@ class GoalLiteral(Value):
 
 
 def clauses_of(meaning: GoalCondition, predicates: Mapping[str, Predicate]) -> tuple[Clause, ...]:
-    """The conditions of a goal: its facts, and the denials of what it forbids. Entities stand in them as variables of their
+    """Return the conditions of a goal: its facts, and the denials of what it forbids. Entities stand in them as variables of their
     own name, since a recording may call them otherwise."""
     found = [_clause(f, predicates, denied=False) for f in sorted(meaning.needs | meaning.shown)]
     return (*found, *(_clause(p, predicates, denied=True) for p in sorted(meaning.without, key=str)))
 
 
 def entities_of(meaning: GoalCondition) -> dict[str, str]:
-    """Every entity that a goal's conditions name, by the variable that stands for it."""
+    """Return every entity that a goal's conditions name, by the variable that stands for it."""
     patterns: Iterable[Pattern] = (*meaning.needs, *meaning.shown, *meaning.without)
     return {e: e for p in patterns for e in p[1:] if e is not None}
 

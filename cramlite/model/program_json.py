@@ -1,4 +1,4 @@
-"""A typed program as JSON text, and back: the text of robots and devices that have no native language here.
+"""Typed programs as JSON text, and back: the text of robots and devices that have no native language here.
 
 One object with the fields of ``Program``; every step is an object with its class under "step", on a line of its own. What
 is written is read back equal: numbers have as many digits as they need.
@@ -25,12 +25,15 @@ FORMAT = "cramlite program 1"
 TAG = "step"
 SILENT: Mapping[str, object] = {"origin": "", "comment": "", "relative": "", "late": (), "force_limit_of": "robot"}
 """Left out where they have these values; every number is there."""
+RENAMED: Mapping[str, str] = {"TryInOrder": "Fallback"}
+"""Steps that older texts have, and what they are called now."""
 
 
 class ProgramText(Value):
-    """A program that was read.
+    """Program that was read from text.
 
     Args:
+        program: that was read.
         lines: id of a step (the object itself: equal steps are not the same) -> its first line in the text, from 1.
     """
 
@@ -39,18 +42,18 @@ class ProgramText(Value):
 
 
 def is_program_text(text: str) -> bool:
-    """Whether a text is meant to be a typed program: it begins as a JSON object does."""
+    """Check whether a text is meant to be a typed program: it begins as a JSON object does."""
     return text.lstrip().startswith("{")
 
 
 def write_program(program: Program) -> str:
-    """The program's text; the same program is the same text."""
+    """Return the JSON text of a program; the same program gives the same text."""
     data = {"format": FORMAT, **_encode(program)}
     return _layout(data, 0, top=True) + "\n"
 
 
 def typed_code(program: Program) -> Code:
-    """The program's text as code: ``origins`` lead from the line of each step to its origin."""
+    """Return the JSON text of a program as code: ``origins`` lead from the line of each step to its origin."""
     text = write_program(program)
     back = read_program(text)
     origins = {back.lines[id(s)]: s.origin for s in walk(back.program.steps) if s.origin}
@@ -58,7 +61,7 @@ def typed_code(program: Program) -> Code:
 
 
 def read_program(text: str) -> ProgramText:
-    """A program from its text.
+    """Parse a program from its JSON text.
 
     Raises:
         UserError: it is no JSON, or no program: one sentence with the line, what is there, and what would be right.
@@ -213,7 +216,9 @@ def _chosen(hint: Any, value: Any, where: _Where, name: str, lines: dict[int, in
     if steps:
         tag = _object(value, where, name).get(TAG)
         if tag not in steps:
-            raise _error(where, f"{name}.{TAG}", tag, f"the class of a step; {nearest(str(tag), steps)}")
+            now = RENAMED.get(str(tag))
+            right = f"'{now}', as it is called now" if now else f"the class of a step; {nearest(str(tag), steps)}"
+            raise _error(where, f"{name}.{TAG}", tag, right)
         kinds = [steps[tag]]
     failed: UserError | None = None
     for kind in kinds:

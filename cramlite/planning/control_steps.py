@@ -1,4 +1,4 @@
-"""How control steps are folded: the one place where the plan language meets the agenda.
+"""Folding of compounds into control steps: the one place where the plan language meets the agenda.
 
 A compound that is decided at run time lies between marks (``cramlite.model.control_flow``): where a branch begins a frame remembers the
 steps and the belief, and at the end what came since becomes one control step. What a branch needs beyond that, a way back
@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from ..base.errors import Unresolvable
 from ..model.control_flow import Mark, touched
 from ..model.designators import Motion
-from ..model.steps import Monitor, Parallel, Repeat, TryInOrder, clash
+from ..model.steps import Fallback, Monitor, Parallel, Repeat, branch_conflict
 from .state import Frame, Item, State
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ SAME = 0.02  # joint positions that are the same for what comes after [rad]: a m
 MOVED = 0.005  # things that are at the same place [m]: the accuracy with which let go things are known
 
 
-def passed(state: State, mark: Mark) -> State:
-    """The state behind a mark that was at the front of the agenda.
+def state_after_mark(state: State, mark: Mark) -> State:
+    """Return the state behind a mark at the front of the agenda.
 
     Raises:
         Unresolvable: branches do not end at the same place, or need the same device at the same time.
@@ -41,7 +41,7 @@ def passed(state: State, mark: Mark) -> State:
     frame = state.frames[-1]
     if mark.branch < len(compound.branches):
         ended = replace(frame, starts=(*frame.starts, len(state.steps)), ends=(*frame.ends, state.belief))
-        back = (_back(state, frame, f"back_{mark.branch}"),) if compound.kind == "attempts" else ()
+        back = (_back(state, frame, f"back_{mark.branch}"),) if compound.kind == "fallback" else ()
         return replace(state, agenda=(*back, *rest), frames=(*state.frames[:-1], ended))
     if compound.kind == "repeat" and _differ(frame.begin, state.belief):
         return replace(state, agenda=(_back(state, frame, "back"), *state.agenda))
@@ -66,7 +66,7 @@ def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
     if not frame.compound.decided_at_run_time:
         return closed
     for k, (one, other) in enumerate(pairwise(frame.ends), 1):
-        if frame.compound.kind == "attempts" and (why := _differ(one, other)):
+        if frame.compound.kind == "fallback" and (why := _differ(one, other)):
             raise Unresolvable(f"attempts {k} and {k + 1} of '{frame.compound.name}' end in different ways: {why}")
     cuts = (*frame.starts, len(state.steps))
     parts = tuple(state.steps[a:b] for a, b in pairwise(cuts))
@@ -80,7 +80,7 @@ def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
 
 
 SAID = {
-    "attempts": "one after the other, until one succeeds", "parallel": "at the same time, until all are done",
+    "fallback": "one after the other, until one succeeds", "parallel": "at the same time, until all are done",
     "try_all": "at the same time, until one succeeds", "monitor": "watched all the while",
 }  # fmt: skip
 """The rules of control steps, for the reader of the program."""
@@ -89,14 +89,14 @@ SAID = {
 def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Control:
     name, p = compound.name, compound.parameters
     comment = SAID.get(compound.kind, "")
-    if compound.kind == "attempts":
-        return TryInOrder(parts, origin=name, comment=comment)
+    if compound.kind == "fallback":
+        return Fallback(parts, origin=name, comment=comment)
     if compound.kind == "repeat":
         return Repeat(parts[0], int(p["times"]), origin=name, comment=f"{p['times']:.0f} times")
     if compound.kind == "monitor":
         watched = (p.get("force_n"), p.get("slip_m"), p.get("time_s"))
         return Monitor(parts[0], *watched, origin=name, comment=comment)
-    if wrong := clash(parts):
+    if wrong := branch_conflict(parts):
         raise Unresolvable(f"'{name}' cannot be done at the same time: {wrong}")
     return Parallel(parts, "all" if compound.kind == "parallel" else "first", origin=name, comment=comment)
 

@@ -10,7 +10,7 @@ from ..interpretation.conditions import atoms, mentions
 from ..interpretation.fluents import PLAIN, SymbolicWorld
 from ..interpretation.goal_literal import GoalLiteral, clauses_of, entities_of
 from ..interpretation.timeline import Timeline
-from .goal_phrases import read_goal
+from .goal_phrases import parse_goal
 from .operators import Grounder
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def literals_of_goals(goals: Iterable[str], scene: SymbolicWorld, knowledge: Knowledge) -> tuple[GoalLiteral, ...]:
-    """The literals of goals in words.
+    """Return the literals of goals in words.
 
     Args:
         scene: with the things that they name.
@@ -31,7 +31,7 @@ def literals_of_goals(goals: Iterable[str], scene: SymbolicWorld, knowledge: Kno
         UserError: one is no goal, or names what there is not.
     """
     grounder, predicates = Grounder(scene, knowledge.predicates), {p.name: p for p in knowledge.predicates}
-    said = [read_goal(text, grounder) for text in goals]
+    said = [parse_goal(text, grounder) for text in goals]
     return tuple(
         GoalLiteral(s.text, s.things, clauses_of(s.meaning, predicates), entities_of(s.meaning), s.side, s.other) for s in said
     )
@@ -40,7 +40,7 @@ def literals_of_goals(goals: Iterable[str], scene: SymbolicWorld, knowledge: Kno
 def literals_of_plan(
     plan: Plan, actions: Sequence[Action], scene: SymbolicWorld, knowledge: Knowledge
 ) -> tuple[GoalLiteral, ...]:
-    """What should hold when a plan has been carried out.
+    """Return what should hold when a plan has been carried out.
 
     Args:
         actions: the plan's, their roles bound to things of the scene. What lasts of others is left out.
@@ -68,7 +68,7 @@ def _clause(rule: Rule, text: str) -> Clause | None:
 def lasting_of(
     matches: Sequence[Match], actions: Sequence[Action], rules: Mapping[str, Rule], timeline: Timeline
 ) -> Iterator[tuple[str, str]]:
-    """What a demonstration ended with: postconditions of its tasks about things that still hold when the recording ends.
+    """Generate what a demonstration ended with: postconditions of its tasks about things that still hold when the recording ends.
 
     Only relations that tasks begin and end (``Predicate.fluent``) are meant. That a thing is near, in view or within reach is
     of the moment, and where the hand ended is judged with its task.

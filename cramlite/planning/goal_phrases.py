@@ -16,8 +16,8 @@ SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
 """Where in the place a spot is chosen, beside another thing: words of a goal -> key of a task's ``where``."""
 
 
-class SaidGoal(Value):
-    """A goal as it was read.
+class ParsedGoal(Value):
+    """Parsed goal.
 
     Args:
         text: as it was said, with single spaces.
@@ -33,8 +33,8 @@ class SaidGoal(Value):
     other: str = ""
 
 
-def read_goal(text: str, grounder: Grounder, where: str = "") -> SaidGoal:
-    """What a goal says, by the forms that predicates declare, about things that there are.
+def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
+    """Parse a goal by the forms that predicates declare, about things that there are.
 
     Args:
         where: before each message, such as "scenario.yaml:3: ".
@@ -50,19 +50,19 @@ def read_goal(text: str, grounder: Grounder, where: str = "") -> SaidGoal:
             side, other = words[count:] or ("", "")
             what, things = f"{where}the goal '{text}'", tuple(words[:count])
             meaning = _meaning(phrase, things, other, grounder, what)
-            goal = SaidGoal(said, things, meaning, SIDES.get(side, ""), other)
+            goal = ParsedGoal(said, things, meaning, SIDES.get(side, ""), other)
             _check_side(goal, what)
             return goal
     raise UserError(f"{where}'{text}' is no goal; {_forms(grounder.fluents.phrases)}.")
 
 
 def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str] = ()) -> str:
-    """Two goals that cannot hold at one time, by what predicates declare of each other, and why; "" where all can.
+    """Name two goals that cannot hold at one time, by what predicates declare of each other, and why; "" where all can.
 
     Args:
         places: "file:line" of each goal; none for goals that stand in no file.
     """
-    goals = [read_goal(text, grounder) for text in texts]
+    goals = [parse_goal(text, grounder) for text in texts]
     for (j, one), (k, other) in combinations(enumerate(goals), 2):
         why = grounder.fluents.clash(grounder.scene, one.meaning, other.meaning)
         if why:
@@ -103,7 +103,7 @@ def _meaning(phrase: GoalPhrase, things: tuple[str, ...], other: str, grounder: 
         raise UserError(f"{what}: {error}") from error
 
 
-def _check_side(goal: SaidGoal, what: str) -> None:
+def _check_side(goal: ParsedGoal, what: str) -> None:
     if not goal.side:
         return
     side = next(words for words, key in SIDES.items() if key == goal.side)

@@ -29,7 +29,9 @@ LISTED = 1000
 def plans_from_interpretation(
     name: str, found: Interpretation, episode: Episode, tasks: Mapping[str, TaskType], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence]]:
-    """Plans of what a demonstration may have shown; those with a task type that nobody offers are refused.
+    """Generate plans of the task sequences that a demonstration may have shown, best first.
+
+    Those with a task type that nobody offers are refused. Where every reading contradicts itself, the trace says so.
 
     Where every reading contradicts itself, the trace says so."""
     from ..interpretation.timeline import Timeline
@@ -48,14 +50,14 @@ def plans_from_interpretation(
         plan = plan_from_episode(name, calls, episode)
         yield replace(plan, lasting=tuple(lasting_of(sequence.matches, plan.actions, rules, timeline))), sequence
     if not listed:
-        said = f"{found.count()} readings, none agrees with itself; {len(found.holes)} actions unexplained"
+        said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
 
 
 def plans_for_goal(
     name: str, goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace
 ) -> Iterator[Plan]:
-    """Find task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+    """Generate task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
 
     Args:
         name: of the plans.
@@ -66,7 +68,7 @@ def plans_for_goal(
     """
     from ..scenario.scenario import Scenario
     from .goal_phrases import contradiction
-    from .goal_planner import as_tasks, impossible, meant, task_plans, wanted, with_sides
+    from .goal_planner import as_tasks, explain_unreachable, ground_goal, parse_goals, task_plans, with_sides
     from .operators import Grounder
     from .task_goals import Goal, plan_from_tasks
 
@@ -77,8 +79,8 @@ def plans_for_goal(
     grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
     facts, refused, possible = grounder.initial(), "", False
-    for choice in meant(goal, objects, grounder):
-        target, found = wanted(choice.says, grounder, where), False
+    for choice in ground_goal(goal, objects, grounder):
+        target, found = parse_goals(choice.says, grounder, where), False
         if why := contradiction(choice.says, grounder, places):
             refused = refused or why
             continue
@@ -93,6 +95,6 @@ def plans_for_goal(
             specs = as_tasks(plan, knowledge.tasks, target)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found:
-            trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit), kind="goal")
+            trace.add(0, "goal", str(choice), "refused", "engine", explain_unreachable(target, fit), kind="goal")
     if refused and not possible:
         raise UserError(refused)

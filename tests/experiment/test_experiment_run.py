@@ -33,7 +33,7 @@ def experiment(tmp_path: Path) -> Path:
     scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
     (folder / "scenario.yaml").write_text(scenario)
     text = (FOLDER / "experiment.yaml").read_text()
-    text = text.replace("budget: {proofs: 4, asks: 400}", "budget: {proofs: 1, asks: 2}\nmost_candidates: 1")
+    text = text.replace("budget: {proofs: 4, expansions: 400}", "budget: {proofs: 1, expansions: 2}\nmost_candidates: 1")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith(("main:", "hard:"))]
     at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
     lines.insert(at + 1, "  main: {first: 1000, count: 1, about: quick}")
@@ -57,13 +57,14 @@ def told(out: Path) -> dict[str, object]:
     return found
 
 
+@pytest.mark.heavy
 def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(experiment: Path, tmp_path: Path) -> None:
     said: list[str] = []
     one = run_experiment(order(experiment, tmp_path / "one"), said.append)
     run_experiment(order(experiment, tmp_path / "two", 2), lambda _: None)
     assert told(tmp_path / "one") == told(tmp_path / "two")
     assert len(told(tmp_path / "one")) == 6 and "[3/3]" in said[-1] and "left" in said[-1]
-    assert all(r.candidates >= 1 and not r.solved and "asked" in r.results[0].reason for r in one)
+    assert all(r.candidates >= 1 and not r.solved and "expanded" in r.results[0].reason for r in one)
     before = {p: p.stat().st_mtime_ns for p in (tmp_path / "one").rglob("*.json") if p.name != "manifest.json"}
     (tmp_path / "one" / "results" / "O2-01" / "result.json").unlink()  # as if it had been killed there
     again = run_experiment(order(experiment, tmp_path / "one"), said.append)
@@ -72,15 +73,16 @@ def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(ex
     assert [p.name for p in redone] == ["result.json"]  # its candidate was finished, and was read
 
 
-@pytest.mark.parametrize("asks", [400, 2])
-def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, tmp_path: Path, asks: int) -> None:
+@pytest.mark.parametrize("expansions", [pytest.param(400, marks=pytest.mark.heavy), 2])
+def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, tmp_path: Path, expansions: int) -> None:
     path = experiment / "experiment.yaml"
-    text = path.read_text().replace("about: quick", "until_solved: true, about: quick").replace("asks: 2", f"asks: {asks}")
+    text = path.read_text().replace("about: quick", "until_solved: true, about: quick")
+    text = text.replace("expansions: 2", f"expansions: {expansions}")
     path.write_text(text.replace("most_candidates: 1", "most_candidates: 2"))
     one = read_experiment(path).demonstrations("main")[0]
     found = run_trial(Trial(path, "main", one, tmp_path / "out", pictures=False))
     assert found.candidates >= 2
-    assert (found.solved, found.tried, len(found.results)) == ((True, 1, 1) if asks == 400 else (False, 2, 2))
+    assert (found.solved, found.tried, len(found.results)) == ((True, 1, 1) if expansions == 400 else (False, 2, 2))
     assert not multiprocessing.active_children()  # a worker that had one left would never end
 
 
@@ -98,6 +100,7 @@ def read_episode(path):
 """
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("always", [False, True])
 def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always: bool) -> None:
     plugin = tmp_path / "dies.py"
@@ -112,8 +115,20 @@ def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always
         assert found["O2-01"].candidates >= 1
 
 
-def start(experiment: Path, out: Path) -> subprocess.Popen[str]:
-    words = [sys.executable, "-m", "cramlite", "experiment", str(experiment), "--out", str(out), "--workers", "1"]
+WAITS = """
+import time
+from pathlib import Path
+from cramlite.plugin import hookimpl
+
+@hookimpl(tryfirst=True)
+def read_episode(path):
+    while path.name == "O3-01" and Path({mark!r}).exists():
+        time.sleep(0.1)
+"""
+
+
+def start(experiment: Path, out: Path, plugin: Path) -> subprocess.Popen[str]:
+    words = [sys.executable, "-m", "cramlite", "experiment", experiment, "--out", out, "--workers", "1", "--plugin", plugin]
     return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
 
 
@@ -134,23 +149,29 @@ def children(parent: int) -> list[int]:
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
 def test_ctrl_c_and_kill_lose_nothing(experiment: Path, tmp_path: Path, how: int, code: int) -> None:
-    out = tmp_path / "out"
-    running = start(experiment, out)
-    wait_for(out / "results" / "O1-01" / "result.json")
-    workers = children(running.pid)
-    os.kill(running.pid, how)  # at once: what is left takes seconds only
-    _, said = running.communicate(timeout=60)
+    out, mark, plugin = tmp_path / "out", tmp_path / "mark", tmp_path / "waits.py"
+    plugin.write_text(WAITS.format(mark=str(mark)))
+    mark.write_text("the last demonstration is not read while this is here")
+    running = start(experiment, out, plugin)
+    try:
+        wait_for(out / "results" / "O1-01" / "result.json")
+        workers = children(running.pid)
+        os.kill(running.pid, how)
+        _, said = running.communicate(timeout=60)
+    finally:
+        running.kill()
     assert running.returncode == code
     assert how == signal.SIGKILL or "interrupted; what was written so far is kept" in said
     assert workers
-    for _ in range(100):
+    for _ in range(600):  # a worker that did not follow its parent would wait for the mark for ever
         if not any(Path(f"/proc/{w}").exists() and "Z" not in Path(f"/proc/{w}/stat").read_text() for w in workers):
             break
         time.sleep(0.1)
     else:
         raise AssertionError("a worker goes on without its parent")
     before = (out / "results" / "O1-01" / "result.json").stat().st_mtime_ns
-    assert len(run_experiment(order(experiment, out), lambda _: None)) == 3
+    mark.unlink()
+    assert len(run_experiment(order(experiment, out, 1, plugin), lambda _: None)) == 3
     assert (out / "results" / "O1-01" / "result.json").stat().st_mtime_ns == before
 
 

@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from interpretation_samples import action, episode, state, track
+from plain_matcher import match
+from properties import examples
 from rule_translations import clingo_facts, clingo_program, facts_of
 
 from cramlite import data_folder
 from cramlite.interpretation.decision_tree import DecisionTree
-from cramlite.interpretation.matching import Phases, match, reject
+from cramlite.interpretation.matching import Phases, reject
 from cramlite.interpretation.rules import load_rules
 from cramlite.model import Entity, Episode, Event, Pose
 from cramlite.ontology.taxonomy import load_taxonomy
@@ -69,7 +71,7 @@ def episodes(draw: st.DrawFn) -> Episode:
     return episode(THINGS, events, {"hand": hand, "lid": lid}, opening)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(episodes())
 def test_clingo_finds_the_same_matches(sample: Episode) -> None:
     timeline = Timeline(sample, TAXONOMY)
@@ -80,7 +82,7 @@ def test_clingo_finds_the_same_matches(sample: Episode) -> None:
         assert ours == solved_by_clingo(phases, names)
 
 
-@settings(max_examples=80, deadline=None)
+@examples(80)
 @given(episodes())
 def test_the_tree_and_the_rejections_agree_with_the_matcher(sample: Episode) -> None:
     timeline = Timeline(sample, TAXONOMY)

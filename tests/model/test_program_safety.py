@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from cramlite.cli.main import main
 from cramlite.model import (
     AnyStep,
+    Fallback,
     ForceInsert,
     ForceMove,
     MoveJoints,
@@ -22,9 +23,8 @@ from cramlite.model import (
     Repeat,
     SetGripper,
     SetPayload,
-    TryInOrder,
     Wait,
-    objections,
+    violations,
     write_program,
 )
 from cramlite_plugins.kinematics.kinematics import forward
@@ -46,7 +46,7 @@ def program(*steps: AnyStep, **changes: Any) -> Program:
 
 
 def test_a_sound_program_passes() -> None:
-    assert list(objections(program(*SOUND), UR5E)) == []
+    assert list(violations(program(*SOUND), UR5E)) == []
 
 
 @pytest.mark.parametrize(
@@ -72,15 +72,15 @@ def test_a_sound_program_passes() -> None:
         ((replace(FEEL, timeout=2.0),), {}, "time-outs", "takes 5.0 s, longer than its time-out of 2 s"),
         ((Repeat((Wait(1.0),), 5000),), {}, "time-outs", "5000 repetitions"),
         ((replace(GRIP, force=500.0),), {}, "gripper", "gripper force 500 N is outside 20 .. 235 N"),
-        ((TryInOrder(((Wait(1.0),), ())),), {}, "paths", "a branch has no steps"),
+        ((Fallback(((Wait(1.0),), ())),), {}, "paths", "a branch has no steps"),
         ((Parallel(((MOVE,), (LINE,))),), {}, "paths", "more than one branch needs the arm"),
-        ((TryInOrder(((Wait(1.0),), (replace(LINE, speed=2.0),))),), {}, "speed", "TCP speed 2 m/s"),
+        ((Fallback(((Wait(1.0),), (replace(LINE, speed=2.0),))),), {}, "speed", "TCP speed 2 m/s"),
     ],
 )
 def test_each_rule_refuses_what_breaks_it(
     steps: tuple[AnyStep, ...], changes: dict[str, Any], rule: str, said: str
 ) -> None:
-    found = list(objections(program(*steps, **changes), UR5E))
+    found = list(violations(program(*steps, **changes), UR5E))
     assert [o.rule for o in found if said in o.reason] == [rule], found
 
 

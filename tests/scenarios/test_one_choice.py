@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite import Budget, Engine, Entry, Finished, Trace, failure_text, find_scenario, read_scenario, trace_text
 from cramlite.base.json_text import as_json, plain_json
@@ -113,7 +114,7 @@ def test_block(asked: str, says: str, tmp_path: Path, files: list[Path], capsys:
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"), [("budget: {asks: 2}", "asks = 2"), ("budget: {asks: 0}", "yaml:7: a budget is at least 1")]
+    ("asked", "says"), [("budget: {expansions: 2}", "expansions = 2"), ("budget: {expansions: 0}", "yaml:7: a budget is at least 1")]
 )
 def test_budget(asked: str, says: str, tmp_path: Path, files: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert says in _alike(_scenario(tmp_path, asked), [], tmp_path / "run", capsys)
@@ -125,7 +126,7 @@ def test_ontologies(asked: str, says: str, tmp_path: Path, files: list[Path], ca
 
 
 def test_a_budget_of_the_caller_wins(tmp_path: Path) -> None:
-    scenario = read_scenario(_scenario(tmp_path, "budget: {asks: 2}"))
+    scenario = read_scenario(_scenario(tmp_path, "budget: {expansions: 2}"))
     assert next(Engine().resolve(scenario), None) is None
     assert next(Engine().resolve(scenario, budget=Budget())).verdict.passed
 
@@ -142,7 +143,7 @@ def test_the_engine_of_a_scenario(tmp_path: Path, files: list[Path]) -> None:
 
 
 @pytest.mark.parametrize("value", [0, -1, 2.5, "3", True, None])
-@pytest.mark.parametrize("name", ["asks", "proofs", "samples", "sequences"])
+@pytest.mark.parametrize("name", ["expansions", "proofs", "samples", "sequences"])
 def test_a_budget_is_a_whole_number_of_at_least_1(name: str, value: object) -> None:
     assert getattr(Budget(**{name: 1}), name) == 1
     with pytest.raises(UserError, match=f"Budget\\({name}=.*at least 1"):
@@ -211,7 +212,7 @@ PLAIN = st.recursive(
 )
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(PLAIN)
 def test_json_has_no_infinity(value: object) -> None:
     for text in (as_json({"value": value}), plain_json([Entry(1, 0, 1, "a", "b", "chosen", "c", "d", float("inf")), value])):

@@ -15,6 +15,7 @@ everywhere in between.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -30,7 +31,6 @@ from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled, compile_world
 from ..simulation.model.index import RobotIndex
 from .inflated import Inflated, inflated
-from .line_parts import Line, Part, Rates
 from .pairs import Pairs, movers, needed
 
 Joints = tuple[float, ...]
@@ -45,6 +45,35 @@ TOUCH = 0.0003  # depth of a resting contact in MuJoCo that a start or goal may 
 NEAR = 0.35  # the neighbourhood of a start or goal that touches something, largest joint difference [rad]
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
+
+CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
+
+
+class Rates(Value):
+    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
+
+    between: Floats
+    most: float
+
+
+Part = tuple[float, float, Rates | None]
+
+
+class Line:
+    """A straight joint-space line."""
+
+    def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
+        self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
+        self.size = float(np.abs(self.way).max())
+
+    def at(self, fraction: float) -> Floats:
+        q: Floats = self.start + fraction * self.way
+        return q
+
+    def parts(self) -> list[Part]:
+        """The line in equal parts."""
+        count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
+        return [(k / count, (k + 1) / count, None) for k in range(count)]
 
 
 class Scene(Value):

@@ -12,7 +12,6 @@ from cramlite.model import Motion, Value
 from cramlite.plugin import Parameter
 
 FORCE, LATE = "force # N > # N", "not done within # s"
-SIMULATED = "docs/explanation/simulation.md"
 
 
 class MotionKind(Value):

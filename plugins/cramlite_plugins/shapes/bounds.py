@@ -2,7 +2,7 @@
 
 The support function of a convex shape says how far it reaches in a direction, max over its points x of x . way
 (Ericson: Real-Time Collision Detection, 2005, section 9.5); boxes around shapes follow from it. Radii and half-lengths
-are those of ``cramlite.model.world.Geom``.
+are those of ``cramlite.model.Geom``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from cramlite.model import Floats, Geom, Pose, Thing, Vector3
 
-from .hull import hull_volume
+from .convex import hull_volume
 
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 """Of the box whose half side lengths are 1."""

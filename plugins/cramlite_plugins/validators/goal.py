@@ -34,7 +34,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 
 
 class Goal(Value):
-    """Every literal of the goal, or of what the demonstration ended with, holds at the end of the run, with its thing at rest.
+    """Judge of the goal: every literal of it, or of what the demonstration ended with, holds at the end of the run, with its thing at rest.
 
     Places are measured where they then are: what was put into a drawer is looked for in the drawer where it was pushed to.
     """

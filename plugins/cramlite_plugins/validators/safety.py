@@ -9,15 +9,15 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 
 class ProgramSafety(Value):
-    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.program_safety``."""
+    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.violations``."""
 
     name: str = "program_safety"
     cost: Cost = "facts"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from cramlite.model import PROGRAM_RULES, STEP_RULES, objections
+        from cramlite.model import PROGRAM_RULES, STEP_RULES, violations
 
-        found = list(objections(candidate.program, candidate.robot))
+        found = list(violations(candidate.program, candidate.robot))
         for o in found:
             yield Finding(self.name, False, f"{o.rule}: {o.reason}", origin=o.origin)
         if not found:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import (
     AnyStep,
+    Fallback,
     ForceMove,
     Monitor,
     MoveJoints,
@@ -23,7 +25,6 @@ from cramlite.model import (
     Section,
     SetGripper,
     SetPayload,
-    TryInOrder,
     Wait,
     ZeroSensor,
 )
@@ -123,7 +124,7 @@ def test_every_wait_has_a_time_out() -> None:
 
 def test_our_own_text_raises_no_doubt() -> None:
     """The checker that judges everybody's programs: also with control steps, whose functions wait."""
-    steps = (*STEPS, TryInOrder(((Repeat((STEPS[1],), 2),), (Parallel(((STEPS[1],), (STEPS[4],))),))), Monitor((STEPS[1],), time=9.0))
+    steps = (*STEPS, Fallback(((Repeat((STEPS[1],), 2),), (Parallel(((STEPS[1],), (STEPS[4],))),))), Monitor((STEPS[1],), time=9.0))
     text = emit(program(*steps), UR5E).text
     assert list(MujocoSimulator().inspect(text)) == []
     endless = text.replace(" and waited < 120.0", "").replace("waited = waited + get_steptime()", "sync()")
@@ -151,7 +152,7 @@ def test_numbers_have_at_most_six_digits_and_no_negative_zero(value: float) -> N
     assert abs(float(text) - value) <= 1e-6
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.lists(st.sampled_from(STEPS), max_size=12))
 def test_any_sequence_of_steps_parses(steps: list[AnyStep]) -> None:
     assert parse(emit(program(*steps), UR5E).text).name == "fetch"

@@ -16,6 +16,7 @@ from cramlite.model import (  # fmt: skip
     AnyStep,
     CompliantSlide,
     Control,
+    Fallback,
     ForceExtract,
     ForceInsert,
     ForceMove,
@@ -31,10 +32,9 @@ from cramlite.model import (  # fmt: skip
     SetGripper,
     SetPayload,
     SpiralSearch,
-    TryInOrder,
     Wait,
     ZeroSensor,
-    clash,
+    branch_conflict,
     uses_arm,
     walk,
 )
@@ -114,10 +114,10 @@ class _Writer(Struct):
                 self.depth += 1
                 self.steps(step.steps)
                 self.depth -= 1
-            case TryInOrder():
+            case Fallback():
                 n = self.number
                 tries = [self.function(f"attempt_{n}_{k}", b) for k, b in enumerate(step.branches, 1)]
-                self.add(f"try_in_order(arm, {name}, [{', '.join(tries)}])", origin=step.origin)
+                self.add(f"fallback(arm, {name}, [{', '.join(tries)}])", origin=step.origin)
             case Monitor():
                 inner = self.function(f"monitored_{self.number}", step.steps)
                 self.add(f"monitored(arm, {name}, {inner}{_watched(step, self.robot)})", origin=step.origin)
@@ -125,7 +125,7 @@ class _Writer(Struct):
                 self.parallel(step, name)
 
     def parallel(self, step: Parallel, name: str) -> None:
-        if wrong := clash(step.branches):
+        if wrong := branch_conflict(step.branches):
             raise UserError(f"{name}: {wrong}")
         n = self.number
         main = next((k for k, b in enumerate(step.branches) if uses_arm(b)), 0)

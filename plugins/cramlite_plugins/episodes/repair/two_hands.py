@@ -1,26 +1,28 @@
-"""Demonstrations with two hands, read as those of one: the hand that acts.
+"""Conversion of two-handed demonstrations to one hand: the one that acts.
 
 A robot with one arm has nobody to hand over to. What a person passes from hand to hand is held all along, so both are one
 effector for it: first the hand that gives, and from when it lets go the one that took. What either does beside that
-remains what another hand does, and so does everything a person's other hand does on its own.
+remains what another hand does, and so does everything a person's other hand does on its own. A plugin of its own: a robot
+with two arms can block it without losing the repair of recorders' defects.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import EntityName, Episode, Event, Floats, Repair, Track, Value, thing_of
+from cramlite.plugin import EpisodeRepair, hookimpl
 
 from .dropouts import signature
 
 
 class Handover(Value):
-    """A thing that two hands hold for a while.
+    """Handover: a thing that two hands hold for a while.
 
     Args:
         thing: that is handed over.
@@ -33,12 +35,18 @@ class Handover(Value):
 
     @property
     def time(self) -> float:
-        """When the hand that gives lets go [s]."""
+        """Time at which the hand that gives lets go [s]."""
         return self.given.end
 
 
+@hookimpl
+def episode_repairs() -> Iterable[EpisodeRepair]:
+    """Declare the repair of demonstrations with two hands."""
+    return [EpisodeRepair("two hands", 30, one_handed)]
+
+
 def one_handed(episode: Episode) -> Episode:
-    """The episode with hands that pass something on as its one effector.
+    """Merge hands that pass something on into the episode's one effector.
 
     Returns:
         The very episode, if nothing is handed over; else a new one. The repair that it lists holds the states as they
@@ -64,7 +72,7 @@ def one_handed(episode: Episode) -> Episode:
 
 
 def handovers(episode: Episode) -> Iterator[Handover]:
-    """Every thing that one hand grasps before another, which then holds it alone."""
+    """Yield the handovers: every thing that one hand grasps before another, which then holds it alone."""
     grasps = [e for e in episode.of("state", ["cram:GraspState"]) if {"gripper", "object"} <= e.roles.keys()]
     for given in grasps:
         for taken in grasps:

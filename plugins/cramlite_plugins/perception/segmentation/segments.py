@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     Floats32 = np.ndarray[Any, np.dtype[np.float32]]
     Labels = np.ndarray[Any, np.dtype[np.int32]]
 
-BRIGHT, PALE = 40.0, 0.06  # below this mean brightness (of 255) hues are noise; below this spread there is no hue
+BRIGHT = 40.0  # below this mean brightness (of 255) hues are noise
 
 
 def segments(inputs: Inputs) -> Mapping[str, Any]:

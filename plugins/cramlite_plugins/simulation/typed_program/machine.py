@@ -15,6 +15,7 @@ from cramlite.model import (
     AnyStep,
     CompliantSlide,
     Drive,
+    Fallback,
     ForceExtract,
     ForceInsert,
     ForceMove,
@@ -30,10 +31,9 @@ from cramlite.model import (
     SetGripper,
     SetPayload,
     SpiralSearch,
-    TryInOrder,
     Wait,
     ZeroSensor,
-    clash,
+    branch_conflict,
     read_program,
     walk,
 )
@@ -58,7 +58,7 @@ STEPS: Mapping[type, Callable[[Any, Any], Cycles]] = {
     ForceInsert: force_steps.force_insert,
     ForceExtract: force_steps.force_extract,
     CompliantSlide: force_steps.compliant_slide,
-    TryInOrder: control.try_in_order,
+    Fallback: control.fallback,
     Parallel: control.parallel,
     Repeat: control.repeat,
     Monitor: control.monitor,
@@ -86,7 +86,7 @@ def load_program(text: str, robot: Robot) -> ProgramText:
             _count(q, robot, f"step in line {found.lines[id(step)]}")
         if isinstance(step, Drive) and robot.platform is None:
             raise UserError(f"The program, line {found.lines[id(step)]}: a '{robot.type}' stands still; it cannot drive.")
-        if wrong := clash(step.branches) if isinstance(step, Parallel) else _wrong(step):
+        if wrong := branch_conflict(step.branches) if isinstance(step, Parallel) else _wrong(step):
             raise UserError(f"The program, line {found.lines[id(step)]}: {type(step).__name__}: {wrong}.")
     return found
 

@@ -1,22 +1,24 @@
-"""Other ways to a pose, to compare with: one ICP, and the recipe of the paper.
+"""Poses by the paper's recipe, to compare with: an expert for ``--plugin``, and two single ICPs for the benchmark.
 
 The paper's recipe: the principal axes of cloud and model are laid on each other in 12 ways, each is refined by
-point-to-point ICP (Besl and McKay, 1992), and the best fitness wins.
+point-to-point ICP (Besl and McKay, 1992), and the best fitness wins. tests/benchmarks/perception_pose.py compares.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from cramlite.model import Floats, Mask, Pose, Value, View
-
-from .estimate import LEAST, PoseHypothesis, keeps_to
-from .icp import spread
-from .model import PoseModel, cube_rotations
-from .prior import UPRIGHT, Prior
-from .starts import scenes
+from cramlite.plugin import Expert, Inputs, hookimpl
+from cramlite_plugins.perception.pose.estimate import LEAST, PoseHypothesis, keeps_to
+from cramlite_plugins.perception.pose.icp import spread
+from cramlite_plugins.perception.pose.model import PoseModel, cube_rotations
+from cramlite_plugins.perception.pose.prior import UPRIGHT, Prior
+from cramlite_plugins.perception.pose.registration import FITTING, NEEDED, registered
+from cramlite_plugins.perception.pose.starts import scenes
 
 POINTS = 1500
 REACH = (0.05, 0.01)
@@ -32,6 +34,20 @@ class Fit(Value, eq=False):
     scene_to_model: Pose
     fitness: float
     distance: float
+
+
+@hookimpl
+def experts() -> Iterable[Expert]:
+    """Its cost is of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
+    about = "principal axes and 12 ICPs, as in the paper"
+    return [
+        Expert("paper_registration", about, NEEDED, ("hypotheses",), by_paper, "object", cost_ms=900.0, parameters=FITTING)
+    ]
+
+
+def by_paper(inputs: Inputs) -> Mapping[str, Any]:
+    """Register the models that colour and size allow by the paper's recipe."""
+    return registered(inputs, paper)
 
 
 def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
@@ -51,7 +67,7 @@ def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIG
         return []
     back = points.mean(0) - np.array(view.camera.position)
     turn = Pose.from_axes((0, 0, 0), (0, 0, 1), np.cross((back[0], back[1], 0.0), (0, 0, 1.0))).inverse()
-    start = Pose(tuple(model.centre - turn.turn(points.mean(0))), turn.quaternion)
+    start = Pose(tuple(model.centre - turn.rotate(points.mean(0))), turn.quaternion)
     return [_hypothesis(_icp(points, model, start, planes=True))]
 
 

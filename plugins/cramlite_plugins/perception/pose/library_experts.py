@@ -1,4 +1,4 @@
-"""Experts: poses by the paper's recipe and by libraries, for whoever blocks ``perception_registration``."""
+"""Experts: poses by registration libraries, for whoever blocks ``perception_registration``."""
 
 from __future__ import annotations
 
@@ -24,20 +24,12 @@ def by_open3d(inputs: Inputs) -> Mapping[str, Any]:
     return registered(inputs, open3d_pose)
 
 
-def by_paper(inputs: Inputs) -> Mapping[str, Any]:
-    """The paper's recipe: principal axes, 12 point-to-point ICPs, best fitness."""
-    from .baselines import paper
-
-    return registered(inputs, paper)
-
-
 @hookimpl
 def experts() -> Iterable[Expert]:
     """Costs are of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
     ways = (
         ("small_gicp_registration", "24 ICPs of small_gicp, if it is installed", by_small_gicp, 110.0),
         ("open3d_registration", "24 ICPs of Open3D, if it is installed", by_open3d, 240.0),
-        ("paper_registration", "principal axes and 12 ICPs, as in the paper", by_paper, 900.0),
     )
     return [
         Expert(name, about, NEEDED, ("hypotheses",), run, "object", cost_ms=cost, parameters=FITTING)
