@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +15,12 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import read_world
 from .arguments import Add, plugin_choice
-from .texts import rollout_json, rollout_text, warn_of
+from .judge import add_purpose, judged_json, judged_text, naming, purpose_of, read_text, refuse, robots_world
+from .texts import findings_text, rollout_json, rollout_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
+    from ..engine.judging import Judged
     from ..engine.replanning import Attempt, Round
     from ..model.rollout import Rollout
     from ..scenario.scenario import Scenario
@@ -31,40 +32,57 @@ def execute_program(
     *,
     world: str,
     seed: int = 0,
+    plan: str = "",
+    goals: Sequence[str] = (),
     out: Path | None = None,
     episode: bool = True,
     plugins: PluginChoice = INSTALLED,
     json_output: bool = False,
 ) -> int:
-    """Run a program's text on the controller model and say how it ended.
+    """Run a program's text on the controller model and say how it ended; with a plan or a goal, judge it, too.
 
     Args:
         program: the text, e.g. ``program.script`` of a run directory.
         world: a run directory, its ``world.json``, or a scenario, whose world with this seed is taken.
+        plan, goals: as ``judge.judge_program`` has them.
         out: folder for the recorded run: ``execution.json``, ``rollout.npz``, ``world.json`` and, with ``episode``, ``episode/``.
 
     Returns:
-        0 when the program came to its end.
+        0 when the program came to its end, and no judge objects.
 
     Raises:
-        NoSolution: it did not; the reason is its own last message, or what stopped it.
+        NoSolution: it did not; the reason is its own last message, what stopped it, or what the judges have against it.
         UserError: a file that cannot be used.
     """
     from ..plugin.catalogue import Knowledge
 
     knowledge = Knowledge(plugins.registry())
     _vacant(out)
-    text, place = _text(program), read_world(world, knowledge, seed)
-    if not place.robots:
-        raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
-    with naming(program):
-        rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
+    text, place = read_text(program), robots_world(world, program, knowledge, seed)
+    judged = None
+    if plan or goals:
+        judged = judged_text(program, text, place, purpose_of(plan, goals, knowledge, place), knowledge, seed)
+        rollout = judged.rollout
+    else:
+        with naming(program):
+            rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
     if out is not None:
         _write(out, rollout, program.stem, knowledge, episode=episode)
-    print(as_json(rollout_json(rollout)) if json_output else rollout_text(rollout))
+    _print(rollout, judged, json_output=json_output)
     if rollout.outcome != "finished":
         raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    if judged is not None:
+        refuse(program, judged)
     return 0
+
+
+def _print(rollout: Rollout, judged: Judged | None, *, json_output: bool) -> None:
+    if json_output:
+        print(as_json(rollout_json(rollout) | ({"verdict": judged_json(judged)} if judged else {})))
+        return
+    print(rollout_text(rollout))
+    if judged is not None:
+        print(findings_text(judged.verdict, judged.remarks))
 
 
 def execute_and_replan(
@@ -141,9 +159,9 @@ def _first_attempt(program: Path, scenario: Scenario, engine: Engine, world: str
     from ..engine import replanning
     from ..model.program_json import read_program
 
-    beside = {name: _text(program.parent / name) for name in ("program.json", "plan.json")}
+    beside = {name: read_text(program.parent / name) for name in ("program.json", "plan.json")}
     typed = read_program(beside["program.json"]).program
-    plan, code = replanning.planned(_text(program), typed, beside["plan.json"], scenario, engine, seed)
+    plan, code = replanning.planned(read_text(program), typed, beside["plan.json"], scenario, engine, seed)
     return replanning.Attempt(plan, typed, code, read_world(world, engine.knowledge, seed))
 
 
@@ -181,24 +199,6 @@ def serve_controller(
     return 0
 
 
-@contextmanager
-def naming(program: Path) -> Iterator[None]:
-    """Put the program's path before errors about its text; the simulator is given the text alone."""
-    try:
-        yield
-    except UserError as error:
-        raise UserError(f"{program}: {error}") from error
-
-
-def _text(program: Path) -> str:
-    try:
-        return program.read_text(encoding="utf-8")
-    except OSError as error:
-        raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
-
-
 def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: bool) -> None:
     from msgspec import json
 
@@ -216,6 +216,8 @@ def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: b
 
 def _execute(arguments: argparse.Namespace) -> int:
 
+    if arguments.replan and (arguments.plan or arguments.goal):
+        raise UserError("--replan makes plans of its own, so --plan and --goal say nothing about its rounds; judge what they write.")
     if arguments.replan:
         return execute_and_replan(
             arguments.program,
@@ -232,6 +234,8 @@ def _execute(arguments: argparse.Namespace) -> int:
         arguments.program,
         world=arguments.world,
         seed=arguments.seed,
+        plan=arguments.plan,
+        goals=arguments.goal,
         out=arguments.out,
         episode=not arguments.no_episode,
         plugins=plugin_choice(arguments),
@@ -257,6 +261,7 @@ def add_commands(add: Add) -> None:
     execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
     execute.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
+    add_purpose(execute)
     execute.add_argument(
         "--replan", metavar="SCENARIO", help="where the program stops, look again and resolve the rest of this scenario"
     )

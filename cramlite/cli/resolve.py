@@ -14,6 +14,8 @@ from ..base.json_text import as_json
 from ..base.resources import find_scenario
 from ..base.run_directory import RunDirectory, content_key
 from ..engine.engine import make_engine
+from ..engine.intent import FILE as INTENT
+from ..engine.intent import write_intent
 from ..engine.recording import record_episode
 from ..engine.scenario_doubts import doubts
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
@@ -188,6 +190,7 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     run.write("program.json", write_program(candidate.program))
     run.write("world.json", json.format(json.encode(solution.setting.real or candidate.world), indent=1))
     run.write("plan.json", as_json(candidate.plan))
+    run.write(INTENT, write_intent(candidate))
     run.write("verdict.json", as_json(solution.verdict))
     if candidate.rollout is not None:
         save_rollout(candidate.rollout, run.path / "rollout.npz")

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation, Interpreted
     from ..model.episode import Repair
     from ..model.rollout import Rollout
+    from ..model.verdict import Verdict
     from ..plugin.registry import Fault, PluginInfo, Registry
     from ..plugin.task_type import TaskType
 
@@ -35,9 +36,19 @@ def solution_text(solution: Solution, folder: str) -> str:
         found = f"{entry.text}: {entry.reason}" if entry else "?"
         lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
     lines.append("  Judged after running the text:")
-    lines += [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in solution.verdict.findings]
-    lines += [f"    --  {solution.verdict.not_judged}"] if solution.verdict.left_out else []
+    lines += _finding_lines(solution.verdict)
     return "\n".join([*lines, f"  Files: {folder}"])
+
+
+def findings_text(verdict: Verdict, remarks: Iterable[str]) -> str:
+    """Format what the judges found in a text that ran."""
+    lines = [f"    --  {r}" for r in remarks]
+    return "\n".join([f"{'Passed' if verdict.passed else 'Refused'}:", *_finding_lines(verdict), *lines])
+
+
+def _finding_lines(verdict: Verdict) -> list[str]:
+    lines = [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in verdict.findings]
+    return [*lines, f"    --  {verdict.not_judged}"] if verdict.left_out else lines
 
 
 def warn_of(faults: Iterable[object]) -> None:

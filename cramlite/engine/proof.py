@@ -17,6 +17,7 @@ from ..model.program_json import typed_code
 from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
 from ..planning.choice_point import Conflict
+from ..planning.goal_literals import literals_of_plan
 from ..planning.state import State
 from ..plugin.catalogue import Knowledge
 from ..plugin.protocols import Backend, Candidate, Validator
@@ -47,9 +48,10 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
         mass=gripper.mass,
         center=(0.0, 0.0, gripper.tcp.position[2] / 2),
     )
+    scene = setting.symbolic(knowledge.taxonomy)
     return Candidate(
         plan, program, None, end.bindings, end.belief, end.actions, robot, setting.world, knowledge.rules,
-        knowledge.taxonomy,
+        knowledge.taxonomy, goal=literals_of_plan(plan, end.actions, scene, knowledge),
     )  # fmt: skip
 
 

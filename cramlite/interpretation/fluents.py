@@ -7,6 +7,7 @@ declares as ``Predicate.static``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from itertools import product
 
 from msgspec import field
 
@@ -29,6 +30,11 @@ Pattern = tuple[str | None, ...]
 def matches(fact: Fact, pattern: Pattern) -> bool:
     """Check whether a fact matches a pattern."""
     return len(fact) == len(pattern) and all(p is None or p == f for f, p in zip(fact, pattern, strict=True))
+
+
+def said(pattern: Pattern) -> str:
+    """Format a fact or pattern as rules write it: "grasps(_, tea)"."""
+    return f"{pattern[0]}({', '.join(a or '_' for a in pattern[1:])})"
 
 
 def contents(vessel: str) -> str:
@@ -86,11 +92,13 @@ class GoalCondition(Value):
         needs: facts that must hold in the end.
         without: patterns that nothing may match then.
         spot: whether it is reached by choosing a spot, so that the goal may say what the spot is beside.
+        shown: further facts that a run must show in the end, which planning has no use for.
     """
 
     needs: frozenset[Fact] = frozenset()
     without: frozenset[Pattern] = frozenset()
     spot: bool = False
+    shown: frozenset[Fact] = frozenset()
 
 
 class GoalPhrase(Value):
@@ -118,6 +126,9 @@ class Fluent(Value):
         implies: predicates that hold of the same arguments whenever it does: with them it begins, without them it ends.
         implies_when_carried: predicates that begin with it where the last argument is in the hand and no other is the hand.
         undoes: predicates that end with it, of the same arguments.
+        excludes: predicates that cannot hold of the same arguments while it does: they end when it begins.
+        contrary: ``contrary(scene, fact, other)``: whether a fact of it and another fact of any predicate cannot hold at one
+            time in a world, beyond what ``excludes`` says, e.g. a thing on two tables that stand apart.
         in_hand: its last argument is in the hand; it must be something that can be moved.
         by_moving: only bringing something somewhere makes it so: of a task that changes nothing in the belief it is needed
             before as well.
@@ -132,6 +143,8 @@ class Fluent(Value):
     implies: tuple[str, ...] = ()
     implies_when_carried: tuple[str, ...] = ()
     undoes: tuple[str, ...] = ()
+    excludes: tuple[str, ...] = ()
+    contrary: Callable[[SymbolicWorld, Fact, Fact], bool] | None = None
     in_hand: bool = False
     by_moving: bool = False
     of_contents: bool = False
@@ -196,6 +209,8 @@ class Fluents(Value):
     def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
         """Return the successor state: the facts after additions, and removals by pattern, with all that ends with them."""
         ended = {f for f in facts if any(matches(f, p) for p in removes)} - adds
+        excluded = {(p, *_of_wholes(new)[1:]) for new in adds for p in self[new[0]].excludes}
+        ended |= {f for f in facts - adds if _of_wholes(f) in excluded} if excluded else set()
         lost = {(p, *_of_wholes(f)[1:]) for f in ended for p in self[f[0]].undoes}
         ended |= {f for f in facts if _of_wholes(f) in lost} if lost else set()
         ended = {m for f in ended for m in self.both_ways(f)}
@@ -203,6 +218,27 @@ class Fluents(Value):
         left -= self._parted(ended, left) - adds
         known = {_of_wholes(f) for f in left}
         return frozenset(f for f in left if all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies))
+
+    def clash(self, scene: SymbolicWorld, one: GoalCondition, other: GoalCondition) -> str:
+        """Explain why two conditions cannot both hold in a world, by what predicates declare; "" where nothing stands against it."""
+        mine, its = (self.implied(c.needs, ()) for c in (one, other))
+        for facts, patterns in ((mine, other.without), (its, one.without)):
+            denied = {p for pattern in patterns for p in self.both_ways(pattern)}
+            for fact in sorted(facts):
+                if any(matches(fact, p) for p in denied):
+                    return f"one asks for {said(fact)}, the other forbids it"
+        for a, b in product(sorted(mine), sorted(its)):
+            if self._contrary(scene, a, b):
+                return f"{said(a)} and {said(b)} cannot hold at one time"
+        return ""
+
+    def _excluded(self, fact: Fact, by: Fact) -> bool:
+        return fact[0] in self[by[0]].excludes and _of_wholes(fact)[1:] == _of_wholes(by)[1:]
+
+    def _contrary(self, scene: SymbolicWorld, one: Fact, other: Fact) -> bool:
+        pairs = ((one, other), (other, one))
+        judges = ((self[a[0]].contrary, a, b) for a, b in pairs)
+        return any(self._excluded(a, b) for a, b in pairs) or any(j is not None and j(scene, a, b) for j, a, b in judges)
 
     def _parted(self, ended: Iterable[Fact], left: Iterable[Fact]) -> set[Fact]:
         """Facts of whole things that held because of a part, of which no part is left."""
@@ -227,7 +263,7 @@ def fluents_of(found: Mapping[str, Fluent]) -> Fluents:
     """
     for name, fluent in found.items():
         denied = tuple(str(p[0]) for p in fluent.denial)
-        for other in (*fluent.implies, *fluent.implies_when_carried, *fluent.undoes, *denied):
+        for other in (*fluent.implies, *fluent.implies_when_carried, *fluent.undoes, *fluent.excludes, *denied):
             if other not in found:
                 raise PluginError(f"The predicate '{name}' names a predicate '{other}'; {nearest(other, found)}.")
     _check_phrases(found)

@@ -16,11 +16,16 @@ class Plan(Value):
         name: for people.
         objects: what plays a role, one designator per thing meant.
         actions: in order.
+        goal: what should hold when it is done, in words, e.g. "coffee in basket"; all of it.
+        lasting: what a demonstration ended with: names of actions, each with a postcondition of its task's rule that still
+            held when the recording ended, e.g. ("3.Placing", "touches(Locatum, Relatum)").
     """
 
     name: str
     objects: tuple[Object, ...]
     actions: tuple[Action, ...]
+    goal: tuple[str, ...] = ()
+    lasting: tuple[tuple[str, str], ...] = ()
 
     def __str__(self) -> str:
         return " -> ".join(_title(a) for a in self.actions)

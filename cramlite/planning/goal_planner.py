@@ -7,7 +7,6 @@ followed by the next.
 
 from __future__ import annotations
 
-import re
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
@@ -15,12 +14,12 @@ from itertools import product
 from msgspec import field
 from msgspec.structs import replace
 
-from ..base.errors import UserError, nearest
 from ..base.value import Value
-from ..interpretation.fluents import EFFECTOR, Fact, GoalCondition, GoalPhrase, Pattern, matches
+from ..interpretation.fluents import EFFECTOR, Fact, Pattern, matches
 from ..plugin.task_type import TaskType
 from ..scenario.scenario import ObjectSpec
 from ..scenario.task_specs import TaskSpec, WhereSpec
+from .goal_phrases import parse_goal
 from .operators import Grounder, Operator
 from .task_goals import Goal
 
@@ -29,9 +28,6 @@ LONGEST = 10
 
 TRIED = 20000
 """States that are looked at: with ten things and pegs a four-task sequence takes some hundred."""
-
-SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
-"""Where in the place a spot is chosen, beside another thing: words of a goal -> key of a task's ``where``."""
 
 PLACED = "placed"
 """Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot."""
@@ -74,21 +70,6 @@ class TaskPlan(Value):
     reasons: tuple[str, ...]
 
 
-class ParsedGoal(Value):
-    """Parsed goal.
-
-    Args:
-        phrase: whose form it has.
-        things: that it is about, in the order of the form.
-        side, other: key of ``where`` and the thing beside which the spot is; "" for none.
-    """
-
-    phrase: GoalPhrase
-    things: tuple[str, ...]
-    side: str = ""
-    other: str = ""
-
-
 def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> GoalFacts:
     """Parse goals such as "coffee on hook", "tin in basket near cup", "tea off hanger", "drawer open" into facts.
 
@@ -98,62 +79,12 @@ def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> Go
     needs: set[Fact] = set()
     without: set[Pattern] = set()
     sides: dict[Fact, Spot] = {}
-    for text in goals:
-        said = _read(text, grounder.fluents.phrases, where)
-        what = f"{where}the goal '{text}'"
-        meaning = _meaning(said, grounder, what)
-        if said.side:
-            _check_side(said, meaning, what)
-            sides[(PLACED, *said.things[::-1])] = Spot({said.side: said.other}, meaning.needs)
-        needs |= meaning.needs
-        without |= meaning.without
+    for goal in (parse_goal(text, grounder, where) for text in goals):
+        if goal.side:
+            sides[(PLACED, *goal.things[::-1])] = Spot({goal.side: goal.other}, goal.meaning.needs)
+        needs |= goal.meaning.needs
+        without |= goal.meaning.without
     return GoalFacts(frozenset(needs | set(sides)), frozenset(without), sides)
-
-
-def _read(text: str, phrases: Iterable[GoalPhrase], where: str) -> ParsedGoal:
-    """What a goal says, by the forms that predicates declare."""
-    for phrase in phrases:
-        found = re.fullmatch(_pattern(phrase), " ".join(text.split()))
-        if found is not None:
-            words, count = [g or "" for g in found.groups()], len(_places(phrase))
-            side, other = words[count:] or ("", "")
-            return ParsedGoal(phrase, tuple(words[:count]), SIDES.get(side, ""), other)
-    forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
-    said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
-    sides = ", ".join(f"'{s}'" for s in SIDES)
-    raise UserError(f"{where}'{text}' is no goal; {said}; a place may end in {sides} THING.")
-
-
-def _places(phrase: GoalPhrase) -> list[str]:
-    return [w for w in phrase.form.split() if w.isupper()]
-
-
-def _pattern(phrase: GoalPhrase) -> str:
-    """The form as an expression whose groups are its things, and, where it names a place, a side and the thing there."""
-    first, *words = (r"(\w+)" if w.isupper() else re.escape(w) for w in phrase.form.split())
-    verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""
-    beside = rf"(?: ({'|'.join(SIDES)}) (\w+))?" if len(_places(phrase)) > 1 else ""
-    return f"{first} {verbs}{' '.join(words)}{beside}"
-
-
-def _meaning(said: ParsedGoal, grounder: Grounder, what: str) -> GoalCondition:
-    """What the phrase makes of things that there are."""
-    for name in filter(None, (*said.things, said.other)):
-        if name not in grounder.things:
-            raise UserError(f"{what} names '{name}'; {nearest(name, grounder.things)}.")
-    try:
-        return said.phrase.meaning(grounder.scene, *said.things)
-    except UserError as error:
-        raise UserError(f"{what}: {error}") from error
-
-
-def _check_side(said: ParsedGoal, meaning: GoalCondition, what: str) -> None:
-    side = next(words for words, key in SIDES.items() if key == said.side)
-    if not meaning.spot:
-        raise UserError(f"{what}: '{side}' chooses a spot on a surface or in a container, and there is none here.")
-    if said.other in said.things:
-        own = " and ".join(f"'{t}'" for t in said.things)
-        raise UserError(f"{what}: what it is '{side}' must be another thing than {own}.")
 
 
 def with_sides(goal: GoalFacts, operators: Iterable[Operator], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:

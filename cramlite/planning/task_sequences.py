@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from ..base.errors import UserError
 
 if TYPE_CHECKING:
@@ -32,9 +34,11 @@ def plans_from_interpretation(
     Those with a task type that nobody offers are refused. Where every reading contradicts itself, the trace says so.
 
     Where every reading contradicts itself, the trace says so."""
+    from ..interpretation.timeline import Timeline
+    from .goal_literals import lasting_of
     from .plan import TaskCall, plan_from_episode
 
-    listed = 0
+    listed, rules, timeline = 0, {r.task: r for r in found.rules}, Timeline(episode, found.taxonomy)
     for listed, sequence in enumerate(islice(found.sequences(), LISTED), 1):  # noqa: B007  read behind the loop
         unknown = [m.task for m in sequence.matches if m.task not in tasks]
         if unknown:
@@ -43,7 +47,8 @@ def plans_from_interpretation(
             trace.add(0, "sequence", names, "refused", "engine", why, kind="sequence")
             continue
         calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
-        yield plan_from_episode(name, calls, episode), sequence
+        plan = plan_from_episode(name, calls, episode)
+        yield replace(plan, lasting=tuple(lasting_of(sequence.matches, plan.actions, rules, timeline))), sequence
     if not listed:
         said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
@@ -59,21 +64,27 @@ def plans_for_goal(
         scene: what holds at the start.
 
     Raises:
-        UserError: the goal is none, names what there is not, or holds already.
+        UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
     from ..scenario.scenario import Scenario
+    from .goal_phrases import contradiction
     from .goal_planner import as_tasks, explain_unreachable, ground_goal, parse_goals, task_plans, with_sides
     from .operators import Grounder
     from .task_goals import Goal, plan_from_tasks
 
-    where, objects = "", {}
+    where, objects, places = "", {}, list[str]()
     if isinstance(goal, Scenario):
+        places = [goal.where("goal", k) for k in range(len(goal.spec.goal or ()))]
         where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
     grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
-    facts = grounder.initial()
+    facts, refused, possible = grounder.initial(), "", False
     for choice in ground_goal(goal, objects, grounder):
         target, found = parse_goals(choice.says, grounder, where), False
+        if why := contradiction(choice.says, grounder, places):
+            refused = refused or why
+            continue
+        possible = True
         if target.met(facts):
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
         fit = with_sides(target, operators, knowledge.tasks)
@@ -82,6 +93,8 @@ def plans_for_goal(
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
             specs = as_tasks(plan, knowledge.tasks, target)
-            yield plan_from_tasks(name, specs, knowledge.tasks, scene.world)
+            yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found:
             trace.add(0, "goal", str(choice), "refused", "engine", explain_unreachable(target, fit), kind="goal")
+    if refused and not possible:
+        raise UserError(refused)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         SymbolicWorld,
         contents,
     )
+    from ..interpretation.goal_literal import GoalLiteral
     from ..interpretation.interpretation import Interpreted
     from ..interpretation.matching import Match
     from ..interpretation.ranking import TaskSequence
@@ -47,6 +48,7 @@ _HOMES = {
     "..interpretation.conditions": "Compare atoms",
     "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
     " contents",
+    "..interpretation.goal_literal": "GoalLiteral",
     "..interpretation.interpretation": "Interpreted",
     "..interpretation.matching": "Match",
     "..interpretation.ranking": "TaskSequence",
@@ -85,6 +87,7 @@ __all__ = [
     "Finding",
     "Fluent",
     "GoalCondition",
+    "GoalLiteral",
     "GoalPhrase",
     "Grounding",
     "Inputs",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from ..base.value import Value
 
 if TYPE_CHECKING:
+    from ..interpretation.goal_literal import GoalLiteral
     from ..interpretation.rules import Rule
     from ..model.belief import Belief
     from ..model.designators import Action
@@ -37,6 +38,7 @@ class Candidate(Value):
         actions: the plan's actions with their objects grounded to entities.
         robot: the robot's model.
         world: as it is believed to be at the start.
+        goal: what should hold when the text has run: what was asked for, or what the demonstration ended with.
     """
 
     plan: Plan
@@ -51,10 +53,14 @@ class Candidate(Value):
     taxonomy: Taxonomy
     rollout: Rollout | None = None
     episode: Episode | None = None
+    goal: tuple[GoalLiteral, ...] = ()
 
 
 class Validator(Protocol):
-    """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before."""
+    """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before.
+
+    A validator may also have ``by_goal``: where it is True, it judges a text that has a goal and no plan, too.
+    """
 
     @property
     def name(self) -> str:

@@ -168,7 +168,9 @@ def _check_fluent(name: str, item: object) -> None:
         raise WrongDeclaration(f"predicates gave '{name}', whose 'static' is {_short(static)}, no function")
     if not isinstance(fluent, Fluent):
         raise WrongDeclaration(f"predicates gave '{name}', whose 'fluent' is {_short(fluent)}; it is a Fluent")
-    for attribute in ("implies", "implies_when_carried", "undoes", "denial", "phrases"):
+    if fluent.contrary is not None and not callable(fluent.contrary):
+        raise WrongDeclaration(f"predicates gave '{name}', whose fluent's 'contrary' is {_short(fluent.contrary)}, no function")
+    for attribute in ("implies", "implies_when_carried", "undoes", "excludes", "denial", "phrases"):
         if not isinstance(getattr(fluent, attribute), _MANY):
             said = f"whose fluent's '{attribute}' is {_short(getattr(fluent, attribute))}; it is a tuple"
             raise WrongDeclaration(f"predicates gave '{name}', {said}")

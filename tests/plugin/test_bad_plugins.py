@@ -79,6 +79,7 @@ EVERY_COMMAND = {
     "check": ("fetch_from_hanger",),
     "controller": ("--seconds", "0.1"),
     "execute": ("program.script", "--world", "fetch_from_hanger"),
+    "judge": ("program.script", "--world", "fetch_from_hanger", "--goal", "coffee in basket"),
     "experiment": ("fetch_from_hanger",),
     "explain": ("run",),
     "interpret": ("episode",),

@@ -4,16 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from cramlite.model import EntityName, Thing, thing_of
-from cramlite.plugin import EFFECTOR, Fluent, GoalCondition, GoalPhrase, Pattern, SymbolicWorld, UserError, contents
+import numpy as np
 
-PEG, SURFACE = "vrps:Peg", "vrps:SurfaceFeature"
+from cramlite.model import EntityName, Floats, Thing, thing_of
+from cramlite.plugin import (
+    EFFECTOR,
+    Fact,
+    Fluent,
+    GoalCondition,
+    GoalPhrase,
+    Pattern,
+    SymbolicWorld,
+    UserError,
+    contents,
+)
+
+from ..shapes.bounds import corners
+
+PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
 HAND = "soma:Gripper"
 """What the hand that acts is."""
 CLOSED = 0.1
 """Share of a joint's range below which a thing is closed at the start."""
 DEFAULT_DOF = 1.0
 """What a contact constrains if nothing is said: a plane stops motion in one direction."""
+ON, IN, AT = "supports", "in_or_above", "touches"
+"""The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
 STANDS = ("is", "hangs", "stands", "lies")
 
 
@@ -133,8 +149,11 @@ def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 
 def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
+    """Over a place is in it for planning; of a container a run must show that it is inside."""
     on_peg = scene.world.thing(place).feature(PEG) is not None
-    return GoalCondition(frozenset({("in_or_above", thing, place)}), _let_go(thing), spot=not on_peg)
+    hollow = scene.world.thing(place).feature(CAVITY) is not None
+    shown = frozenset({("in_cavity", thing, place)} if hollow else ())
+    return GoalCondition(frozenset({("in_or_above", thing, place)}), _let_go(thing), spot=not on_peg, shown=shown)
 
 
 def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
@@ -152,20 +171,62 @@ def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
     return GoalCondition(frozenset({("joint_closed", thing)}), frozenset({("touches", EFFECTOR, thing)}))
 
 
-GRASPS = Fluent(in_hand=True, implies=("touches",), phrases=(GoalPhrase("THING held", _held),))
+def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
+    """A hand holds one thing."""
+    return fact[0] == other[0] and fact[1] == other[1] and fact[2] != other[2]
+
+
+def _two_places(scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
+    """Nothing is at two places that stand still and apart: over both, or, if it is carried, farther apart than it is long."""
+    one, two = _put(scene, fact), _put(scene, other)
+    if one is None or two is None or one[0] != two[0] or one[1] == two[1]:
+        return False
+    thing, *places = (scene.world.thing(n) for n in (one[0], one[1], two[1]))
+    if any(p.movable or p.joint is not None or not p.geoms for p in places) or not thing.geoms:
+        return False
+    (low, high), (lowest, highest) = (_outline(p) for p in places)
+    gap = float(np.linalg.norm(np.maximum(np.maximum(low - highest, lowest - high), 0.0)))
+    carried = IN not in (fact[0], other[0])
+    length = float(np.linalg.norm(np.ptp(corners(thing, thing.pose), axis=0)))
+    return gap > (length if carried else 0.0)
+
+
+def _put(scene: SymbolicWorld, fact: Fact) -> tuple[str, str] | None:
+    """The thing and the place of a fact that says where something stands, lies or hangs."""
+    relation, first, second = (*fact, "", "")[:3]
+    if relation == ON:
+        return second, thing_of(first)
+    if relation == IN:
+        return first, thing_of(second)
+    on_peg = relation == AT and thing_of(second) != second and scene.is_a(second, PEG)
+    return (first, thing_of(second)) if on_peg and first == thing_of(first) else None
+
+
+def _outline(thing: Thing) -> tuple[Floats, Floats]:
+    """Lowest and highest x and y of a thing in the world [m]."""
+    points = corners(thing, thing.pose)[:, :2]
+    return points.min(axis=0), points.max(axis=0)
+
+
+GRASPS = Fluent(in_hand=True, implies=("touches",), contrary=_two_in_hand, phrases=(GoalPhrase("THING held", _held),))
 SUPPORTS = Fluent(
-    implies=("touches",), undoes=("touches",), initial=_supporting,
+    implies=("touches",), undoes=("touches",), contrary=_two_places, initial=_supporting,
     phrases=(GoalPhrase("THING on PLACE", _on, STANDS), GoalPhrase("THING off PLACE", _off, STANDS)),
 )  # fmt: skip
 TOUCHES = Fluent(
-    symmetric=True, of_wholes=True, by_moving=True, implies_when_carried=("supports",), initial=_touching
-)
+    symmetric=True, of_wholes=True, by_moving=True, implies_when_carried=("supports",), contrary=_two_places,
+    initial=_touching,
+)  # fmt: skip
 """What is brought to touch something while it is in the hand is supported by it."""
 COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
 """That nothing collides means that the hand touches nothing."""
 CONTAINS = Fluent(
     of_contents=True, initial=_holding, phrases=(GoalPhrase("VESSEL poured into VESSEL", _poured_into),)
 )
-IN_OR_ABOVE = Fluent(phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
-JOINT_OPEN = Fluent(initial=_open, phrases=(GoalPhrase("THING open", _is_open, ("is", "stands")),))
-JOINT_CLOSED = Fluent(initial=_closed, phrases=(GoalPhrase("THING closed", _is_closed, ("is", "stands")),))
+IN_OR_ABOVE = Fluent(contrary=_two_places, phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
+JOINT_OPEN = Fluent(
+    excludes=("joint_closed",), initial=_open, phrases=(GoalPhrase("THING open", _is_open, ("is", "stands")),)
+)
+JOINT_CLOSED = Fluent(
+    excludes=("joint_open",), initial=_closed, phrases=(GoalPhrase("THING closed", _is_closed, ("is", "stands")),)
+)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from .phase_poses import Box, box_of, distance_to_box, pose_of, relative_positio
 
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
+RIM = 0.05
+"""[m] over a container's rim: a product that stands in the shallow basket here has its middle there."""
 NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
 VIEW = np.deg2rad(30.0)
@@ -50,6 +53,9 @@ def all_predicates() -> tuple[Predicate, ...]:
             cost=5,
             doc="A thing is over the footprint of another, not below its floor.",
             fluent=fluents.IN_OR_ABOVE,
+        ),
+        Predicate(
+            "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
@@ -148,6 +154,27 @@ def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[R
             point = relative_position(phase, below, above, phase.end)
             if above != below and point is not None and _over(point, *corners):
                 yield above, below
+
+
+def in_cavity(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """Evaluate in_cavity(Thing, Container).
+
+    Thing's origin is taken in the frame of a cavity of Container, whose origin is the middle of the opening
+    and whose z axis leads out of it. Cavities without a size are left out."""
+    for cavity in phase.timeline.entities_of("cram:Cavity"):
+        container, size = phase.timeline.wholes[cavity][-1], phase.timeline.entities[cavity].properties
+        if place not in (None, container) or "height" not in size or not {"radius", "width"} & set(size):
+            continue
+        for one in [name] if name is not None else things(phase):
+            point = relative_position(phase, cavity, one, phase.end)
+            if one != container and point is not None and _within(point, size):
+                yield one, container
+
+
+def _within(point: Vector3, size: Mapping[str, float]) -> bool:
+    x, y, z = point
+    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
+    return not beside and -size["height"] <= z <= RIM
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:

@@ -1,0 +1,216 @@
+"""Judging any text against a plan or a goal: ``cramlite judge``, and what ``cramlite execute`` shares with it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..base.errors import NoSolution, UserError
+from ..base.json_text import as_json
+from ..base.resources import find_scenario
+from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.scenario import read_scenario
+from ..scenario.worlds import read_world
+from .arguments import Add, plugin_choice
+from .texts import findings_text, warn_of
+
+if TYPE_CHECKING:
+    from ..engine.judging import Judged, Purpose
+    from ..model.world import World
+    from ..plugin.catalogue import Knowledge
+    from ..scenario.scenario import Scenario
+
+
+def judge_program(
+    program: Path,
+    *,
+    world: str,
+    plan: str = "",
+    goals: Sequence[str] = (),
+    seed: int = 0,
+    plugins: PluginChoice = INSTALLED,
+    json_output: bool = False,
+) -> int:
+    """Run a program's text and print what every judge finds.
+
+    Args:
+        program: the text, URScript or a typed program as JSON; it may have been edited.
+        world: a run directory, its ``world.json``, or a scenario, whose real world with this seed is taken.
+        plan: a run directory, its ``plan.json``, or a scenario with tasks or a goal; "" for none.
+        goals: what should hold in the end, e.g. "coffee in basket".
+
+    Returns:
+        0 when nobody objects.
+
+    Raises:
+        NoSolution: somebody does; all findings were printed.
+        UserError: a file that cannot be used, a goal that is none, or neither plan nor goal.
+    """
+    from ..plugin.catalogue import Knowledge
+
+    knowledge = Knowledge(plugins.registry())
+    text, place = read_text(program), robots_world(world, program, knowledge, seed)
+    judged = judged_text(program, text, place, purpose_of(plan, goals, knowledge, place), knowledge, seed)
+    print(as_json(judged_json(judged)) if json_output else findings_text(judged.verdict, judged.remarks))
+    warn_of(knowledge.registry.faults)
+    refuse(program, judged)
+    return 0
+
+
+def judged_text(program: Path, text: str, place: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
+    """Run and judge a text; what is wrong with it is said with its file."""
+    from ..engine.judging import judge_text
+
+    with naming(program):
+        return judge_text(text, place, purpose, knowledge, seed)
+
+
+def judged_json(judged: Judged) -> dict[str, Any]:
+    """Return what ``--json`` prints of a verdict."""
+    verdict = judged.verdict
+    return {
+        "passed": verdict.passed, "reason": verdict.reason, "findings": verdict.findings, "left_out": verdict.left_out,
+        "remarks": judged.remarks,
+    }  # fmt: skip
+
+
+def refuse(program: Path, judged: Judged) -> None:
+    """End the command where a judge objects, or nobody found anything.
+
+    Raises:
+        NoSolution: with the objections.
+    """
+    if not judged.verdict.passed:
+        why = judged.verdict.reason if judged.verdict.findings else "no judge had anything to look at"
+        raise NoSolution(f"'{program}' was refused: {why}")
+
+
+def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: World) -> Purpose:
+    """Find what a text is judged by.
+
+    Args:
+        plan: as ``judge_program`` has it.
+
+    Raises:
+        UserError: neither plan nor goal, or a plan that cannot be used.
+    """
+    from ..engine.intent import read_intent
+    from ..engine.judging import Purpose
+
+    if not plan and not goals:
+        raise UserError("Say what the text is judged by: --plan with a run directory or scenario, --goal 'THING on PLACE', or both.")
+    if not plan:
+        return Purpose(goal=tuple(goals))
+    path = Path(plan)
+    if path.is_dir() or path.suffix == ".json":
+        return Purpose(intent=read_intent(path if path.is_dir() else path.parent), goal=tuple(goals))
+    found = _of_scenario(read_scenario(find_scenario(plan)), knowledge, place)
+    return Purpose(None, found.plan, found.actions, (*found.goal, *goals))
+
+
+def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
+    """The goal of a scenario, or its tasks where they name all their things."""
+    from ..engine.judging import Purpose
+    from ..planning.task_goals import plan_from_tasks
+
+    if scenario.spec.demonstration is not None:
+        raise UserError(
+            f"{scenario.where('demonstration')}: which things a demonstration means is found when it is resolved; give the run "
+            f"directory of 'cramlite resolve {scenario.name}'."
+        )
+    if scenario.spec.goal is not None:
+        return Purpose(goal=_meant(scenario, knowledge, place))
+    plan = plan_from_tasks(scenario.name, scenario, knowledge.tasks, place)
+    open_ones = [o.name for a in plan.actions for o in a.roles.values() if not o.entity]
+    if open_ones or any(a.task not in knowledge.tasks for a in plan.actions):
+        what = f"which thing '{open_ones[0]}' is" if open_ones else "what its rules decide"
+        raise UserError(f"{scenario.where('tasks')}: {what} is found when it is resolved; give the run directory of that.")
+    return Purpose(plan=plan, actions=plan.actions)
+
+
+def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str, ...]:
+    """A scenario's goal about things of the world.
+
+    Raises:
+        UserError: a described object may be several of them, or none.
+    """
+    from ..interpretation.fluents import symbolic_world
+    from ..planning.goal_planner import ground_goal
+    from ..planning.operators import Grounder
+    from ..planning.task_goals import Goal
+
+    goal = Goal(scenario.spec.goal or ())
+    grounder = Grounder(symbolic_world(place, knowledge.taxonomy), knowledge.predicates)
+    choices = list(ground_goal(goal, scenario.spec.objects, grounder))
+    if len(choices) != 1:
+        may = f"may mean '{choices[0]}' or '{choices[1]}'" if choices else "means nothing that is there"
+        raise UserError(f"{scenario.where('goal')}: '{goal}' {may}; name the things with --goal.")
+    return choices[0].says
+
+
+def robots_world(world: str, program: Path, knowledge: Knowledge, seed: int) -> World:
+    """Read a world with a robot.
+
+    Raises:
+        UserError: it cannot be read, or nobody is there to act.
+    """
+    place = read_world(world, knowledge, seed)
+    if not place.robots:
+        raise UserError(f"The world '{world}' has no robot, so nothing can run '{program}'.")
+    return place
+
+
+@contextmanager
+def naming(program: Path) -> Iterator[None]:
+    """Put the program's path before errors about its text; the simulator is given the text alone."""
+    try:
+        yield
+    except UserError as error:
+        raise UserError(f"{program}: {error}") from error
+
+
+def read_text(program: Path) -> str:
+    """Read the text of a program.
+
+    Raises:
+        UserError: it cannot be read, or is no text.
+    """
+    try:
+        return program.read_text(encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
+
+
+def _judge(arguments: argparse.Namespace) -> int:
+    return judge_program(
+        arguments.program,
+        world=arguments.world,
+        plan=arguments.plan,
+        goals=arguments.goal,
+        seed=arguments.seed,
+        plugins=plugin_choice(arguments),
+        json_output=arguments.json,
+    )
+
+
+def add_purpose(command: argparse.ArgumentParser) -> None:
+    """Declare what a text is judged by."""
+    command.add_argument("--plan", default="", help="a run directory, its plan.json, or a scenario with tasks or a goal")
+    command.add_argument(
+        "--goal", action="append", default=[], help="what should hold in the end, such as 'coffee in basket'; may be given several times"
+    )
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``judge`` with its arguments."""
+    judge = add("judge", _judge)
+    judge.add_argument("program", type=Path, help="the text, e.g. an edited program.script of a run directory")
+    judge.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
+    add_purpose(judge)
+    judge.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
+    judge.add_argument("--json", action="store_true")

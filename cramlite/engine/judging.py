@@ -1,0 +1,159 @@
+"""Judging a text that may be anybody's: it runs in a world, and is held against a plan, or against a goal alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..interpretation.fluents import symbolic_world
+from ..model.belief import Belief, initial_belief
+from ..model.designators import Action
+from ..model.episode import Episode
+from ..model.plan import Plan
+from ..model.program import Code, Program
+from ..model.program_json import is_program_text, read_program
+from ..model.rollout import Rollout
+from ..model.verdict import Finding, Verdict
+from ..model.world import World
+from ..planning.goal_literals import literals_of_goals, literals_of_plan
+from ..plugin.catalogue import Knowledge, pick
+from ..plugin.protocols import Candidate
+from .intent import Intent
+from .line_origins import Origins, origins_by_labels, origins_of
+from .proof import judge
+
+COMMENTS = ("#", "//", "!")
+"""How lines of URScript and Python, C and RAPID begin that are no code."""
+LISTED = 6
+"""Lines that a remark names at most."""
+
+
+class Purpose(Value):
+    """Purpose of a text: what it is judged by.
+
+    Args:
+        intent: of a run directory: the plan with everything that it was grounded to; None where the text is of no run.
+        plan, actions: of a list of tasks whose roles are filled by name; empty where there is none.
+        goal: what should hold in words, beside what the plan wants.
+    """
+
+    intent: Intent | None = None
+    plan: Plan | None = None
+    actions: tuple[Action, ...] = ()
+    goal: tuple[str, ...] = ()
+
+
+class Judged(Value):
+    """Outcome of judging: the run of a text, and what the judges found.
+
+    Args:
+        remarks: what was not judged, or could not be told for sure; for people.
+    """
+
+    rollout: Rollout
+    episode: Episode
+    verdict: Verdict
+    remarks: tuple[str, ...]
+
+
+def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, seed: int) -> Judged:
+    """Run a text and judge it.
+
+    Args:
+        world: it runs in; its first robot is the one that acts.
+        seed: of the sensors' noise.
+
+    Raises:
+        UserError: the text cannot run at all, a goal is none, or no line leads to a task of the plan.
+    """
+    candidate, remarks = _candidate(text, world, purpose, knowledge)
+    rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
+    episode = knowledge.episodes.detect(rollout, candidate.program.name)
+    episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
+    ran = replace(candidate, rollout=rollout, episode=episode)
+    if not candidate.actions:
+        return Judged(rollout, episode, Verdict((*_ended(rollout), *_by_goal(ran, knowledge))), remarks)
+    typed, more = _typed(text, ran, purpose, knowledge)
+    found = [*typed, *_left_out(text, ran, purpose), *judge(ran, knowledge, rollout=True)]
+    return Judged(rollout, episode, Verdict(tuple(found), knowledge.left_out), (*remarks, *more))
+
+
+def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) -> tuple[Candidate, tuple[str, ...]]:
+    """The text as a candidate of its plan, or of none, and what is to be said of its lines."""
+    intent = purpose.intent
+    scene = symbolic_world(world, knowledge.taxonomy)
+    plan = intent.kept.plan if intent else purpose.plan or Plan("goal", (), ())
+    actions = intent.kept.actions if intent else purpose.actions
+    program = intent.program if intent else _bare(world, knowledge)
+    origins = origins_of(text, intent.kept.code) if intent else origins_by_labels(text, [a.name for a in actions])
+    if actions and not origins.of:
+        raise UserError(
+            "No line of the text leads to a task of the plan, so nobody can say when a task ran; name each in a comment before its "
+            f"code, such as '# {actions[0].name}', or judge it by what should hold in the end: --goal instead of --plan."
+        )
+    mount = world.robots[0]
+    believed = intent.kept.world if intent else world
+    belief = intent.kept.belief if intent else _belief(world, knowledge)
+    goal = (*literals_of_plan(plan, actions, scene, knowledge), *literals_of_goals(purpose.goal, scene, knowledge))
+    return Candidate(
+        plan, replace(program, robot=mount.name), Code("", text, dict(origins.of), ""), intent.kept.bindings if intent else {},
+        belief, actions, pick("robot", knowledge.robots, mount.type), believed, knowledge.rules, knowledge.taxonomy, goal=goal,
+    ), _remarks(origins, intent is None and bool(actions))  # fmt: skip
+
+
+def _bare(world: World, knowledge: Knowledge) -> Program:
+    """A program without steps, of a text that was written from none: what judges read of it is the robot's own."""
+    mount = world.robots[0]
+    robot = pick("robot", knowledge.robots, mount.type)
+    return Program("text", mount.name, robot.type, robot.gripper.tcp, robot.start(mount)[0], (), (), force_limit=robot.force_limit)
+
+
+def _belief(world: World, knowledge: Knowledge) -> Belief:
+    mount = world.robots[0]
+    return initial_belief(world, mount.name, *pick("robot", knowledge.robots, mount.type).start(mount))
+
+
+def _remarks(origins: Origins, by_labels: bool) -> tuple[str, ...]:
+    found = []
+    if origins.guessed:
+        lines = ", ".join(map(str, origins.guessed[:LISTED])) + (", ..." if len(origins.guessed) > LISTED else "")
+        found.append(f"nothing says which task line {lines} belongs to; each counts to the one before it")
+    if by_labels:
+        found.append("no run directory says where the plan's things should end; its tasks are judged by their rules and contacts")
+    return tuple(found)
+
+
+def _typed(text: str, ran: Candidate, purpose: Purpose, knowledge: Knowledge) -> tuple[list[Finding], tuple[str, ...]]:
+    """What those find that look at the typed program, where there is one that the text is."""
+    if is_program_text(text):
+        return judge(replace(ran, program=read_program(text).program), knowledge, rollout=False), ()
+    if purpose.intent is not None and text == purpose.intent.kept.code.text:
+        return judge(ran, knowledge, rollout=False), ()
+    names = ", ".join(v.name for v in knowledge.validators if v.cost != "rollout")
+    return [], (f"not judged: {names}; they look at a typed program, and this text is none",)
+
+
+def _left_out(text: str, ran: Candidate, purpose: Purpose) -> list[Finding]:
+    """Tasks that had code in the text that was proven, and have none in this one."""
+    if purpose.intent is None or ran.code is None:
+        return []
+    lines = enumerate(text.splitlines(), 1)
+    there = {ran.code.task_of(k) for k, line in lines if line.strip() and not line.lstrip().startswith(COMMENTS)}
+    said = "has no line of code in this text, and had some in the one that was proven"
+    had = [s.task for s in purpose.intent.program.sections if s.first < s.last]
+    return [Finding("tasks_in_text", False, f"{task} {said}", origin=task) for task in had if task not in there]
+
+
+def _by_goal(candidate: Candidate, knowledge: Knowledge) -> list[Finding]:
+    """What those find that judge a text by its goal alone."""
+    names = [v.name for v in knowledge.validators if getattr(v, "by_goal", False)]
+    return judge(candidate, knowledge, rollout=True, only=names)
+
+
+def _ended(rollout: Rollout) -> Sequence[Finding]:
+    said = f"the text ended by {rollout.outcome}: {rollout.reason}"
+    return () if rollout.outcome == "finished" else (Finding("execution", False, said),)

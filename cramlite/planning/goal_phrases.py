@@ -1,0 +1,114 @@
+"""Goals in words, "tin on counter near hook": which phrase that predicates declare each of them is, and what it asks for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from itertools import combinations
+
+from ..base.errors import UserError, nearest
+from ..base.value import Value
+from ..interpretation.fluents import GoalCondition, GoalPhrase
+from ..scenario.task_specs import WhereSpec
+from .operators import Grounder
+
+SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
+"""Where in the place a spot is chosen, beside another thing: words of a goal -> key of a task's ``where``."""
+
+
+class ParsedGoal(Value):
+    """Parsed goal.
+
+    Args:
+        text: as it was said, with single spaces.
+        things: that it is about, in the order of the form.
+        meaning: what it asks for.
+        side, other: key of ``where`` and the thing beside which the spot is; "" for none.
+    """
+
+    text: str
+    things: tuple[str, ...]
+    meaning: GoalCondition
+    side: str = ""
+    other: str = ""
+
+
+def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
+    """Parse a goal by the forms that predicates declare, about things that there are.
+
+    Args:
+        where: before each message, such as "scenario.yaml:3: ".
+
+    Raises:
+        UserError: it is no goal, names what there is not, or makes no sense of it.
+    """
+    said = " ".join(text.split())
+    for phrase in grounder.fluents.phrases:
+        found = re.fullmatch(_pattern(phrase), said)
+        if found is not None:
+            words, count = [g or "" for g in found.groups()], len(_places(phrase))
+            side, other = words[count:] or ("", "")
+            what, things = f"{where}the goal '{text}'", tuple(words[:count])
+            meaning = _meaning(phrase, things, other, grounder, what)
+            goal = ParsedGoal(said, things, meaning, SIDES.get(side, ""), other)
+            _check_side(goal, what)
+            return goal
+    raise UserError(f"{where}'{text}' is no goal; {_forms(grounder.fluents.phrases)}.")
+
+
+def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str] = ()) -> str:
+    """Name two goals that cannot hold at one time, by what predicates declare of each other, and why; "" where all can.
+
+    Args:
+        places: "file:line" of each goal; none for goals that stand in no file.
+    """
+    goals = [parse_goal(text, grounder) for text in texts]
+    for (j, one), (k, other) in combinations(enumerate(goals), 2):
+        why = grounder.fluents.clash(grounder.scene, one.meaning, other.meaning)
+        if why:
+            first, second = (f"'{g.text}'" + (f" ({places[n]})" if places else "") for n, g in ((j, one), (k, other)))
+            where = f"{places[k]}: " if places else ""
+            return f"{where}the goals {first} and {second} contradict each other: {why}. Leave one of them out."
+    return ""
+
+
+def _forms(phrases: Iterable[GoalPhrase]) -> str:
+    """What could be said instead."""
+    forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
+    said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
+    sides = ", ".join(f"'{s}'" for s in SIDES)
+    return f"{said}; a place may end in {sides} THING"
+
+
+def _places(phrase: GoalPhrase) -> list[str]:
+    return [w for w in phrase.form.split() if w.isupper()]
+
+
+def _pattern(phrase: GoalPhrase) -> str:
+    """The form as an expression whose groups are its things, and, where it names a place, a side and the thing there."""
+    first, *words = (r"(\w+)" if w.isupper() else re.escape(w) for w in phrase.form.split())
+    verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""
+    beside = rf"(?: ({'|'.join(SIDES)}) (\w+))?" if len(_places(phrase)) > 1 else ""
+    return f"{first} {verbs}{' '.join(words)}{beside}"
+
+
+def _meaning(phrase: GoalPhrase, things: tuple[str, ...], other: str, grounder: Grounder, what: str) -> GoalCondition:
+    """What the phrase makes of things that there are."""
+    for name in filter(None, (*things, other)):
+        if name not in grounder.things:
+            raise UserError(f"{what} names '{name}'; {nearest(name, grounder.things)}.")
+    try:
+        return phrase.meaning(grounder.scene, *things)
+    except UserError as error:
+        raise UserError(f"{what}: {error}") from error
+
+
+def _check_side(goal: ParsedGoal, what: str) -> None:
+    if not goal.side:
+        return
+    side = next(words for words, key in SIDES.items() if key == goal.side)
+    if not goal.meaning.spot:
+        raise UserError(f"{what}: '{side}' chooses a spot on a surface or in a container, and there is none here.")
+    if goal.other in goal.things:
+        own = " and ".join(f"'{t}'" for t in goal.things)
+        raise UserError(f"{what}: what it is '{side}' must be another thing than {own}.")

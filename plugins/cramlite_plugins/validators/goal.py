@@ -1,0 +1,161 @@
+"""Was the goal reached? Each literal of it is asked of the run's end, by the predicates that rules ask demonstrations."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cramlite.model import Episode, Pose, Rollout, Value, thing_of
+from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, contents, hookimpl
+
+from ..episodes.detection.entities import contents_of
+from ..shapes.contents import SHARE, where
+from .held_times import MOMENT, held_times, said_times
+
+if TYPE_CHECKING:
+    from cramlite.plugin import Clause, GoalLiteral, Timeline
+
+LASTS = 0.5
+"""A literal holds all through the last so many seconds of a run [s]: what falls past a place is over it for less."""
+STILL = 0.02
+"""What a literal is about gets about by no more than this in that time [m]: what hangs on a peg may swing by 40 mm/s
+(``postconditions.SWING``), and what rolls or falls is faster."""
+NEAR = 0.2
+"""Up to this far is beside, from middle to middle seen from above [m]: ``where: {within}`` of a task says the same."""
+ASIDE = 0.01
+"""And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
+SIDES: Mapping[str, tuple[int, float]] = {
+    "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
+}  # fmt: skip
+"""Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
+
+
+class Goal(Value):
+    """Judge of the goal: every literal of it, or of what the demonstration ended with, holds at the end of the run, with its thing at rest.
+
+    Places are measured where they then are: what was put into a drawer is looked for in the drawer where it was pushed to.
+    """
+
+    name: str = "goal"
+    cost: Cost = "rollout"
+    by_goal: bool = True
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        from cramlite.plugin import Timeline
+
+        assert candidate.rollout is not None and candidate.episode is not None
+        if not candidate.goal:
+            return
+        timeline = Timeline(candidate.episode, candidate.taxonomy)
+        for literal in candidate.goal:
+            wrong = _unmet(literal, timeline, candidate.rollout) or _beside(literal, candidate) or _unsettled(literal, candidate.rollout)
+            end = _measured(literal, candidate.rollout, candidate.episode)
+            said = f"{_what(literal)} {f'is not reached: {wrong}' if wrong else f'holds for the last {LASTS:g} s'}"
+            yield Finding(self.name, not wrong, f"{said}; {end}" if end else said)
+
+
+def _what(literal: GoalLiteral) -> str:
+    return f"'{literal.says}'" + (f", with which {literal.task} of the demonstration ended," if literal.task else "")
+
+
+def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
+    """The first condition that does not hold all through the last moments; empty where all do."""
+    binding: dict[str, str | float] = {v: _recorded(e, timeline.episode) for v, e in literal.binding.items()}
+    last = float(rollout.times[-1])
+    first = max(last - LASTS, timeline.cuts[0])
+    moments = sorted({first, last, *(c for c in timeline.cuts if first < c < last), *np.arange(first, last, MOMENT).tolist()})
+    for clause in literal.clauses:
+        phases = [timeline.instant(t) for t in moments]
+        gone = next((p.start for p in reversed(phases) if next(clause.condition.solve(p, binding), None) is None), None)
+        if gone is not None:
+            held = said_times(held_times(clause, [binding], timeline))
+            when = "at the end" if gone == last else f"at {gone:.2f} s, {last - gone:.2f} s before the end,"
+            return f"{when} '{clause.text}' does not hold" + (f" ({held})" if held else "")
+        if few := _too_few(clause, literal, rollout):
+            return few
+    return ""
+
+
+def _recorded(entity: str, episode: Episode) -> str:
+    """What a recording calls an entity of planning: the hand by its robot's name, a filling by its vessel; a feature without a
+    shape of its own is felt as its thing."""
+    whole = thing_of(entity)
+    if entity == EFFECTOR:
+        return episode.effector or entity
+    if entity == contents(whole):
+        return contents_of(whole)
+    known, owner = episode.known(entity), episode.known(whole)
+    felt = entity == whole or owner is None or (known is not None and bool(known.geoms))
+    return entity if felt else whole
+
+
+def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
+    """Too small a share of what was loose in a vessel is where it should be; empty where it is enough, or nothing was asked."""
+    from cramlite.plugin import atoms
+
+    for atom in atoms(clause.condition) if not clause.text.startswith("not ") else ():
+        into, filling = (literal.binding.get(getattr(t, "name", ""), "") for t in (atom.terms[0], atom.terms[-1]))
+        source = thing_of(filling)
+        if atom.predicate.fluent.of_contents and source in rollout.grains:
+            arrived, count = int(where(rollout, source)[into][-1]), rollout.grains[source].shape[1]
+            if arrived < SHARE * count:
+                return f"{arrived} of {count} grains of '{source}' are in '{into}', {math.ceil(SHARE * count - 1e-9)} are wanted"
+    return ""
+
+
+def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
+    """The thing is not on the side of another that was asked for, as the robot's base looks; empty where it is."""
+    if not literal.side:
+        return ""
+    assert candidate.rollout is not None
+    base = candidate.world.robots[0].base.inverse()
+    one, other = (np.asarray(base.apply(_at(candidate.rollout, n).position)) for n in (literal.things[0], literal.other))
+    if literal.side not in SIDES:
+        gap = float(np.linalg.norm((one - other)[:2]))
+        return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm are near"
+    axis, sign = SIDES[literal.side]
+    by = sign * float((one - other)[axis])
+    said = f"it is {1000 * by:.0f} mm {literal.side.replace('_', ' ')} '{literal.other}', at least {1000 * ASIDE:.0f} mm are needed"
+    return "" if by >= ASIDE else said
+
+
+def _unsettled(literal: GoalLiteral, rollout: Rollout) -> str:
+    """What the literal is about still moves; empty where it rests, or hangs."""
+    recent = rollout.times >= rollout.times[-1] - LASTS
+    for name in dict.fromkeys(thing_of(t) for t in literal.things if thing_of(t) in rollout.poses):
+        way = float(np.linalg.norm(np.ptp(rollout.poses[name][recent, :3], axis=0)))
+        if way > STILL:
+            return f"'{name}' moves by {1000 * way:.0f} mm in the last {LASTS:g} s, up to {1000 * STILL:.0f} mm are at rest"
+    return ""
+
+
+def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
+    """Where the things of a literal are at the end: how far open, and where in or on the place, wherever that is by now."""
+    said, last = [], float(rollout.times[-1])
+    names = list(dict.fromkeys(thing_of(t) for t in literal.things if episode.known(thing_of(t)) is not None))
+    for name in names:
+        joint = rollout.world.thing(name).joint if name in rollout.values else None
+        if joint is not None:
+            share = (float(rollout.values[name][-1]) - joint.lower) / ((joint.upper - joint.lower) or 1.0)
+            said.append(f"'{name}' is open by {100 * share:.0f} % of its range")
+    poses = [episode.pose_at(n, last) for n in names[:2]]
+    if len(poses) == 2 and poses[0] is not None and poses[1] is not None:
+        x, y, z = (1000 * v for v in poses[1].inverse().apply(poses[0].position))
+        said.append(f"'{names[0]}' is at {x:+.0f} {y:+.0f} {z:+.0f} mm in the frame of '{names[1]}'")
+    return " and ".join(said)
+
+
+def _at(rollout: Rollout, name: str) -> Pose:
+    """Where a thing is at the end, in the world."""
+    if name not in rollout.poses:
+        return rollout.world.thing(name).pose
+    row = rollout.poses[name][-1].tolist()
+    return Pose((row[0], row[1], row[2]), tuple(row[3:]))
+
+
+@hookimpl
+def validators() -> Iterable[Validator]:
+    return [Goal()]
