@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..model.designator_name import top_of
+from ..model.designators import Place, Stand
 from ..model.entity_name import thing_of
 from ..model.plan import Plan
 from ..model.program import Code, Program, Snapshot
@@ -187,14 +188,17 @@ def _findings(answer: object) -> list[Finding]:
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
     """The choices that a failed proof depends on: objects, places and decompositions up to the task that failed.
 
-    Another path between the same places would fail in the same way, so motions are left out.
+    Another path between the same places would fail in the same way, so motions are left out; and so are places, where an
+    objection stands that no other place changes.
     """
     names = [name for name, _ in state.choices]
     tasks = [a.name for a in state.actions]
-    failed = [top_of(f.origin) for f in verdict.objections]
+    anywhere = [f for f in verdict.objections if not f.places]
+    failed = [top_of(f.origin) for f in anywhere or verdict.objections]
     if any(f in tasks and f not in names for f in failed):
         return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
     known = [tasks.index(f) for f in failed if f in tasks]
     if known and min(known) + 1 < len(tasks):
         names = names[: names.index(tasks[min(known) + 1])]
-    return frozenset(names) - state.motions
+    places = {name for name, value in state.bindings.items() if isinstance(value, Place | Stand)} if anywhere else set()
+    return frozenset(names) - state.motions - places
