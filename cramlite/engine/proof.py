@@ -71,7 +71,7 @@ def _prove(
     if any(not f.passed for f in findings):
         return candidate, findings
     try:
-        candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
+        candidate = replace(candidate, code=_code(backend.emit(candidate.program, candidate.robot)))
     except UserError as refused:
         return candidate, [*findings, Finding("code", False, f"backend '{backend.name}': {refused}")]
     except Exception as error:
@@ -87,6 +87,17 @@ def _prove(
     if candidate.program.late and all(f.passed for f in findings):
         findings += _at_the_edges(candidate, text, knowledge, seed)
     return ran, findings
+
+
+def _code(answer: object) -> Code:
+    """What a backend answered, if it is what backends answer.
+
+    Raises:
+        WrongAnswer: it is not; names what it is.
+    """
+    if not isinstance(answer, Code):
+        raise WrongAnswer(f"emit gives Code, not {repr(answer)[:80]}")
+    return answer
 
 
 def run_and_judge(

@@ -52,6 +52,20 @@ def test_the_product_hangs_although_the_hanger_is_elsewhere(seed: str, tmp_path:
     assert 0.001 < off <= 0.005
 
 
+@pytest.mark.parametrize("seed", ["3", FAR])
+def test_a_hidden_error_of_15_mm_is_a_failed_first_execution(seed: str, tmp_path: Path) -> None:
+    """The tip is felt for within 8 mm. It is not "solved" by the program that happens to hit, after so many failures."""
+    far = variant(tmp_path, ("unknown_error: {thing: hook, position: 5 mm}", "unknown_error: {thing: hook, position: 15 mm}"))
+    done = resolve(far, tmp_path / "run", "--seed", seed, "--json")
+    assert done.returncode == 1
+    assert "proven in what is believed, but its first execution failed: " in done.stderr
+    assert "3.InsertHoleOntoPeg/lower: no contact within" in done.stderr
+    summary = json.loads(done.stdout)
+    assert (summary["solved"], summary["proven"]) == (False, True)
+    trace = json.loads((tmp_path / "run" / "trace.json").read_text())["entries"]
+    assert [e["outcome"] for e in trace if e["kind"] == "proof"] == ["proven"], "nothing was tried after it"
+
+
 NO_SEARCH = """
 from cramlite.plugin import Grounding, hookimpl
 

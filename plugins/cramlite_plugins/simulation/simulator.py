@@ -18,7 +18,7 @@ class MujocoSimulator:
     name = "mujoco"
 
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
-        """Check that a world compiles, and that nothing in it begins deep inside something else."""
+        """Check that a world compiles, and that no thing in it begins deep inside another."""
         from .model.no_window import import_mujoco
 
         import_mujoco()

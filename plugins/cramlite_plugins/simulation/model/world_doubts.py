@@ -32,12 +32,14 @@ def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[st
 
 
 def refuse_overlaps(compiled: Compiled, data: Data) -> None:
-    """Refuse a world that begins with things inside each other.
+    """Refuse a world that begins with things inside each other. Of a robot in a thing the planner says why it cannot start.
 
     Raises:
         UserError: names the two that do most, by how much, and how much can be.
     """
-    a, b, depth = max(_overlaps(compiled, data), key=lambda o: o[2], default=("", "", 0.0))
+    things = {t.name for t in compiled.world.things}
+    pairs = (o for o in _overlaps(compiled, data) if o[1] in things)
+    a, b, depth = max(pairs, key=lambda o: o[2], default=("", "", 0.0))
     if depth > TOO_DEEP:
         raise UserError(f"{_said(compiled, a, b, depth)}, at most {1000 * TOO_DEEP:g} mm can be; move one of them")
 
