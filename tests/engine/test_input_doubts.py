@@ -68,6 +68,11 @@ def test_a_force_that_the_gripper_does_not_have_is_refused_with_its_range(force:
     assert said(trace, "impossible", f"a grip force of {force:g} N is outside 20 .. 235 N of gripper 'robotiq_2f85'") == 1
 
 
+def test_without_a_force_the_gripper_presses_as_little_as_it_can(tmp_path: Path) -> None:
+    _, trace = searched(lift(tmp_path, force=0))
+    assert said(trace, "chosen", "close on 50 mm with 20 N") >= 1
+
+
 @pytest.mark.parametrize("force", [20, 235])
 def test_a_force_at_the_end_of_its_range_is_used(force: float, tmp_path: Path) -> None:
     _, trace = searched(lift(tmp_path, force=force))

@@ -110,6 +110,7 @@ def grip(thing: Thing, wanted: float, context: Context, within: tuple[str, ...])
     """The grip force for a thing [N], and why it is not the wanted one.
 
     Args:
+        wanted: 0 for the least that the gripper presses with [N].
         within: names of the actions that it is wanted within: no other choice changes what is wanted.
 
     Raises:
@@ -117,6 +118,7 @@ def grip(thing: Thing, wanted: float, context: Context, within: tuple[str, ...])
     """
     gripper = context.robot.gripper
     low, high = gripper.force
+    wanted = wanted or low
     if not low <= wanted <= high:
         reason = f"a grip force of {wanted:g} N is outside {low:g} .. {high:g} N of gripper '{gripper.type}'"
         raise Unresolvable(reason, within, {"force_N": wanted, "least_N": low, "most_N": high})
