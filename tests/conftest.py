@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import pytest
+from hypothesis import is_hypothesis_test
+from properties import load_profile
 
+from cramlite import Engine, Solution, find_scenario, read_scenario
 from cramlite.cli.main import main, parser
 
 ROOT = Path(__file__).parent.parent
@@ -18,6 +23,23 @@ ROOT = Path(__file__).parent.parent
 COMMANDS = sorted(_COMMANDS.choices)
 """Every command of the command line."""
 TASKS = ROOT / "scenarios" / "take_off_hanger_tasks.yaml"
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Choose fixed or fresh seeds before a test file is imported."""
+    load_profile(config.option.markexpr)
+
+
+def pytest_collection_finish() -> None:
+    """Look for cycles as rarely as ``cramlite.cli.main`` does in a process of its own: most objects stay."""
+    gc.freeze()
+    gc.set_threshold(200_000, 30, 30)
+
+
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Mark every property test ``fuzz``, so that no list of them can be out of date."""
+    if is_hypothesis_test(getattr(item, "obj", None)):
+        item.add_marker("fuzz")
 
 
 @dataclass(frozen=True)
@@ -30,6 +52,15 @@ class Ran:
 
 
 Run = Callable[..., Ran]
+
+
+Proven = Callable[[str], Solution]
+
+
+@pytest.fixture(scope="session")
+def proven() -> Proven:
+    """The first program of a shipped scenario at seed 0, resolved once for all tests of a process that look at it."""
+    return cache(lambda name: next(Engine().resolve(read_scenario(find_scenario(name)))))
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The errors that reach a person, and the exit code each has."""
+"""Errors that reach a person, and the exit code of each."""
 
 from __future__ import annotations
 
@@ -6,29 +6,31 @@ from collections.abc import Iterable, Mapping
 
 
 class CramliteError(Exception):
-    """One paragraph for a person: where, what, what would be right, what next."""
+    """Base of all errors for people; the message is one paragraph: where, what, what would be right, what next."""
 
     exit_code = 2
 
 
 class UserError(CramliteError):
-    """Input that cannot be used: a scenario, episode, rule, ontology, mesh or option."""
+    """Unusable input: a scenario, episode, rule, ontology, mesh or option."""
 
 
 class NoSolution(CramliteError):
-    """Every alternative was refused; the message holds the nearest miss."""
+    """No proven program: every alternative was refused; the message holds the nearest miss."""
 
     exit_code = 1
 
 
 class PluginError(CramliteError):
-    """A plugin's bug: names the plugin, its version, the hook and the designator."""
+    """Defect of a plugin: the message names the plugin, its version, the hook and the designator."""
 
     exit_code = 3
 
 
 class Unresolvable(Exception):
-    """A plugin's answer "mine, impossible"; where it depends on what was done before, use ``because_of_earlier_tasks``.
+    """Infeasibility of a designator, raised by the plugin that is responsible for it ("mine, impossible").
+
+    Where it depends on the tasks before, use ``because_of_earlier_tasks``.
 
     Args:
         reason: a short clause with numbers and units, e.g. "reach 0.91 m > 0.85 m of arm 'ur5e'".
@@ -45,8 +47,9 @@ class Unresolvable(Exception):
 
     @classmethod
     def because_of_earlier_tasks(cls, reason: str, also: tuple[str, ...] = ()) -> Unresolvable:
-        """Return an answer that depends on how the tasks before were carried out, whatever objects, places and motions were
-        chosen for them.
+        """Return the error for a failure that depends on how the earlier tasks were carried out.
+
+        Whatever objects, places and motions were chosen for them are to blame.
 
         Args:
             reason: as above.
@@ -58,7 +61,7 @@ class Unresolvable(Exception):
 
 
 def checked_numbers(numbers: Mapping[str, float]) -> Mapping[str, float]:
-    """The numbers of a reason as they are.
+    """Return the numbers of a reason, checked to be a mapping of names to numbers.
 
     Raises:
         TypeError: they are no mapping of names to numbers; the plugin that gives them is to blame.
@@ -76,7 +79,7 @@ LONGEST_LIST = 60
 
 
 def nearest(name: str, valid: object) -> str:
-    """A clause that lists the valid names, the nearest first: "did you mean 'x'? valid are: ...".
+    """Return a clause that lists the valid names, the most similar first: "did you mean 'x'? valid are: ...".
 
     Of more than ``LONGEST_LIST`` names only the nearest few are listed.
     """
@@ -91,7 +94,7 @@ def nearest(name: str, valid: object) -> str:
 
 
 def did_you_mean(name: str, valid: Iterable[str]) -> str:
-    """ "did you mean 'x'? ", or nothing where no valid name is near."""
+    """Return "did you mean 'x'? ", or "" where no valid name is similar."""
     import difflib
 
     close = difflib.get_close_matches(name, sorted(valid), n=1, cutoff=0.5)

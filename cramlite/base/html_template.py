@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def html_template(text: str) -> Template:
-    """Compile a jinja2 template that escapes every value: names come from people's files."""
+    """Compile a Jinja2 template that escapes every value, because names come from people's files."""
     return _environment().from_string(text)
 
 

@@ -1,4 +1,4 @@
-"""JSON text of values: structs, arrays and mappings; null for numbers that JSON has not."""
+"""JSON text of values: structs, arrays and mappings; null for infinite numbers and NaN."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def as_json(value: Any) -> str:
-    """Indented JSON of plain data, structs and arrays; null for numbers that JSON has not: infinite ones, and NaN."""
+    """Return indented JSON of plain data, structs and arrays; null for infinite numbers and NaN."""
     return _json(value, 1)
 
 
 def plain_json(value: Any) -> str:
-    """The same on one line."""
+    """Return JSON on one line; else as ``as_json``."""
     return _json(value, None)
 
 

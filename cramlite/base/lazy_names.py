@@ -1,4 +1,4 @@
-"""Names of a package that are imported when they are first used."""
+"""Lazy import of a package's public names (PEP 562)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 
 class LazyNames:
-    """The public names of a package, each with the module that defines it (PEP 562).
+    """Table of a package's public names, each with the module that defines it (PEP 562).
 
     Args:
         package: whose ``__getattr__`` asks.
@@ -21,7 +21,7 @@ class LazyNames:
         self._home_of = {name: module for module, names in homes.items() for name in names.split()}
 
     def load(self, name: str) -> Any:
-        """Import a name and keep it in the package, so that it is looked up once.
+        """Import a name, and keep it in the package so that it is looked up once.
 
         Raises:
             AttributeError: the package has no such name.

@@ -1,4 +1,4 @@
-"""Numbers with units, as people write them in YAML: "50 mm", "20 deg", "0.3 kg", or plain SI numbers."""
+"""Physical quantities with units, as people write them in YAML: "50 mm", "20 deg", "0.3 kg", or plain SI numbers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]
 
 
 def parse_quantity(value: Any, kind: str) -> float:
-    """A number in SI units.
+    """Convert a quantity, a number or text with a unit, to SI units.
 
     Args:
         value: a number (already SI) or text such as "50 mm".
@@ -86,7 +86,10 @@ def _schema(kind: str) -> WithJsonSchema:
 
 
 Length = Annotated[float, BeforeValidator(_parser("length")), _schema("length")]
+"""Length [m] as a pydantic field; text such as "50 mm" is converted."""
 Angle = Annotated[float, BeforeValidator(_parser("angle")), _schema("angle")]
+"""Angle [rad] as a pydantic field; text such as "20 deg" is converted."""
 Mass = Annotated[float, BeforeValidator(_parser("mass")), _schema("mass")]
+"""Mass [kg] as a pydantic field; text such as "300 g" is converted."""
 Force = Annotated[float, BeforeValidator(_parser("force")), _schema("force")]
 Time = Annotated[float, BeforeValidator(_parser("time")), _schema("time")]

@@ -1,4 +1,4 @@
-"""Where ontologies, task rules and scenarios are: inside the wheel, or in a checkout."""
+"""Paths of the shipped ontologies, task rules and scenarios, in the wheel or in a checkout."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from .errors import UserError, nearest
 
 
 def data_folder(kind: str) -> Path:
-    """The folder of shipped "ontologies", "task_rules" or "scenarios"."""
+    """Return the folder of the shipped "ontologies", "task_rules" or "scenarios"."""
     package = Path(__file__).resolve().parents[1]
     wheel = package / "data" / kind
     return wheel if wheel.is_dir() else package.parent / kind
 
 
 def find_scenario(name: str) -> Path:
-    """A scenario file: a path, or the name of a shipped one, with or without its folder ("tasks/grasping").
+    """Find a scenario file by path, or by the name of a shipped one, with or without its folder ("tasks/grasping").
 
     Raises:
         UserError: there is no such file; lists the shipped ones, the nearest first.

@@ -1,4 +1,4 @@
-"""A run directory: what one ``cramlite resolve`` produced, and the manifest that says from what."""
+"""Run directory: what one ``cramlite resolve`` produced, and the manifest that says from what."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MANIFEST = "manifest.json"
 
 
 class RunDirectory:
-    """A folder that belongs to one run.
+    """Folder of one run.
 
     Args:
         path: created if it does not exist.
@@ -54,21 +54,22 @@ class RunDirectory:
         self.write(MANIFEST, json.dumps({"key": self.key, "complete": complete, "refused": self.refused}, indent=1))
 
     def refuse(self, number: int) -> None:
-        """Remember that a candidate sequence was refused: a resumed run does not try it again."""
+        """Record that a candidate sequence was refused, so that a resumed run does not try it again."""
         self.refused.append(number)
         self._save(complete=False)
 
     def finish(self) -> None:
+        """Record that the run is complete."""
         self.complete = True
         self._save(complete=True)
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file of the run, whole."""
+        """Write a file of the run atomically."""
         return write_whole(self.path / name, content)
 
 
 def write_whole(target: Path, content: str | bytes) -> Path:
-    """Write a file whole: through a temporary one, so that an interruption leaves no half of it.
+    """Write a file atomically, through a temporary one, so that an interruption leaves no half of it.
 
     Raises:
         UserError: it cannot be written.
@@ -85,7 +86,7 @@ def write_whole(target: Path, content: str | bytes) -> Path:
 
 
 def content_key(*paths: Path) -> str:
-    """A hash over files and folders, by name and content."""
+    """Return a hash over files and folders, by name and content."""
     digest = hashlib.blake2b(digest_size=16)
     for path in paths:
         files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
@@ -95,7 +96,7 @@ def content_key(*paths: Path) -> str:
 
 
 def read_json(path: Path, what: str) -> Any:
-    """A JSON file of a run directory.
+    """Read a JSON file of a run directory.
 
     Raises:
         UserError: it is missing or broken.

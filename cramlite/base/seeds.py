@@ -1,4 +1,4 @@
-"""Seeds: every query draws from a seed of its own, so that what is asked before it changes nothing."""
+"""Seeds of random numbers: every query draws from its own, so that what is asked before it changes nothing."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .errors import UserError
 
 
 def derive_seed(seed: int, choices: Iterable[tuple[str, str]], name: str) -> int:
-    """A seed for one query, from the run's seed and the choice path: blake2b, so that it is the same everywhere."""
+    """Derive the seed of one query from the run's seed and the choice path (blake2b: the same on every platform)."""
     text = repr((seed, tuple(choices), name)).encode()
     return int.from_bytes(hashlib.blake2b(text, digest_size=4).digest(), "big") & 0x7FFFFFFF
 
 
 def whole_seed(seed: object) -> int:
-    """A seed that somebody gave.
+    """Check that a given seed is a whole number of at least 0, and return it.
 
     Raises:
         UserError: it is no whole number from 0.

@@ -1,4 +1,4 @@
-"""The base of all values: immutable, equal if their fields are, and quick to define (https://jcristharif.com/msgspec/structs.html)."""
+"""Base class of all values: immutable, equal if their fields are, and quick to define (https://jcristharif.com/msgspec/structs.html)."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def _parameter(cls: _ValueMeta, name: str, note: str, default: Any) -> Parameter
 
 
 class Value(Struct, frozen=True, metaclass=_ValueMeta):
-    """Fields by annotation, as in a frozen dataclass; ``replace`` makes a changed copy."""
+    """Immutable value with fields by annotation, as a frozen dataclass has; ``replace`` makes a changed copy."""
 
 
 V = TypeVar("V", bound=Struct)
 
 
 def replace(value: V, **changes: Any) -> V:
-    """A copy of a value with some of its fields changed.
+    """Return a copy of a value with some of its fields changed.
 
     Raises:
         TypeError: it has no such field.

@@ -1,4 +1,4 @@
-"""YAML files with positions: every complaint names file and line."""
+"""YAML files with line numbers, so that every error message names file and line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LARGEST = 5_000_000
 
 
 def load_yaml(path: Path) -> Any:
-    """Mappings and lists that remember their lines.
+    """Read a YAML file as mappings and lists that keep their line numbers.
 
     Raises:
         UserError: no such file, not UTF-8 text, too large, not YAML, a tag, or a key given twice.
@@ -46,7 +46,7 @@ def load_yaml(path: Path) -> Any:
 
 
 def line_of(data: Any, location: Sequence[str | int]) -> int:
-    """The line (from 1) of the deepest part of ``location`` that the data has."""
+    """Return the line (from 1) of the deepest part of ``location`` that the data has."""
     line: int = getattr(data, "line", 1)
     for step in location:
         if isinstance(data, dict) and step in data:
@@ -60,7 +60,7 @@ def line_of(data: Any, location: Sequence[str | int]) -> int:
 
 
 def explain_validation(path: Path, data: Any, error: ValidationError, fields: Sequence[str]) -> UserError:
-    """The first complaints of pydantic as one paragraph with lines and nearest names."""
+    """Convert pydantic's first complaints to one paragraph with lines and the nearest valid names."""
     clauses = []
     for problem in error.errors()[:3]:
         location = [part for part in problem["loc"] if isinstance(part, int | str)]

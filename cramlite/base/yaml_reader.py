@@ -1,4 +1,4 @@
-"""YAML 1.2's core schema (yaml.org/spec/1.2.2, chapter 10.3) on libyaml: plain values that know their lines.
+"""Reader of YAML 1.2's core schema (yaml.org/spec/1.2.2, chapter 10.3) on libyaml: plain values with line numbers.
 
 PyYAML by itself reads YAML 1.1, in which ``on`` is true and ``010`` is eight.
 """
@@ -28,28 +28,28 @@ DEEPEST = 100
 
 
 class Mapping(dict[Any, Any]):
-    """A mapping that knows its line and those of its keys, from 1."""
+    """Mapping with its line number and those of its keys, from 1."""
 
     line = 1
     lines: dict[Any, int]
 
 
 class Sequence(list[Any]):
-    """A list that knows its line and those of its items, from 1."""
+    """List with its line number and those of its items, from 1."""
 
     line = 1
     lines: list[int]
 
 
 class Reader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
-    """Reads one document; a tag that is not of the core schema and a key that is given twice are errors."""
+    """Reader of one document; a tag that is not of the core schema and a duplicate key are errors."""
 
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # PyYAML's own are those of YAML 1.1
     yaml_constructors: ClassVar[dict[Any, Any]] = {}
 
 
 def read(text: str) -> Any:
-    """The one document of a text.
+    """Read the one document of a YAML text.
 
     Raises:
         yaml.YAMLError: it is none, with the line where that shows.

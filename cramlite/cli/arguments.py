@@ -1,4 +1,4 @@
-"""What commands share: how one is declared, the plugins that it chooses, and hints at misspelt options."""
+"""Shared parts of commands: their declaration, the plugins that they choose, and hints at misspelt options."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Command = Callable[[argparse.Namespace], int]
 
 
 class Add(Protocol):
-    """Adds a command: its name, what it does in one clause, and the function that does it."""
+    """Function that declares a command: its name, what it does in one clause, and the function that does it."""
 
     def __call__(self, name: str, text: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
         """Return the command's parser, for its own arguments; ``asks_plugins``: whether it loads plugins by itself."""
@@ -22,9 +22,10 @@ class Add(Protocol):
 
 
 class Parser(argparse.ArgumentParser):
-    """Names the nearest right option or command, where argparse only says that one is wrong."""
+    """Argument parser that names the nearest right option or command, where argparse only says that one is wrong."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> tuple[argparse.Namespace, list[str]]:  # type: ignore[override]
+        """Parse arguments, and reject unknown options with the nearest right one."""
         found, left = super().parse_known_args(args, namespace)
         wrong = next((word.partition("=")[0] for word in left if word.startswith("-")), None)
         if wrong is not None:
@@ -34,13 +35,14 @@ class Parser(argparse.ArgumentParser):
         return found, left
 
     def error(self, message: str) -> NoReturn:
+        """Print the usage and what is wrong, with the nearest right word, and exit."""
         wrong = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
         hint = did_you_mean(wrong[1], re.findall(r"[\w.-]+", wrong[2])).strip() if wrong else ""
         super().error(f"{message}; {hint}" if hint else message)
 
 
 def plugin_choice(arguments: argparse.Namespace) -> PluginChoice:
-    """The plugins that a command line chooses.
+    """Return the plugins that a command line chooses.
 
     Raises:
         UserError: it names a file and blocks it.

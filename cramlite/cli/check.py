@@ -1,4 +1,4 @@
-"""Checking files without running anything: ``cramlite check``."""
+"""``cramlite check``: checks files without running anything."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
 
 def _start(scenario: Scenario) -> str:
     name = scenario.spec.demonstration or ""
-    place = scenario.beside(name)
+    place = scenario.resolve_path(name)
     if not place.exists():
         raise UserError(
             f"{scenario.where('demonstration')}: there is no episode at '{place}'; record one with 'cramlite record'."
@@ -115,7 +115,7 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
 
 def _check_typed(path: Path, plugins: PluginChoice) -> int:
     from ..model.program_json import read_program
-    from ..model.program_safety import objections
+    from ..model.program_safety import violations
     from ..model.steps import walk
     from ..plugin.catalogue import Knowledge, pick
 
@@ -127,7 +127,7 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
     robot = pick("robot", knowledge.robots, read.program.robot_type, str(path))
     lines = {s.origin: read.lines[id(s)] for s in walk(read.program.steps)}
     found = [f"{path}:{lines.get(o.origin, 1)}: {o.origin or 'the program'}: {o.rule}: {o.reason}"
-             for o in objections(read.program, robot)]  # fmt: skip
+             for o in violations(read.program, robot)]  # fmt: skip
     if found:
         raise UserError("\n".join([f"{len(found)} things stand against the program:", *found]))
     print(f"{path}: a program for '{robot.type}', {len(read.program.steps)} steps, nothing stands against it")
@@ -140,6 +140,6 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``check`` with their arguments."""
+    """Declare ``check`` with its arguments."""
     check = add("check", "check a scenario, a rule file or a program without running it", _check)
     check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")

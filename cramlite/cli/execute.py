@@ -1,4 +1,4 @@
-"""Running a program's text in a world: ``cramlite execute``. The controller sees the text and the world, nothing else."""
+"""``cramlite execute``: runs a program's text in a world. The controller sees the text and the world, nothing else."""
 
 from __future__ import annotations
 
@@ -185,7 +185,7 @@ def serve_controller(
 
 @contextmanager
 def naming(program: Path) -> Iterator[None]:
-    """What is wrong with a text is said with its file; the simulator is given the text alone."""
+    """Put the program's path before errors about its text; the simulator is given the text alone."""
     try:
         yield
     except UserError as error:

@@ -1,4 +1,4 @@
-"""Run an experiment: ``cramlite experiment``."""
+"""``cramlite experiment``: runs an experiment."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def _experiment(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``experiment`` with their arguments."""
+    """Declare ``experiment`` with its arguments."""
     experiment = add("experiment", "run an experiment and print its tables", _experiment)
     experiment.add_argument("experiment", help="a file, its folder, or the name of a shipped one")
     experiment.add_argument("--set", default="main", metavar="NAME", help="which demonstrations (default main)")

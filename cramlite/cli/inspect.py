@@ -1,4 +1,4 @@
-"""Commands that show what there is: interpretations, tasks, plugins, schemas, ontologies, decisions."""
+"""Commands that inspect: interpretations, tasks, plugins, schemas, ontologies, decisions."""
 
 from __future__ import annotations
 

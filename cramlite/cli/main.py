@@ -1,4 +1,4 @@
-"""The command line: arguments -> engine -> explain, and what goes wrong as one paragraph and an exit code."""
+"""Entry point of the command line: a command is run, and what goes wrong becomes one paragraph and an exit code."""
 
 from __future__ import annotations
 

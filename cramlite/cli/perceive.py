@@ -1,4 +1,4 @@
-"""Asking what a camera sees: ``cramlite perceive``."""
+"""``cramlite perceive``: answers queries about what a camera sees."""
 
 from __future__ import annotations
 
@@ -73,7 +73,10 @@ def perceive_view(
 
 
 def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Picture:
-    """What is seen, and the fixtures whose poses are known: those of a scenario, none for a recording."""
+    """Take the picture that a query is about.
+
+    Its fixtures are those of a scenario, with known poses; a recording has none.
+    """
     knowledge, path = engine.knowledge, Path(source)
     if path.exists() and path.suffix not in (".yaml", ".yml"):
         view = engine.registry.first("read_view", path=path)
@@ -102,7 +105,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``perceive`` with their arguments."""
+    """Declare ``perceive`` with its arguments."""
     perceive = add("perceive", "ask what a camera sees", _perceive)
     perceive.add_argument("view", help="a scenario with a camera, or a recorded view (NPZ, ...)")
     perceive.add_argument(

@@ -1,4 +1,4 @@
-"""The stage functions in order: what one command does from its arguments to its files."""
+"""``cramlite resolve`` and ``cramlite record``: from a scenario to a run directory."""
 
 from __future__ import annotations
 
@@ -167,8 +167,8 @@ def record_demonstration(
 def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
     """What a run depends on."""
     files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
-    if scenario.spec.demonstration and scenario.beside(scenario.spec.demonstration).exists():
-        files.append(scenario.beside(scenario.spec.demonstration))
+    if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
+        files.append(scenario.resolve_path(scenario.spec.demonstration))
     plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
@@ -191,7 +191,7 @@ def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
 
 
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
-    """The stages' values, each in its file."""
+    """Write the values of a solution's stages into a run directory, each in its file."""
     from msgspec import json
 
     from ..model.program_json import write_program
@@ -273,7 +273,7 @@ def _faults(engine: Engine) -> list[str]:
 
 
 class Progress:
-    """Lines for people on standard error, with the time since the start; the last one stays on a terminal."""
+    """Progress lines on standard error, with the time since the start; the last one stays on a terminal."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._begin, self._quiet = time.monotonic(), quiet
@@ -288,6 +288,7 @@ class Progress:
         )
 
     def done(self) -> None:
+        """Clear the last progress line of a terminal."""
         if self._live and not self._quiet:
             print("\r\x1b[K", end="", file=sys.stderr)
 

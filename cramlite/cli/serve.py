@@ -42,7 +42,7 @@ PARAMS: Mapping[str, tuple[str, ...]] = {
 
 
 class Refused(Exception):
-    """A request that cannot be answered: its JSON-RPC code, and its id if it has one."""
+    """Rejected request: its JSON-RPC code, and its id if it has one."""
 
     def __init__(self, code: int, message: str, id_: Id = None) -> None:
         super().__init__(message)
@@ -50,7 +50,7 @@ class Refused(Exception):
 
 
 class Found(Value):
-    """What ``next`` goes on with."""
+    """Open search, which ``next`` continues."""
 
     solutions: Iterator[Solution]
     engine: Engine
@@ -58,7 +58,7 @@ class Found(Value):
 
 
 class Service:
-    """One engine behind two streams.
+    """JSON line service: one engine behind two streams.
 
     Args:
         engine: whose plugins answer.
@@ -79,7 +79,7 @@ class Service:
         }  # fmt: skip
 
     def run(self) -> int:
-        """Answer until the requests end, or nobody reads the answers any more."""
+        """Answer requests until they end, or nobody reads the answers any more; return the exit code."""
         threading.Thread(target=self._listen, daemon=True).start()
         while not self._ended and (request := self._todo.get()) is not None:
             answer = self._answer(request)
@@ -88,7 +88,7 @@ class Service:
         return 0
 
     def hang_up(self) -> None:
-        """Nobody reads the answers any more."""
+        """Stop all work, since nobody reads the answers any more."""
         self._ended = True
         self._todo.put(None)
 
@@ -314,5 +314,5 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``serve`` with their arguments."""
+    """Declare ``serve`` with its arguments."""
     add("serve", "answer requests of programs in other languages: JSON lines on standard input and output", _serve)

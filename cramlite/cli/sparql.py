@@ -1,4 +1,4 @@
-"""SPARQL over ontologies and episodes together. rdflib is imported only when a query is asked."""
+"""``cramlite query``: SPARQL over ontologies and episodes together. rdflib is imported only when a query is asked."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Answer(Value):
-    """The solutions of a query.
+    """Solutions of a SPARQL query.
 
     Args:
         columns: names of the variables; "answer" for ASK, "subject", "predicate", "object" for CONSTRUCT.
@@ -34,7 +34,7 @@ class Answer(Value):
 
 
 def query_text(text: str) -> str:
-    """The query itself, or that in the file that ``@file`` names.
+    """Return the query itself, or that in the file that ``@file`` names.
 
     Raises:
         UserError: the file cannot be read.
@@ -101,7 +101,7 @@ def _shown(node: Any) -> Any:
 
 
 def table(answer: Answer) -> str:
-    """The answer for people: a table, and how many rows it has."""
+    """Format an answer for people: a table, and how many rows it has."""
     lines = [list(answer.columns), *[["" if v is None else str(v) for v in row] for row in answer.rows]]
     widths = [max(len(line[k]) for line in lines) for k in range(len(answer.columns))]
     shown = ["  ".join(v.ljust(w) for v, w in zip(line, widths, strict=True)).rstrip() for line in lines]
@@ -110,7 +110,7 @@ def table(answer: Answer) -> str:
 
 
 def to_json(answer: Answer) -> dict[str, Any]:
-    """The form of ``cramlite query --json``."""
+    """Return an answer in the form of ``cramlite query --json``."""
     return {"columns": list(answer.columns), "rows": [list(row) for row in answer.rows]}
 
 
@@ -128,7 +128,7 @@ def _query(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``query`` with their arguments."""
+    """Declare ``query`` with its arguments."""
     query = add("query", "run SPARQL over the ontologies and episodes", _query)
     query.add_argument("sparql", metavar="SPARQL", help="a query, or @FILE that holds one")
     query.add_argument(

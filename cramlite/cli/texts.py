@@ -1,4 +1,4 @@
-"""The only printer: values become text for people, or JSON for machines."""
+"""Printed output of commands: values become text for people, or JSON for machines."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def solution_text(solution: Solution, folder: str) -> str:
-    """A short summary of a proven program, and of its first execution."""
+    """Return a short summary of a proven program, and of its first execution."""
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
         f"{_headline(solution)}: {plan}",
@@ -72,6 +72,7 @@ def warn_of(faults: Iterable[object]) -> None:
 
 
 def repairs_json(repairs: Iterable[Repair]) -> list[dict[str, Any]]:
+    """Return the repairs of an episode as JSON values."""
     return [{"start": r.when[0], "end": r.when[1], "what": r.what, "why": r.why} for r in repairs]
 
 
@@ -93,7 +94,7 @@ def _repair_lines(repairs: Sequence[Repair], most: int = 20) -> list[str]:
 
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
-    """Every action with the tasks it may execute; first what was repaired before."""
+    """Return every action with the tasks it may execute, and before them what was repaired, as text."""
     lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} readings"]
     lines += _repair_lines(list(repairs))
     for k, action in enumerate(found.actions):
@@ -102,7 +103,7 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
             f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}"
             for m in action.matches
         ]
-        if action.hole:
+        if action.unexplained:
             lines.append(
                 f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
             )
@@ -110,7 +111,7 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
 
 
 def rollout_json(rollout: Rollout) -> dict[str, Any]:
-    """How the run of a program ended: seconds, newtons, and the last pose of every thing (position, quaternion w first)."""
+    """Return how a run ended as JSON values: seconds, newtons, last poses (position [m], quaternion w first)."""
     names = [t.name for t in rollout.world.things]
     forces = rollout.contact_force()
     return {
@@ -124,7 +125,7 @@ def rollout_json(rollout: Rollout) -> dict[str, Any]:
 
 
 def rollout_text(rollout: Rollout) -> str:
-    """The program's own log, and how it ended."""
+    """Return the program's own log, and how it ended, as text."""
     lines = [f"{m.time:8.2f} s  {m.text}" for m in rollout.messages]
     data = rollout_json(rollout)
     lines.append(f"{data['seconds']:8.2f} s  {rollout.outcome}; peak force {data['peak_force']:.1f} N")
@@ -134,6 +135,7 @@ def rollout_text(rollout: Rollout) -> str:
 
 
 def tasks_text(tasks: Iterable[TaskType]) -> str:
+    """Return the task types as text."""
     lines = []
     for task in sorted(tasks, key=lambda t: t.task):
         roles = ", ".join(r.name + ("" if r.required else "?") for r in task.roles)
@@ -143,6 +145,7 @@ def tasks_text(tasks: Iterable[TaskType]) -> str:
 
 
 def tasks_json(tasks: Iterable[TaskType]) -> list[dict[str, Any]]:
+    """Return the task types as JSON values."""
     return [
         {
             "task": t.task, "aliases": list(t.aliases), "summary": t.summary,
@@ -153,7 +156,7 @@ def tasks_json(tasks: Iterable[TaskType]) -> list[dict[str, Any]]:
 
 
 def plugins_text(registry: Registry, *, every: bool = True) -> str:
-    """Each plugin with where it comes from, how long it took to load, its hooks, and what is wrong with it.
+    """Return each plugin with its origin, loading time, hooks and faults, as text.
 
     Args:
         every: also shipped plugins that nothing is wrong with; else their names by folder.
@@ -188,7 +191,7 @@ def _shipped(infos: Sequence[PluginInfo]) -> Iterable[str]:
 
 
 def plugins_json(registry: Registry) -> list[dict[str, Any]]:
-    """The same for programs."""
+    """Return each plugin with its origin, loading time, hooks and faults, as JSON values."""
     return [asdict(i) | {"faults": [f"{f.hook}: {f.error}" for f in _later(registry, i)]} for i in registry.infos]
 
 

@@ -1,4 +1,4 @@
-"""The trace of a search as lines for people: what is in the program, what was tried and given up, and why."""
+"""Search traces as text for people: what is in the program, what was tried and given up, and why."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ GIVEN_UP = "~"
 
 
 def trace_text(trace: Trace, designator: str | None = None) -> str:
-    """The tree of a search, or everything about one designator.
+    """Return the tree of a search, or everything about one designator, as text.
 
     What follows a choice stands below it, one step further in if the choice was given up for another one; so a line at the
     margin is on the way to the program, however long that way is.
@@ -126,6 +126,6 @@ def _repeats(name: str, entry: Entry) -> bool:
 
 
 def rounded(text: str) -> str:
-    """Numbers with more digits than anybody reads, shortened to three after the point."""
+    """Round numbers in a text to three digits after the point."""
     return re.sub(r"-?\d+\.\d{4,}(e-?\d+)?", lambda m: f"{round(float(m[0]), 3) + 0.0:g}", text)
 

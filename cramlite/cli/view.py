@@ -1,4 +1,4 @@
-"""Looking at a run in an interactive 3D viewer in the browser: ``cramlite view``."""
+"""``cramlite view``: shows a run in an interactive 3D viewer in the browser."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def view_run(
 
 
 def require_viser() -> None:
-    """Raise UserError if the extra is missing."""
+    """Check that the extra with viser is installed."""
     from importlib.util import find_spec
 
     if find_spec("viser") is None:
@@ -78,7 +78,7 @@ def require_viser() -> None:
 
 
 def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) -> Rollout:
-    """The run that a folder holds.
+    """Read the run that a folder holds.
 
     Raises:
         UserError: there is none, or nobody says in which world it was.
@@ -100,7 +100,7 @@ def recorded(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0) 
 
 
 def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], host: str, port: int) -> Viewer:
-    """A viewer of a run, which serves from now on.
+    """Start a viewer of a run, which serves from now on.
 
     Args:
         program: the text's lines; none if it is not known.
@@ -123,7 +123,9 @@ def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], ho
 
 
 def free_port(host: str, first: int, tries: int = 100) -> int:
-    """The first port that nobody listens at. Asked beforehand: viser would wait for an address of another computer for ever.
+    """Find the first port, from ``first`` on, that nobody listens at.
+
+    It is asked beforehand: viser would wait for an address of another computer for ever.
 
     Raises:
         UserError: none of these, or no address of this computer.
@@ -143,13 +145,16 @@ def free_port(host: str, first: int, tries: int = 100) -> int:
 
 
 def program_of(run: Path) -> list[str]:
-    """The lines of the program that a run directory holds, typed ones aside; none if there is no such file."""
+    """Return the lines of the program that a run directory holds, typed ones aside; none if there is no such file."""
     found = sorted(p for p in run.glob("program.*") if p.suffix != ".json")
     return found[0].read_text("utf-8").splitlines() if found else []
 
 
 def open_browser(url: str) -> bool:
-    """Whether a browser could be opened; not one in a terminal, which shows no 3D."""
+    """Open a browser at an address; return whether one could be opened.
+
+    One in a terminal is not opened: it shows no 3D.
+    """
     import webbrowser
 
     graphical = sys.platform in ("win32", "darwin") or any(
@@ -162,7 +167,7 @@ def open_browser(url: str) -> bool:
 
 
 def no_browser(url: str) -> str:
-    """What to do without one."""
+    """Return the advice for a computer without a browser."""
     port = url.rstrip("/").rpartition(":")[2]
     return (
         f"No browser could be opened here. Open {url} yourself; from another computer, after 'ssh -L {port}:localhost:{port} "
@@ -185,7 +190,7 @@ def _view(arguments: argparse.Namespace) -> int:
 
 
 def add_commands(add: Add) -> None:
-    """Declare ``view`` with their arguments."""
+    """Declare ``view`` with its arguments."""
     view = add("view", "look at a run in an interactive 3D viewer", _view)
     view.add_argument("directory", type=Path, metavar="RUN", help="a folder of 'resolve --out' or 'execute --out'")
     view.add_argument("--world", help="a run directory, its world.json, or a scenario, where RUN holds no world; default RUN/world.json")

@@ -1,4 +1,7 @@
-"""A scene in viser (https://viser.studio), with a time slider. Only imported by ``cramlite view``: viser is an extra."""
+"""3D viewer of a scene, with a time slider, on viser (https://viser.studio).
+
+Only ``cramlite view`` imports it: viser is an extra.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,7 @@ LONGEST = 90
 
 
 class Viewer:
-    """Serves a run; the slider, or ``show``, moves everything.
+    """3D viewer that serves a run; the slider, or ``show``, moves everything.
 
     Args:
         scene: shapes, and where they are at ``samples``.
@@ -46,10 +49,11 @@ class Viewer:
 
     @property
     def url(self) -> str:
+        """Address of the viewer."""
         return f"http://{self.server.get_host()}:{self.server.get_port()}"
 
     def show(self, position: int) -> None:
-        """Put everything where it was at a position of the slider."""
+        """Move everything to its pose at a position of the slider."""
         with self.server.atomic():
             for body, frame in self.bodies.items():
                 track = self._scene.poses[body]
@@ -59,7 +63,7 @@ class Viewer:
         self.words.content = self._said(position)
 
     def play(self, seconds: float = 0.0) -> None:
-        """Serve, and move on while the box is ticked; returns after so many seconds, never if 0."""
+        """Serve, and move on while the box is ticked; return after ``seconds``, never if 0."""
         end = time.monotonic() + seconds if seconds else float("inf")
         while (now := time.monotonic()) < end:
             if self.playing.value:
@@ -67,12 +71,13 @@ class Viewer:
             time.sleep(max(self._step / float(self.speed.value) - (time.monotonic() - now), 0.005))
 
     def close(self) -> None:
+        """Stop serving."""
         with redirect_stdout(StringIO()):
             self.server.stop()
 
     @property
     def position(self) -> int:
-        """Of the slider, from 0."""
+        """Position of the slider, from 0."""
         return min(round(float(self.slider.value) / self._step), self._last)
 
     def _add_bodies(self) -> dict[str, Any]:

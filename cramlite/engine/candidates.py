@@ -1,4 +1,4 @@
-"""Candidate task sequences and attempts at them: complete programs, each with what the judges found when its text had run."""
+"""Candidate task sequences, and complete programs for each with what the judges found when its text had run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Progress = Callable[[str], None]
 
 
 class CandidateSequence(Value, eq=False):
-    """A task sequence that may achieve a goal; ``Engine.candidates`` gives them.
+    """Candidate task sequence for a goal, as ``Engine.candidates`` gives it.
 
     Args:
         number: its rank, from 1.
@@ -50,7 +50,7 @@ class CandidateSequence(Value, eq=False):
     stop: Callable[[], bool]
 
     def attempts(self) -> Iterator[Solution]:
-        """Complete programs, lazily, each with what the judges found; those that they refused are among them."""
+        """Generate complete programs with what the judges found, lazily; refused ones are among them."""
         self.trace.candidate = self.number
         self.progress(f"candidate {self.number}: {self.plan}")
         made = attempts(self.plan, self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop)
@@ -69,7 +69,7 @@ def attempts(
     progress: Progress = lambda _: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[Candidate, Verdict]]:
-    """Complete programs for a plan, lazily, each with what the judges found; those that failed are among them."""
+    """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them."""
     context = _context(setting, knowledge, budget)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace, budget, progress, stop)
     states, conflict = search.solve(setting.start(plan)), None

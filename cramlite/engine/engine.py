@@ -36,7 +36,7 @@ KEPT = 4
 
 
 class Engine:
-    """An engine with its own plugins; two of them share nothing.
+    """Engine with plugins of its own; two engines share nothing.
 
     Args:
         files: plugin modules to load by path.
@@ -76,8 +76,10 @@ class Engine:
         )
 
     def suited(self, scenario: Scenario) -> Engine:
-        """The engine that works on a scenario: this one, or one with what the scenario blocks, prefers and adds to the
-        ontologies. ``setting``, ``resolve`` and ``plans`` use it by themselves; the last few are kept.
+        """Return the engine for a scenario: this one, or one with its plugins and ontologies.
+
+        The other is made where the scenario blocks, prefers or adds some; the last few are kept. ``setting``,
+        ``resolve`` and ``plans`` use this by themselves.
 
         Raises:
             UserError: the scenario blocks or prefers a plugin that there is not; with file and line.
@@ -109,7 +111,7 @@ class Engine:
         return aligned(self.knowledge.episodes.read(path), self.knowledge.taxonomy)
 
     def interpret(self, episode: Episode) -> Interpretation:
-        """Every task that each action of the episode may execute.
+        """Interpret an episode: find every task that each of its actions may execute.
 
         Raises:
             UserError: the episode has no events.
@@ -125,8 +127,11 @@ class Engine:
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
     def read(self, goal: AnyGoal | Reading) -> Reading:
-        """The reading of a goal, which stands for the goal wherever one is asked for: a demonstration is then read and
-        interpreted once for all of them, when the first needs it. The reading of a reading is that reading."""
+        """Return the reading of a goal, which stands for the goal wherever one is asked for.
+
+        A demonstration is then read and interpreted once for all of them, when the first needs it. The reading of a
+        reading is that reading.
+        """
         if isinstance(goal, Reading):
             return goal
         engine = self._for(goal)
@@ -136,7 +141,7 @@ class Engine:
             from ..scenario.scenario import Scenario
 
             if isinstance(goal, Scenario) and goal.spec.demonstration is not None:
-                return engine.read_episode(goal.beside(goal.spec.demonstration))
+                return engine.read_episode(goal.resolve_path(goal.spec.demonstration))
             return goal if isinstance(goal, Episode) else None
 
         return Reading(goal, episode, engine.interpret)
@@ -145,7 +150,7 @@ class Engine:
         self, goal: Scenario | Reading, *, seed: int = 0, backend: str | None = None, now: World | None = None,
         rest: Plan | None = None,
     ) -> Setting:  # fmt: skip
-        """The robot's world of a scenario.
+        """Build the setting of a scenario: world, robot, backend and initial belief.
 
         Args:
             goal: a scenario, or its reading.
@@ -182,7 +187,7 @@ class Engine:
         stop: Callable[[], bool] = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
-        """Programs for a goal that were proven in what is believed, one after another; nothing is computed before the first
+        """Generate programs for a goal that were proven in what is believed, one after another; nothing is computed before the first
         is asked for. How one fares in the world as it really is, ``execute`` says.
 
         They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
@@ -230,8 +235,10 @@ class Engine:
         progress: Progress = lambda _: None,
         stop: Callable[[], bool] = lambda: False,
     ) -> Iterator[CandidateSequence]:
-        """The task sequences that may achieve a goal, best first, as many as the budget has. Each is tried when its
-        ``attempts`` are asked for, or passed over if they are not; the arguments are those of ``resolve``.
+        """Generate the task sequences that may achieve a goal, best first, as many as the budget has.
+
+        Each is tried when its ``attempts`` are asked for, or passed over if they are not; the arguments are those of
+        ``resolve``.
 
         Raises:
             UserError: the goal cannot be used.
@@ -269,7 +276,7 @@ class Engine:
     def plans(
         self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
-        """The task sequences of a goal as plans, best first; those of a demonstration each with what it was read as."""
+        """Generate the plans of a goal, best first; those of a demonstration each with the sequence it was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
         from ..scenario.scenario import Scenario
@@ -316,7 +323,7 @@ def _to_try(
 
 
 def make_engine(scenario: Scenario, plugins: PluginChoice = INSTALLED) -> Engine:
-    """The engine that ``Engine.suited`` gives for a scenario, without one for other scenarios.
+    """Make the engine that ``Engine.suited`` gives for a scenario, without one for other scenarios.
 
     Raises:
         UserError: as ``Scenario.with_plugins``.

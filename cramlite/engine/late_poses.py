@@ -27,7 +27,7 @@ UNMOVED = SetGripper | SetPayload | Wait | ZeroSensor
 
 
 def parametric(candidate: Candidate, late: Mapping[str, Tolerance]) -> Candidate:
-    """The candidate with a program whose motions follow the late things.
+    """Make a candidate's program parametric: its motions follow the late things.
 
     Args:
         late: thing -> how far from the planned pose the program must still work [m, rad].
@@ -84,7 +84,7 @@ def _relative(step: AnyStep, robot: Robot, program: Program, thing: str) -> list
 
 
 def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
-    """The flange in the base: the product of Rz(q) Tz(d) Tx(a) Rx(alpha) over the joints."""
+    """Return the flange's pose in the base frame at joint angles [rad]: the product of Rz(q) Tz(d) Tx(a) Rx(alpha)."""
     pose = Pose()
     for (a, d, alpha), angle in zip(robot.dh or (), q, strict=True):
         turn = Pose((0, 0, d), (math.cos(angle / 2), 0, 0, math.sin(angle / 2)))
@@ -92,8 +92,8 @@ def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
     return pose
 
 
-def edges(world: World, program: Program) -> Iterator[tuple[str, World]]:
-    """Worlds at the edge of what a program must cope with: each late thing moved and turned as far as is declared.
+def worlds_at_tolerance(world: World, program: Program) -> Iterator[tuple[str, World]]:
+    """Generate worlds at the limits of the tolerance: each late thing displaced and turned as far as is declared.
 
     Args:
         world: as it was believed to be when the program was planned.

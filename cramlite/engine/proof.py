@@ -1,4 +1,4 @@
-"""Proving a grounded plan: its text is written, run on the controller model, and judged."""
+"""Proof of a grounded plan: its text is written, run on the controller model, and judged."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import UserError
-from ..model.designator_name import top_of
+from ..model.designator_name import task_of
 from ..model.designators import Place, Stand
 from ..model.entity_name import thing_of
 from ..model.plan import Plan
@@ -22,12 +22,12 @@ from ..planning.state import State
 from ..plugin.catalogue import Knowledge
 from ..plugin.protocols import Backend, Candidate, Validator
 from ..plugin.validation import WrongAnswer
-from .late_poses import edges
+from .late_poses import worlds_at_tolerance
 from .setting import Setting
 
 
 def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> Candidate:
-    """The typed program of a fully grounded state of a plan in a setting."""
+    """Assemble the typed program of a fully grounded state of a plan in a setting."""
     belief, robot = setting.belief(), setting.robot
     used = sorted({thing_of(v) for v in end.bindings.values() if isinstance(v, str)})
     snapshots = tuple(
@@ -121,7 +121,7 @@ def run_and_judge(
 def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: int) -> list[Finding]:
     """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
     findings = []
-    for said, moved in edges(candidate.world, candidate.program):
+    for said, moved in worlds_at_tolerance(candidate.world, candidate.program):
         _, there = run_and_judge(replace(candidate, world=moved), text, moved, knowledge, seed)
         wrong = [f for f in there if not f.passed]
         reason = f"with {said}: " + (f"{wrong[0].validator}: {wrong[0].reason}" if wrong else "it came to the same end")
@@ -152,7 +152,7 @@ def _remark(backend: Backend) -> str:
 def judge(
     candidate: Candidate, knowledge: Knowledge, *, rollout: bool, only: Collection[str] | None = None
 ) -> list[Finding]:
-    """Findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
+    """Return the findings of all validators of the wanted kind; a cost class that objects spares the dearer ones.
 
     Args:
         rollout: ask those that look at what happened, or those that look at the program.
@@ -197,7 +197,10 @@ def _findings(answer: object) -> list[Finding]:
 
 
 def conflict_of(verdict: Verdict, state: State) -> Conflict:
-    """The choices that a failed proof depends on: objects, places and decompositions up to the task that failed.
+    """Return the choices that a failed proof depends on.
+
+    They are objects, places and decompositions up to the task that failed. Another path between the same places would
+    fail in the same way, so motions are left out.
 
     Another path between the same places would fail in the same way, so motions are left out; and so are places, where an
     objection stands that no other place changes.
@@ -205,7 +208,7 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     names = [name for name, _ in state.choices]
     tasks = [a.name for a in state.actions]
     anywhere = [f for f in verdict.objections if not f.places]
-    failed = [top_of(f.origin) for f in anywhere or verdict.objections]
+    failed = [task_of(f.origin) for f in anywhere or verdict.objections]
     if any(f in tasks and f not in names for f in failed):
         return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
     known = [tasks.index(f) for f in failed if f in tasks]

@@ -1,4 +1,4 @@
-"""The reading of a goal: where it is a demonstration, its episode and what that may mean, found out once and handed on."""
+"""Readings of goals: the episode of a demonstration and its interpretation, computed once."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Reading(Value, dict=True, eq=False):
-    """A goal, with its demonstration if it has one; ``Engine.read`` makes it.
+    """Goal with its demonstration, if it has one, as ``Engine.read`` makes it.
 
     The episode is read when it is first asked for, and interpreted when that is first asked for.
 
@@ -33,7 +33,7 @@ class Reading(Value, dict=True, eq=False):
 
     @cached_property
     def episode(self) -> Episode | None:
-        """The demonstration; None where the goal is none.
+        """Demonstrated episode; None where the goal is no demonstration.
 
         Raises:
             UserError: it cannot be read.
@@ -42,7 +42,7 @@ class Reading(Value, dict=True, eq=False):
 
     @cached_property
     def interpretation(self) -> Interpretation | None:
-        """What the demonstration may mean; None where the goal is none.
+        """Interpretation of the demonstration; None where the goal is none.
 
         Raises:
             UserError: it cannot be read, or has no events.

@@ -1,4 +1,4 @@
-"""Record a demonstration: a simulated person acts, and what happened is written as an episode."""
+"""Recording of demonstrations: a simulated person acts, and what happened is written as an episode."""
 
 from __future__ import annotations
 

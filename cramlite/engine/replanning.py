@@ -1,4 +1,4 @@
-"""Run, look, resolve the rest: ``cramlite execute --replan``.
+"""Replanning at run time, for ``cramlite execute --replan``: run, look, resolve the rest.
 
 A program that stops by itself says why. The scenario's camera then looks at the world as the run left it, and what it sees is
 all that is believed of things that can be moved. What is left of the plan is resolved from where the robot stands, and runs.
@@ -40,7 +40,7 @@ Say = Callable[[str], None]
 
 
 class Attempt(Value):
-    """A program, what it is for, and where it runs.
+    """Program to be run, with its plan and its world.
 
     Args:
         plan: what it carries out.
@@ -55,21 +55,21 @@ class Attempt(Value):
 
 
 class Round(Value):
-    """A run and how it ended."""
+    """Executed round: a run and how it ended."""
 
     attempt: Attempt
     rollout: Rollout
 
     @property
     def step(self) -> str:
-        """The designator of the step in which the program ended."""
+        """Designator of the step in which the program ended."""
         lines = [int(v) for v in self.rollout.lines if v > 0]
         before = [k for k in self.attempt.code.origins if lines and k <= lines[-1]]
         return self.attempt.code.origins[max(before)] if before else ""
 
     @property
     def said(self) -> str:
-        """How it ended, for people."""
+        """How the run ended, for people."""
         if self.rollout.outcome == "finished":
             return f"finished after {self.rollout.times[-1]:.1f} s"
         where = f" in {self.step}" if self.step else " before the first step"
@@ -77,7 +77,7 @@ class Round(Value):
 
 
 def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, most: int, say: Say) -> Iterable[Round]:
-    """Run a program; where it stops with a reason, look, resolve the rest and run that, at most so many times in all.
+    """Run a program; where it stops with a reason, look, resolve the rest and run that, at most ``most`` times in all.
 
     Yields:
         Each round when it has ended; the last one finished, or nothing more is tried.
@@ -113,7 +113,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
     """
-    plan, now = left(done), as_left(_back(done, engine, seed, number, say))
+    plan, now = remaining_plan(done), world_after_run(_back(done, engine, seed, number, say))
     setting = engine.setting(scenario, seed=seed, now=now, rest=plan)
     assert setting.look is not None and setting.real is not None
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
@@ -136,7 +136,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     Raises:
         NoSolution: it did not get there.
     """
-    program, world = done.attempt.program, as_left(done)
+    program, world = done.attempt.program, world_after_run(done)
     path = way_back(done.rollout.joints)
     if not path:
         return done
@@ -152,8 +152,10 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
 
 
 def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:
-    """Joint positions (n, axes) that were gone through, backwards, as few as describe them to ``NEAR``; () for a robot that
-    has not moved."""
+    """Return the path back through the joint positions (n, axes) [rad], as few as describe it to ``NEAR``.
+
+    It is () for a robot that has not moved.
+    """
     import numpy as np
 
     def straight(a: int, b: int) -> bool:
@@ -172,8 +174,8 @@ def way_back(joints: Floats) -> tuple[tuple[float, ...], ...]:
     return tuple(path)
 
 
-def left(done: Round) -> Plan:
-    """What is left of a plan: from the last task that began with an empty hand, and that the run had reached.
+def remaining_plan(done: Round) -> Plan:
+    """Return the rest of a plan: from the last task that began with an empty hand, and that the run had reached.
 
     Raises:
         NoSolution: the program stopped with something in the hand.
@@ -203,8 +205,11 @@ def left(done: Round) -> Plan:
     return replace(plan, actions=plan.actions[start:])
 
 
-def as_left(done: Round) -> World:
-    """The world as a run left it: things where they are, the robot as it stands. Loose fillings are as at the start."""
+def world_after_run(done: Round) -> World:
+    """Return the world as a run left it: things where they are, the robot as it stands.
+
+    Loose fillings are as at the start.
+    """
     rollout, world = done.rollout, done.attempt.world
     mount = world.robots[0]
     joints, opening = tuple(map(float, rollout.joints[-1])), float(rollout.opening[-1])
@@ -228,7 +233,7 @@ def _moved(thing: Thing, pose: Pose) -> Thing:
 
 
 def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: Engine, seed: int) -> tuple[Plan, Code]:
-    """The plan and the code that a text and the files beside it stand for.
+    """Return the plan and the code that belong to a program's text and the files beside it.
 
     Args:
         plan: the content of plan.json.

@@ -1,4 +1,4 @@
-"""Doubts about a scenario before anything is searched: what could be meant so, but seldom is."""
+"""Plausibility check of a scenario before any search: what could be meant so, but seldom is."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ FAR = 20.0
 
 
 def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[str]:
-    """Each with file and line: numbers that look like other units, things inside each other, things that stand on nothing."""
+    """Return warnings about a scenario, each with file and line.
+
+    They are about numbers that look like other units, things inside each other, and things that stand on nothing.
+    """
     found = list(_numbers(scenario))
     look = getattr(knowledge.simulator, "doubts", None)  # a simulator need not have any
     world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen

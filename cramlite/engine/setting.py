@@ -1,4 +1,4 @@
-"""Setting of a plan: where it is to be carried out, and from which state."""
+"""Settings: the world, robot and initial state that a plan is to be carried out in."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 
 class Setting(Value):
-    """World, robot and backend that a goal is to be achieved with: what ``Engine.resolve`` needs beside a goal.
+    """Setting of a goal: world, robot, backend and what is believed at the start.
 
-    ``Engine.setting`` makes one from a scenario; ``cramlite.replace`` changes a field, and ``after`` goes on from where a
+    ``Engine.setting`` makes one from a scenario; ``cramlite.model.replace`` changes a field, and ``after`` goes on from where a
     program ended.
 
     Args:
@@ -58,19 +58,21 @@ class Setting(Value):
     force_limit: float | None = None
 
     def belief(self) -> Belief:
-        """Return what is believed at the start: poses, relations, joint values and the empty hand."""
+        """Return the initial belief: poses, relations, joint values and the empty hand."""
         mount = self.world.robots[0]
         at = self.robot.arm_at(mount.base) if self.robot.platform else None
         belief = initial_belief(self.world, mount.name, *self.robot.start(mount), self.relations, at)
         return replace(belief, poses={**belief.poses, **self.look.estimates}) if self.look else belief
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
-        """Return what is known of the world before anything is done, as task planning takes it."""
+        """Return the symbolic world at the start, as task planning takes it."""
         return symbolic_world(self.world, taxonomy, self.relations)
 
     def start(self, plan: Plan) -> State:
-        """Return the state that the search for a plan begins at: at home, or where the robot stands since it looked, with the
-        steps that led there."""
+        """Return the initial search state of a plan: at home, or where the robot stands since it looked.
+
+        The steps that led there are part of it.
+        """
         agenda: tuple[Item, ...] = (*plan.objects, *plan.actions)
         done = self.look.state if self.look else None
         if done is None:

@@ -1,4 +1,4 @@
-"""From a scenario to the setting that its plans are carried out in: what is believed of its world, and where from."""
+"""Settings from scenarios: the world that is believed, and where each pose comes from."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def setting_of(
     scenario: Scenario, knowledge: Knowledge, likeliest: Likeliest,
     *, seed: int = 0, backend: str | None = None, now: World | None = None,
 ) -> Setting:  # fmt: skip
-    """The robot's world of a scenario, as ``Engine.setting`` has it.
+    """Build the setting of a scenario, as ``Engine.setting`` does.
 
     Args:
         likeliest: says what a camera looks for.

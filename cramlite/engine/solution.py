@@ -1,4 +1,4 @@
-"""A solution: a program whose text was proven in what is believed, and what came of executing it."""
+"""Solutions: programs whose text was proven in what is believed, and what came of executing them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Solution(Value):
-    """A program whose text ran in the world as it is believed to be and was judged, with everything that led to it.
+    """Solution: a program whose text ran in the world as it is believed to be and was judged, with everything that led to it.
 
     Args:
         number: which candidate task sequence it came from, from 1.
@@ -48,15 +48,17 @@ class Solution(Value):
 
     @property
     def plan(self) -> Plan:
+        """Plan that the program carries out."""
         return self.candidate.plan
 
     @property
     def program(self) -> Any:
+        """Typed program."""
         return self.candidate.program
 
     @property
     def code(self) -> str:
-        """The text that was proven."""
+        """Program text that was proven."""
         assert self.candidate.code is not None
         return self.candidate.code.text
 

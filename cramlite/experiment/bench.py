@@ -1,4 +1,4 @@
-"""The bench of an experiment: what one process needs for its trials, and whether a run reached the goal."""
+"""Test bench of an experiment: what one process needs for its trials, and the check of the experiment's goal."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .stopwatch import Stopwatch
 
 
 class Trial(Value):
-    """What a worker is given: plain values, so that any process can do it.
+    """Trial that a worker is given: plain values, so that any process can do it.
 
     Args:
         experiment: path of the file.
@@ -40,7 +40,7 @@ class Trial(Value):
 
 
 class Bench(Value):
-    """What one process needs for all its trials of an experiment."""
+    """Test bench: what one process needs for all its trials of an experiment."""
 
     experiment: Experiment
     scenario: Scenario
@@ -56,7 +56,7 @@ def bench(
     without: str | None,
     plugins: PluginChoice = INSTALLED,
 ) -> Bench:
-    """The engine of an experiment, built once a process."""
+    """Build the test bench of an experiment, once a process."""
     experiment = read_experiment(path)
     ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
     scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))
@@ -71,7 +71,7 @@ def bench(
 
 
 def goal_missed(place: Bench, candidate: Candidate) -> str:
-    """What the judges say against a run that should have reached the experiment's goal; empty if nothing.
+    """Return what the validators say against a run that should have reached the experiment's goal; empty if nothing.
 
     The goal is the experiment's, not what the plan predicts: a plan that promises nothing has not reached it.
     """

@@ -12,7 +12,7 @@ from ..base.json_text import as_json
 from ..base.run_directory import write_whole
 from ..plugin.selection import INSTALLED, PluginChoice
 from .page import page
-from .report import BASELINE, against_baseline, baseline, below, text, to_csv, to_json
+from .report import BASELINE, against_baseline, baseline, missed_thresholds, text, to_csv, to_json
 from .results import DemonstrationResult
 from .run import Order, check_workers, run_experiment, run_key, speak
 from .spec import Experiment, find_experiment, read_experiment
@@ -56,7 +56,7 @@ def experiment_command(
     print(f"Files: {place}/tables.json, candidates.csv, report.html") if not json_output else None
     if keep_baseline:
         _store(stored, what, whole)
-    missed = below(whole, experiment.spec.thresholds) if short and without is None else []
+    missed = missed_thresholds(whole, experiment.spec.thresholds) if short and without is None else []
     if missed:
         raise NoSolution(f"'{name}' --short misses what it must reach: {'; '.join(missed)}. See {place}/report.html.")
     return 0

@@ -1,4 +1,4 @@
-"""Executing texts in a process of its own: it is given a text, a world and a seed, and nothing else.
+"""Execution of program texts in a process of its own, which is given a text, a world and a seed, and nothing else.
 
 It does what ``cramlite execute`` does, for one text after another, so that a process need not be started for each (1 s of CPU
 time, measured; the execution itself takes 3 s).
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 class ExecutorDied(Exception):
-    """The process ended in the midst of an execution: killed, out of memory, or a crash."""
+    """The executing process died during an execution: killed, out of memory, or a crash."""
 
 
 class Executor(Struct):
-    """The other process; started when it is first asked, and again when it died.
+    """Executing process; started when it is first asked, and again when it died.
 
     Args:
         plugins: of its engine.
@@ -40,7 +40,9 @@ class Executor(Struct):
     _spent: float = 0.0
 
     def run(self, text: str, world: World, seed: int) -> tuple[Rollout, float]:
-        """What happened when a text ran in a world, and the CPU seconds it took; the first ones include the start.
+        """Run a text in a world; return what happened, and the CPU time it took [s].
+
+        The first run's time includes the start of the process.
 
         Raises:
             ExecutorDied: the process did; the next call starts another one.

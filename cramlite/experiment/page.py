@@ -1,4 +1,4 @@
-"""The page of an experiment: one self-contained HTML file with the tables and a picture of how each execution ended."""
+"""The page of an experiment: one self-contained HTML file with the tables and a picture of each execution's end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def page(
     changes: list[str],
     folder: Path,
 ) -> str:
-    """The page as text.
+    """Render the page as HTML.
 
     Args:
         about: what was run, in lines for people.

@@ -1,4 +1,4 @@
-"""What an experiment says: text for the terminal, JSON, CSV, and the comparison with a stored baseline."""
+"""Report of an experiment: text for the terminal, JSON, CSV, and the comparison with a stored baseline."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HEADINGS = {"planned": "plan", "simulated": "simulation", "executed": "execution
 
 
 def text(tables: Tables, title: str) -> str:
-    """The tables for a terminal."""
+    """Return the tables as text for a terminal."""
     cells = [["", "gave candidates", "candidates", *HEADINGS.values(), "solved", "first solved"]]
     cells += [_row(r) for r in tables.rows]
     cells.append(["paper", *("" if s is None else s for s in _paper(tables.whole)), "", ""])
@@ -57,17 +57,18 @@ def _paper(row: Row) -> list[str | None]:
 
 
 def plain(value: Share) -> str:
+    """Format a share as "27 of 29"."""
     return f"{value.hits} of {value.total}"
 
 
 def share(value: Share) -> str:
-    """ "27 of 29 (93 %, 78 to 98)"."""
+    """Format a share with its rate and interval: "27 of 29 (93 %, 78 to 98)"."""
     low, high = value.interval
     return f"{value.hits} of {value.total} ({100 * value.rate:.0f} %, {100 * low:.0f} to {100 * high:.0f})"
 
 
 def to_json(tables: Tables, results: tuple[DemonstrationResult, ...], key: dict[str, Any]) -> dict[str, Any]:
-    """Everything, for programs."""
+    """Return tables, results and run key as JSON values."""
     rows = [_row_json(r) for r in tables.rows]
     return {
         "run": key, "rows": rows, "confusion": to_builtins(tables.confusion), "reasons": tables.reasons,
@@ -84,7 +85,7 @@ def _row_json(row: Row) -> dict[str, Any]:
 
 
 def to_csv(results: tuple[DemonstrationResult, ...]) -> str:
-    """A line for each candidate."""
+    """Return a CSV table with a line for each candidate."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(
@@ -103,7 +104,7 @@ def to_csv(results: tuple[DemonstrationResult, ...]) -> str:
 
 
 def baseline(tables: Tables) -> dict[str, Any]:
-    """What is stored of a run to compare later ones with: counts only."""
+    """Return the counts of a run that are stored to compare later ones with."""
     rows = {}
     for row in tables.rows:
         counts = {s: [getattr(row, s).hits, getattr(row, s).total] for s in (*STAGES, "solved", "first", "gave")}
@@ -112,7 +113,7 @@ def baseline(tables: Tables) -> dict[str, Any]:
 
 
 def against_baseline(tables: Tables, path: Path, key: str) -> list[str]:
-    """What differs from the stored tables of the same set, in words; a note if there are none.
+    """Return the differences from the stored tables of the same set, in words; a note if there are none.
 
     Raises:
         UserError: the file is damaged.
@@ -140,8 +141,8 @@ def _count(value: Any) -> str:
     return f"{value[0]} of {value[1]}" if isinstance(value, list) else str(value)
 
 
-def below(tables: Tables, limits: ThresholdSpec) -> list[str]:
-    """The thresholds that are not reached, in words."""
+def missed_thresholds(tables: Tables, limits: ThresholdSpec) -> list[str]:
+    """Return the thresholds that are not reached, in words."""
     shares = {name: getattr(tables.whole, name) for name in ("solved", *STAGES)}
     return [
         f"{name}: {plain(value)} is less than {getattr(limits, name):.0%}"

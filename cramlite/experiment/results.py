@@ -1,4 +1,4 @@
-"""What an experiment finds out: a value for each attempt, candidate and demonstration, written as JSON and read back."""
+"""Results of an experiment: a value for each attempt, candidate and demonstration, written as JSON and read back."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..base.value import Value
 
 
 class Execution(Value):
-    """A text that ran in a twin.
+    """Execution of a text in a twin.
 
     Args:
         succeeded: whether it ran to its end, nothing was hit or overloaded, and the goal holds at the end.
@@ -26,7 +26,7 @@ class Execution(Value):
 
 
 class Attempt(Value):
-    """A complete program for a candidate.
+    """Complete program for a candidate, and how it was judged.
 
     Args:
         accepted: whether the judges of the believed world let it pass.
@@ -42,7 +42,7 @@ class Attempt(Value):
 
 
 class CandidateResult(Value):
-    """What became of one candidate task sequence.
+    """Result of one candidate task sequence.
 
     Args:
         number: its rank, from 1.
@@ -68,7 +68,7 @@ class CandidateResult(Value):
 
 
 class DemonstrationResult(Value):
-    """What became of one demonstration.
+    """Result of one demonstration.
 
     Args:
         name, object, seed: which.
@@ -92,10 +92,10 @@ class DemonstrationResult(Value):
 
     @property
     def solved(self) -> bool:
-        """Whether some candidate's program succeeded in execution."""
+        """True if some candidate's program succeeded in execution."""
         return any(r.executed for r in self.results)
 
     @property
     def first_solved(self) -> bool:
-        """Whether the first-ranked candidate's program did."""
+        """True if the first-ranked candidate's program succeeded in execution."""
         return bool(self.results) and self.results[0].executed

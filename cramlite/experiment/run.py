@@ -1,4 +1,4 @@
-"""Running an experiment: demonstrations spread over processes, with progress, and nothing done twice or lost."""
+"""Parallel run of an experiment: demonstrations spread over processes, nothing done twice or lost."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DEATHS = 2
 
 
 class Order(Value):
-    """What is to be run.
+    """Order for a run: which demonstrations of an experiment, where to, and with how many processes.
 
     Args:
         set_name, short, without: which demonstrations, only the first of each object, what is taken away.
@@ -51,9 +51,11 @@ class Order(Value):
 
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
+        """Demonstrations of the run, in order."""
         return self.experiment.demonstrations(self.set_name, short=self.short)
 
     def trial(self, one: Demonstration) -> Trial:
+        """Return the trial of a demonstration."""
         path = self.experiment.path.resolve()
         return Trial(
             path,
@@ -67,7 +69,7 @@ class Order(Value):
 
 
 def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[DemonstrationResult, ...]:
-    """Do what is left of an experiment.
+    """Run the demonstrations of an experiment that have no result yet.
 
     Args:
         say: is told a line for each demonstration.
@@ -94,7 +96,7 @@ def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[Demonstrat
 
 
 def run_key(order: Order) -> dict[str, Any]:
-    """What the results depend on: files, seeds, code. How many workers there are is none of it."""
+    """Return what the results depend on: files, seeds, code. How many workers there are is none of it."""
     experiment = order.experiment
     place = bench(experiment.path.resolve(), order.set_name, order.without, order.plugins)
     chosen = experiment.choose(order.set_name)
@@ -116,8 +118,8 @@ def _round(
     order: Order, store: Store, left: Sequence[Demonstration], deaths: dict[str, int], say: Callable[[str], None]
 ) -> dict[str, DemonstrationResult]:
     """Hand out what is left, until it is done or a worker dies."""
-    for name in store.begun():  # of a run that was killed
-        store.ended(name)
+    for name in store.unfinished():  # of a run that was killed
+        store.unmark(name)
     progress = Progress(len(order.demonstrations), len(left), say)
     found: dict[str, DemonstrationResult] = {}
     pool = worker_pool(min(order.workers, len(left)))
@@ -146,7 +148,7 @@ def _buried(
     """A worker died, and the pool with it: what it was at is tried again, or given up."""
     given_up = {}
     by_name = {d.name: d for d in order.demonstrations}
-    for name in store.begun():
+    for name in store.unfinished():
         deaths[name] = deaths.get(name, 0) + 1
         say(f"a worker died at or beside {name} ({deaths[name]} of {DEATHS}); finished pieces are kept")
         if deaths[name] >= DEATHS:
@@ -154,7 +156,7 @@ def _buried(
             reason = f"worker: the process died {DEATHS} times (out of memory, or killed)"
             given_up[name] = DemonstrationResult(name, one.object, one.seed, 0, 0, 0, (), reason)
             store.save(name, "result", given_up[name])
-        store.ended(name)
+        store.unmark(name)
     return given_up
 
 
@@ -166,12 +168,13 @@ def _stop(pool: ProcessPoolExecutor) -> None:
 
 
 class Progress:
-    """A line for each demonstration, with the time that is left at this pace."""
+    """Progress report: a line for each demonstration, with the remaining time at this pace."""
 
     def __init__(self, total: int, left: int, say: Callable[[str], None]) -> None:
         self.total, self.left, self.say, self.begin, self.done = total, left, say, time.monotonic(), 0
 
     def one(self, result: DemonstrationResult) -> None:
+        """Report one finished demonstration."""
         self.done += 1
         passed = time.monotonic() - self.begin
         rest = passed / self.done * (self.left - self.done)
@@ -188,12 +191,12 @@ def _clock(seconds: float) -> str:
 
 
 def speak(text: str) -> None:
-    """A line for people on standard error."""
+    """Print a line for people on standard error."""
     print(text, file=sys.stderr, flush=True)
 
 
 def check_workers(workers: int) -> int:
-    """How many processes there should be.
+    """Check the number of worker processes, and return it.
 
     Raises:
         UserError: less than one.

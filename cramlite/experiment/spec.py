@@ -22,7 +22,7 @@ class _Spec(BaseModel):
 
 
 class SetSpec(_Spec):
-    """Demonstrations: of each object ``count``, with the seeds ``first`` + 100 j + 0, 1, ... for the j-th object.
+    """Set of demonstrations: ``count`` of each object, with the seeds ``first`` + 100 j + 0, 1, ... for the j-th.
 
     ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes. With
     ``until_solved`` the candidates after the first that succeeds in execution are not tried: the set then says how many
@@ -38,7 +38,7 @@ class SetSpec(_Spec):
 
 
 class AblationSpec(_Spec):
-    """What is taken away: plugins that answer instead, other rules, further candidates, or the twin's errors."""
+    """Ablation: plugins that answer instead, other rules, further candidates, or a twin without errors."""
 
     about: str
     plugin: str | None = None
@@ -59,7 +59,7 @@ class PublishedSpec(_Spec):
 
 
 class ThresholdSpec(_Spec):
-    """What ``--short`` must reach: shares of demonstrations and of candidates."""
+    """Thresholds that ``--short`` must reach: shares of demonstrations and of candidates."""
 
     solved: float = Field(default=1.0, ge=0, le=1)
     planned: float = Field(default=0.0, ge=0, le=1)
@@ -68,7 +68,7 @@ class ThresholdSpec(_Spec):
 
 
 class ExperimentSpec(_Spec):
-    """The keys of an experiment file.
+    """Keys of an experiment file.
 
     ``product`` is the thing of the recording that the objects stand for; ``goal`` a relation that must hold at the end;
     ``judges`` the validators that say whether an execution succeeded.
@@ -101,7 +101,7 @@ class ExperimentSpec(_Spec):
 
 
 class Demonstration(Value):
-    """One demonstration to record.
+    """Demonstration to be recorded.
 
     Args:
         name: "O1-03": the object, and its number from 1.
@@ -115,16 +115,17 @@ class Demonstration(Value):
 
 
 class Experiment(Value):
-    """An experiment file that was read and checked."""
+    """Experiment file that was read and checked."""
 
     path: Path
     spec: ExperimentSpec
 
     def beside(self, name: str) -> Path:
+        """Return the path of a file that the experiment names relative to its own folder."""
         return self.path.parent / name
 
     def choose(self, set_name: str) -> SetSpec:
-        """A set.
+        """Return the set of a name.
 
         Raises:
             UserError: there is none of the name.
@@ -134,7 +135,7 @@ class Experiment(Value):
         return self.spec.sets[set_name]
 
     def ablation(self, name: str | None) -> AblationSpec:
-        """What is taken away; nothing if no name is given.
+        """Return the ablation of a name; an empty one if no name is given.
 
         Raises:
             UserError: there is none of the name.
@@ -146,7 +147,7 @@ class Experiment(Value):
         return self.spec.ablations[name]
 
     def demonstrations(self, set_name: str, *, short: bool = False) -> tuple[Demonstration, ...]:
-        """What is to be recorded, in order."""
+        """Return the demonstrations of a set that are to be recorded, in order."""
         chosen = self.choose(set_name)
         count = min(chosen.short, chosen.count) if short else chosen.count
         return tuple(
@@ -157,7 +158,7 @@ class Experiment(Value):
 
 
 def find_experiment(name: str) -> Path:
-    """The file of an experiment: a file, a folder that holds one, or the bare name of a shipped one.
+    """Find the file of an experiment: a file, a folder that holds one, or the bare name of a shipped one.
 
     Raises:
         UserError: there is none; lists the shipped ones, the nearest first.

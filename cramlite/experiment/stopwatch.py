@@ -10,20 +10,22 @@ from typing import Any
 
 
 class Stopwatch:
-    """Adds up CPU seconds by stage; what a stage inside another takes is not counted twice."""
+    """Stopwatch of CPU time by stage [s]; what a stage inside another takes is not counted twice."""
 
     def __init__(self) -> None:
         self._spent: dict[str, float] = {}
         self._open: list[float] = []
 
     def restart(self) -> None:
+        """Set all stages to zero."""
         self._spent = {}
 
     def read(self) -> dict[str, float]:
+        """Return the CPU time by stage [s]."""
         return {name: round(seconds, 3) for name, seconds in sorted(self._spent.items())}
 
     def add(self, stage: str, seconds: float) -> None:
-        """Count what a process took that goes on."""
+        """Add the CPU time [s] that a process which goes on took for a stage."""
         self._spent[stage] = self._spent.get(stage, 0.0) + seconds
 
     @contextmanager
@@ -40,7 +42,7 @@ class Stopwatch:
                 self._open[-1] += whole
 
     def around(self, wrapped: Any, **stages: str) -> Any:
-        """An object that does as another one does, with some of its methods counted: method=stage."""
+        """Wrap an object so that the CPU time of some of its methods is counted: method=stage."""
         return _Timed(wrapped, self, stages)
 
 

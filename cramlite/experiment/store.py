@@ -1,4 +1,4 @@
-"""The directory of an experiment: one run, one process that writes, every finished piece whole."""
+"""Result store of an experiment: one run, one process that writes, every finished piece whole."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ T = TypeVar("T", CandidateResult, DemonstrationResult)
 
 
 class Store:
-    """Results by demonstration and candidate.
+    """Result store: results by demonstration and candidate, as files.
 
     ``DEMONSTRATION/result.json`` is written when all its candidates are, ``DEMONSTRATION/K.json`` when the K-th is;
     beside it are ``K.script``, the text that was executed, and ``K.jpg``, how that ended.
@@ -35,36 +35,39 @@ class Store:
         self.path = path
 
     def folder(self, demonstration: str) -> Path:
+        """Return the folder of a demonstration."""
         return self.path / "results" / demonstration
 
     def write(self, name: str, content: str | bytes) -> Path:
-        """Write a file of the run, whole."""
+        """Write a file of the run atomically, and return its path."""
         return write_whole(self.path / name, content)
 
     def save(self, demonstration: str, name: str, result: CandidateResult | DemonstrationResult) -> None:
+        """Write a result of a demonstration as JSON."""
         self.write(f"results/{demonstration}/{name}.json", as_json(result))
 
     def candidate(self, demonstration: str, number: int) -> CandidateResult | None:
-        """The result of a candidate, if it is finished."""
+        """Read the result of a candidate; None if it is not finished."""
         return _read(self.folder(demonstration) / f"{number}.json", CandidateResult)
 
     def demonstration(self, demonstration: str) -> DemonstrationResult | None:
-        """The result of a demonstration, if all of it is finished."""
+        """Read the result of a demonstration; None if it is not finished."""
         return _read(self.folder(demonstration) / "result.json", DemonstrationResult)
 
-    def began(self, demonstration: str) -> None:
-        """A worker takes this one on."""
+    def mark(self, demonstration: str) -> None:
+        """Mark a demonstration as taken on by this worker process."""
         self.write(f"results/{demonstration}/worker", str(os.getpid()))
 
-    def ended(self, demonstration: str) -> None:
+    def unmark(self, demonstration: str) -> None:
+        """Remove the mark of a worker."""
         (self.folder(demonstration) / "worker").unlink(missing_ok=True)
 
-    def begun(self) -> list[str]:
-        """Demonstrations that a worker took on and did not finish."""
+    def unfinished(self) -> list[str]:
+        """Return the names of demonstrations that a worker took on and did not finish."""
         return sorted(p.parent.name for p in (self.path / "results").glob("*/worker"))
 
     def adopt(self, folder: Path, name: str) -> Path:
-        """Move a complete folder to its place."""
+        """Move a complete folder to its place in the run, and return its path."""
         target = self.path / name
         target.parent.mkdir(parents=True, exist_ok=True)
         shutil.rmtree(target, ignore_errors=True)
@@ -91,7 +94,7 @@ def _read(path: Path, kind: type[T]) -> T | None:
 
 
 def locked(path: Path) -> IO[str]:
-    """Take the directory's lock; it is given back when the process ends, however it ends.
+    """Lock a directory for this process; the lock is given back when the process ends, however it ends.
 
     Raises:
         UserError: another process has it.
@@ -112,7 +115,7 @@ def locked(path: Path) -> IO[str]:
 
 
 def code_key(folders: Iterable[Path]) -> str:
-    """A hash over all Python source below some folders."""
+    """Return a hash over all Python source below some folders."""
     digest = hashlib.blake2b(digest_size=16)
     for folder in sorted(set(folders)):
         for file in sorted(folder.rglob("*.py")):

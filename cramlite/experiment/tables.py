@@ -15,7 +15,7 @@ ALL = "all"
 
 
 class Share(Value):
-    """So many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927).
+    """Proportion: so many of so many, with the 95 % Wilson score interval (Wilson, JASA 22, 1927).
 
     Args:
         published: the same in the paper; None where there is none.
@@ -27,11 +27,12 @@ class Share(Value):
 
     @property
     def rate(self) -> float:
+        """Observed rate, 0 to 1; 0 where nothing was tried."""
         return self.hits / self.total if self.total else 0.0
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Of the rate; (0, 1) where nothing was tried."""
+        """Wilson score interval of the rate; (0, 1) where nothing was tried."""
         if not self.total:
             return (0.0, 1.0)
         middle = self.rate + Z * Z / (2 * self.total)
@@ -41,12 +42,12 @@ class Share(Value):
 
     @property
     def reached(self) -> bool:
-        """Whether the published rate is reached; true where there is none."""
+        """True if the published rate is reached, or there is none."""
         return self.published is None or self.hits * self.published[1] >= self.published[0] * self.total
 
 
 class Row(Value):
-    """A row of the table: an object, or all of them.
+    """Row of the table: an object, or all of them.
 
     Args:
         gave: demonstrations that gave candidates, of all.
@@ -71,7 +72,7 @@ class Row(Value):
 
 
 class Confusion(Value):
-    """What the filter said against what execution in the twin said, over all programs with a text."""
+    """Confusion matrix of the filter against execution in the twin, over all programs with a text."""
 
     accepted_succeeded: int
     accepted_failed: int
@@ -80,17 +81,17 @@ class Confusion(Value):
 
     @property
     def precision(self) -> Share:
-        """Of what was accepted, what succeeded."""
+        """Precision: the share of accepted programs that succeeded."""
         return Share(self.accepted_succeeded, self.accepted_succeeded + self.accepted_failed)
 
     @property
     def wrongly_refused(self) -> Share:
-        """Of what was refused, what would have succeeded."""
+        """False omission rate: the share of refused programs that would have succeeded."""
         return Share(self.refused_succeeded, self.refused_succeeded + self.refused_failed)
 
 
 class Tables(Value):
-    """Everything that is reported about a run.
+    """Tables of a run: everything that is reported about it.
 
     Args:
         rows: an object each, then all together.
@@ -108,11 +109,12 @@ class Tables(Value):
 
     @property
     def whole(self) -> Row:
+        """Row of all objects together."""
         return self.rows[-1]
 
 
 def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | None = None) -> Tables:
-    """The tables of a run's results."""
+    """Compute the tables of a run's results."""
     objects = list(dict.fromkeys(r.object for r in results))
     said = _published(published, objects)
     rows = [_row(o, [r for r in results if r.object == o], said.get(o, {})) for o in objects]

@@ -1,4 +1,4 @@
-"""One demonstration of an experiment: recorded, interpreted, and every candidate planned, proven and executed in a twin.
+"""Trial of one demonstration: recorded, interpreted, and every candidate planned, proven and executed in a twin.
 
 Runs in a worker process. Whatever is finished is written at once, so that a worker may die at any time.
 """
@@ -27,7 +27,7 @@ from .twins import execute_in_twin
 
 
 def run_trial(trial: Trial) -> DemonstrationResult:
-    """Do one demonstration, or what is left of it.
+    """Run the trial of one demonstration, or what is left of it.
 
     Raises:
         UserError: a file that cannot be read or written.
@@ -36,14 +36,14 @@ def run_trial(trial: Trial) -> DemonstrationResult:
     done = store.demonstration(trial.demonstration.name)
     if done is not None:
         return done
-    store.began(trial.demonstration.name)
+    store.mark(trial.demonstration.name)
     place = bench(trial.experiment, trial.set_name, trial.without, trial.plugins)
     try:
         result = _demonstrated(trial, store, place)
     finally:
         place.executor.close()  # a worker waits for its own processes before it ends
     store.save(trial.demonstration.name, "result", result)
-    store.ended(trial.demonstration.name)
+    store.unmark(trial.demonstration.name)
     return result
 
 

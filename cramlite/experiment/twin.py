@@ -1,5 +1,6 @@
-"""The twin: the world as it really is, which no plan knows. Drawn from a seed around the believed one, and written into
-the world file that another process is given beside a program's text.
+"""The twin: the world as it really is, drawn from a seed around the believed one; no plan knows it.
+
+It is written into the world file that another process is given beside a program's text.
 
 Sizes are half-widths: displacements are uniform in a ball of radius ``position``, turns uniform between -``angle`` and
 +``angle``, shares uniform between 1 - x and 1 + x, displacements of links uniform on a sphere.
@@ -28,7 +29,7 @@ class _Spec(BaseModel):
 
 
 class OffSpec(_Spec):
-    """How far a thing is from where it is believed to be: in position [m], turned about the vertical [rad].
+    """Pose error of a thing against the believed pose: in position [m], turned about the vertical [rad].
 
     What hangs on a thing moves along with it. A thing that hangs is displaced along its peg only, and turned about it: it
     goes on to hang.
@@ -40,7 +41,7 @@ class OffSpec(_Spec):
 
 
 class TwinSpec(_Spec):
-    """How a twin differs from the believed world.
+    """Ranges of the differences between a twin and the believed world.
 
     ``friction`` and ``mass`` are shares (0.1 is 10 %), of every thing and of the pads; ``force_noise`` [N] and
     ``force_drift`` [N/s] are of the wrist sensor, ``kinematics`` [m] is how far the flange is off where all links add up.
@@ -57,7 +58,7 @@ class TwinSpec(_Spec):
 def twin(
     scenario: Scenario, world: World, spec: TwinSpec, models: Mapping[str, ModelMaker], seed: int, joints: int
 ) -> World:
-    """A world as it may really be.
+    """Draw a twin: a world as it may really be.
 
     Args:
         world: as believed.

@@ -1,4 +1,4 @@
-"""Executing a text in a twin, and judging how that ended."""
+"""Execution of a program's text in a twin, and the judgement of how it ended."""
 
 from __future__ import annotations
 

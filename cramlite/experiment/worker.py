@@ -1,4 +1,4 @@
-"""Processes that work for this one: they start afresh, leave Ctrl-C to it, and end when it does."""
+"""Worker processes: they start afresh, leave Ctrl-C to the parent process, and end when it does."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 
 def worker_pool(workers: int) -> ProcessPoolExecutor:
-    """So many processes, each started when there is work for it."""
+    """Return a pool of so many processes, each started when there is work for it."""
     return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
 
 

@@ -1,1 +1,1 @@
-"""Interpretation: an episode becomes the tasks that it may show, by rules over a timeline."""
+"""Interpretation of episodes: recognition of the tasks that each action may be, by rules over a timeline."""

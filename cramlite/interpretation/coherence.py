@@ -1,4 +1,4 @@
-"""Candidates: the task sequences that agree with themselves and with how the demonstration ended.
+"""Coherence of task sequences: those that agree with themselves and with how the demonstration ended.
 
 Every action may be read in several ways, and the product of all readings holds many that no programmer would write: a hand
 that only reached for a box, and then carries it. A sequence is a candidate if, by what the rules themselves say begins
@@ -32,7 +32,7 @@ Fact = tuple[str, ...]
 
 
 class Claims(Value):
-    """What one reading of an action says about the relations that rules change.
+    """Preconditions and effects that one reading of an action claims, on the relations that rules change.
 
     Args:
         needs, denies: relations that must hold, or must not, just before it.
@@ -55,7 +55,7 @@ LOOKED_AT = 5000
 
 
 def claims(rule: Rule, match: Match) -> Claims:
-    """What a rule says of the entities that fill its roles."""
+    """Return the preconditions and effects that a rule claims of the entities that fill its roles."""
     said = partial(_facts, rule, match)
     needs, denies, after, gone = said("pre", False), said("pre", True), said("post", False), said("post", True)
     begins = frozenset(f for f in after if any(d[0] == f[0] for d in denies))
@@ -90,7 +90,7 @@ def _passive(rule: Rule) -> bool:
 
 
 def same(a: Fact, b: Fact) -> bool:
-    """Whether two facts may be about the same: equal where both name something; a part counts as its whole."""
+    """Check whether two facts unify: equal where both name something; a part counts as its whole."""
     pairs = zip(a[1:], b[1:], strict=False)
     return a[0] == b[0] and all("_" in (x, y) or thing_of(x) == thing_of(y) for x, y in pairs)
 
@@ -98,7 +98,7 @@ def same(a: Fact, b: Fact) -> bool:
 def candidates(
     actions: Sequence[Sequence[Match]], rules: Iterable[Rule], taxonomy: Taxonomy, cap: int = DEFAULT_CAP
 ) -> Iterator[TaskSequence]:
-    """The coherent sequences of some actions, best first: those among the first ``LOOKED_AT`` by ``best_first``.
+    """Yield the coherent task sequences of some actions, best first: those among the first ``LOOKED_AT`` by ``best_first``.
 
     Args:
         actions: the matches of each action, none of them empty.
@@ -123,12 +123,12 @@ def _said(rules: Mapping[str, Rule], match: Match) -> Claims:
 
 
 def explains_ends(claim: Claims, readings: Iterable[Claims]) -> bool:
-    """Condition 4, of one reading of an action among all of them."""
+    """Check condition 4 for one reading of an action among all of them."""
     return claim.passive or all(_among(f, claim.ends) for c in readings for f in c.ends)
 
 
 def coherent(chosen: Sequence[int], asked: Iterable[Demand]) -> bool:
-    """Whether a choice, the number of a reading for each action, fulfils the first three conditions."""
+    """Check whether a choice, the number of a reading for each action, fulfils conditions 1 to 3."""
     made = set(enumerate(chosen))
     return all(not made.isdisjoint(d.any_of) for d in asked if d.of is None or d.of in made)
 
@@ -138,7 +138,7 @@ Choice = tuple[int, int]
 
 
 class Demand(Value):
-    """What the choice of one reading demands of the choice of others.
+    """Constraint on the choice of readings: one choice requires one of others.
 
     Args:
         of: the choice that demands it; None if every choice does.
@@ -154,7 +154,7 @@ Sayers = Callable[[Fact], Sequence[Choice]]
 
 
 def demands(readings: Sequence[Sequence[Claims]]) -> tuple[Demand, ...]:
-    """The first three conditions on a choice among the readings of each action."""
+    """Return conditions 1 to 3 as constraints on a choice among the readings of each action."""
     begins, ends = _sayers(readings, lambda c: c.begins), _sayers(readings, lambda c: c.ends)
     found: list[Demand] = []
     for k, said in enumerate(readings):

@@ -1,4 +1,4 @@
-"""Conditions compiled to steps over columns: one step extends the bindings of all actions at once.
+"""Conditions compiled to joins over columns: one step extends the bindings of all actions at once.
 
 A binding is a tuple: the number of its action, then the values of its variables in the order in which they
 were bound. A step only ever appends to it, so a binding is known again by the beginning of what became of it.
@@ -23,7 +23,7 @@ Rows = Callable[[Sequence[Phase], list[Values]], list[tuple[Values, tuple[Row, .
 
 
 def compile_step(condition: Condition, slots: Slots, new: list[str]) -> Step:
-    """What extends bindings by the ``new`` variables of a condition, where it holds."""
+    """Compile a condition to a step that extends bindings by its ``new`` variables where it holds."""
     match condition:
         case Atom():
             return _atom(condition, slots, new)

@@ -1,4 +1,4 @@
-"""Reading one condition of a rule file.
+"""Parser of the conditions of rule files.
 
 condition := "every" simple ("and" simple)* "->" condition | simple ("or" simple)*
 simple    := "not" simple | atom [comparison] | Variable comparison | "(" condition ")"
@@ -22,11 +22,11 @@ _DEEPEST = 30
 
 
 class ConditionError(ValueError):
-    """What is wrong with the text; the caller adds file and line."""
+    """Syntax or name error in a condition; the caller adds file and line."""
 
 
 def parse_condition(text: str, phase: PhaseName, predicates: Mapping[str, Predicate], taxonomy: Taxonomy) -> Condition:
-    """A condition, with its predicates and classes looked up.
+    """Parse a condition, and look up its predicates and classes.
 
     Raises:
         ConditionError: syntax, an unknown predicate or class, a wrong number of arguments, or a

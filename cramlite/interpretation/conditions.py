@@ -1,4 +1,4 @@
-"""The conditions of a rule: what they mean, and how they are solved against a phase.
+"""Conditions of rules: first-order formulas, and their solutions in a phase.
 
 A binding maps variables to entities. ``solve`` yields every extension of a binding
 under which the condition holds.
@@ -17,7 +17,7 @@ Binding = dict[str, str | float]
 
 
 class Variable(Value):
-    """A capitalised name; ``_`` stands for a new variable each time."""
+    """Logic variable: a capitalised name; ``_`` stands for a new variable each time."""
 
     name: str
 
@@ -36,22 +36,24 @@ OPERATORS = {
 
 
 class Atom(Value):
-    """``predicate(term, ...)``."""
+    """Atomic formula ``predicate(term, ...)``."""
 
     predicate: Predicate
     terms: tuple[Term, ...]
 
     def arguments(self, binding: Binding) -> tuple[str | float | None, ...]:
+        """Return the values of the terms under a binding; None for unbound variables."""
         return tuple(binding.get(t.name) if isinstance(t, Variable) else t for t in self.terms)
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        """Yield the extensions of a binding under which the predicate holds."""
         for row in phase.rows(self.predicate, self.arguments(binding)):
             extended = self.bind(row, binding)
             if extended is not None:
                 yield extended
 
     def bind(self, row: Row, binding: Binding) -> Binding | None:
-        """The binding extended by a row, or None if one variable would have two values."""
+        """Return the binding extended by a row, or None if one variable would have two values."""
         extended = binding
         for term, value in zip(self.terms, row, strict=False):
             if isinstance(term, Variable) and term.name != "_":
@@ -62,38 +64,48 @@ class Atom(Value):
         return extended
 
     def binds(self) -> frozenset[str]:
+        """Return the names of the variables that it binds."""
         return frozenset(t.name for t in self.terms if isinstance(t, Variable) and t.name != "_")
 
 
 class Not(Value):
-    """Negation as failure: nothing known makes the inner condition hold."""
+    """Negation as failure: it holds when the inner condition has no solution."""
 
     inner: Condition
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        """Yield the binding if the inner condition has no solution under it."""
         if next(self.inner.solve(phase, binding), None) is None:
             yield binding
 
 
 class Every(Value):
-    """Whatever makes the first condition hold makes the second hold."""
+    """Universal condition: every solution of the first condition makes the second hold."""
 
     given: Condition
     then: Condition
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        """Yield the binding if every solution of the first condition makes the second hold."""
         if all(next(self.then.solve(phase, case), None) is not None for case in self.given.solve(phase, binding)):
             yield binding
 
 
 class Compare(Value):
-    """A value, or a variable, against a number or a variable."""
+    """Comparison of a predicate's value, or a variable, with a number or a variable.
+
+    Args:
+        left: value predicate or variable.
+        symbol: one of ``OPERATORS``.
+        right: number or variable.
+    """
 
     left: Atom | Variable
     symbol: str
     right: Term
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        """Yield the binding if one value of the left side fulfils the comparison."""
         right = binding[self.right.name] if isinstance(self.right, Variable) else self.right
         for left in self.values(phase, binding):
             if OPERATORS[self.symbol](left, right):
@@ -101,18 +113,19 @@ class Compare(Value):
                 return
 
     def values(self, phase: Phase, binding: Binding) -> list[str | float]:
-        """What the left side is."""
+        """Return the values of the left side."""
         if isinstance(self.left, Variable):
             return [binding[self.left.name]]
         return [row[-1] for row in phase.rows(self.left.predicate, self.left.arguments(binding))]
 
 
 class Or(Value):
-    """One of several conditions."""
+    """Disjunction of conditions."""
 
     options: tuple[Condition, ...]
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        """Yield the solutions of every option, each once."""
         seen: list[Binding] = []
         for option in self.options:
             for found in option.solve(phase, binding):
@@ -122,11 +135,12 @@ class Or(Value):
 
 
 class And(Value):
-    """All of several conditions; variables are passed on from left to right."""
+    """Conjunction of conditions; variables are passed on from left to right."""
 
     parts: tuple[Condition, ...]
 
     def solve(self, phase: Phase, binding: Binding) -> Iterator[Binding]:
+        """Yield the solutions of all parts together."""
         first, *rest = self.parts
         for found in first.solve(phase, binding):
             if rest:
@@ -139,7 +153,7 @@ Condition = Union[Atom, Not, Every, Compare, Or, And]  # noqa: UP007 - a forward
 
 
 def atoms(condition: Condition) -> Iterator[Atom]:
-    """Every atom of a condition."""
+    """Yield every atom of a condition."""
     match condition:
         case Atom():
             yield condition
@@ -157,7 +171,7 @@ def atoms(condition: Condition) -> Iterator[Atom]:
 
 
 def binds(condition: Condition) -> frozenset[str]:
-    """The variables that hold a value once the condition holds."""
+    """Return the variables that hold a value once the condition holds."""
     match condition:
         case Atom():
             return condition.binds()
@@ -170,7 +184,7 @@ def binds(condition: Condition) -> frozenset[str]:
 
 
 def mentions(condition: Condition) -> frozenset[str]:
-    """Every variable that is written in the condition."""
+    """Return every variable that is written in the condition."""
     found: frozenset[str] = frozenset().union(*(a.binds() for a in atoms(condition)))
     for part in _comparisons(condition):
         found |= {t.name for t in (part.left, part.right) if isinstance(t, Variable)}
@@ -178,7 +192,7 @@ def mentions(condition: Condition) -> frozenset[str]:
 
 
 def tests(condition: Condition) -> frozenset[str]:
-    """The variables that a condition only tests: where others bind them, they must be bound before."""
+    """Return the variables that a condition only tests: where others bind them, they must be bound before."""
     match condition:
         case And(parts) | Or(parts):
             return frozenset().union(*map(tests, parts)) | (mentions(condition) - binds(condition))

@@ -1,4 +1,4 @@
-"""All rules as one decision tree, so that what many rules ask is asked once for an action.
+"""Decision tree of all rules, so that a condition that many rules share is checked once for an action.
 
 Rules ask first what the states of an episode decide, cheapest condition first, and then what must be measured.
 Rules that begin with the same conditions (whatever their variables are called) share a path, and a condition that
@@ -46,7 +46,7 @@ class _Settled(Struct):
 
 
 class DecisionTree:
-    """Finds all bindings of all rules for an action of one episode.
+    """Matcher of all rules at once: all bindings for the actions of one episode.
 
     Args:
         rules: from ``load_rules``.
@@ -61,11 +61,11 @@ class DecisionTree:
                 self._add(rule, timeline)
 
     def solve(self, phases: Mapping[PhaseName, Phase]) -> Found:
-        """Task -> the bindings under which all its conditions hold."""
+        """Return the tasks of an action, each with the bindings under which all its conditions hold."""
         return self.solve_all([phases])[0]
 
     def solve_all(self, phases: Sequence[Mapping[PhaseName, Phase]]) -> list[Found]:
-        """The same for many actions: each condition is asked of all those that are left at once."""
+        """Return the tasks of many actions: each condition is checked for all those that are left at once."""
         settled = self._settle_all(phases)
         found = [dict(s.found) for s in settled]
         waiting: dict[int, tuple[_Node, list[Values]]] = {}

@@ -1,7 +1,7 @@
-"""Relations as a planner takes them: facts of a world, what follows from them, and what their loss ends.
+"""Fluents: relations that tasks change, with their initial state, implications and effects, for planning.
 
-A *fluent* is a relation that tasks change (the word of planning); a predicate declares how its own behaves
-(``Predicate.fluent``). What never changes, classes and parts, a predicate declares as ``Predicate.static``.
+A predicate declares how its own behaves (``Predicate.fluent``). What never changes, classes and parts, a predicate
+declares as ``Predicate.static``.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ Pattern = tuple[str | None, ...]
 
 
 def matches(fact: Fact, pattern: Pattern) -> bool:
-    """Whether a fact is one that a pattern means."""
+    """Check whether a fact matches a pattern."""
     return len(fact) == len(pattern) and all(p is None or p == f for f, p in zip(fact, pattern, strict=True))
 
 
 def contents(vessel: str) -> str:
-    """What a vessel was filled with, as an entity."""
+    """Return the entity name of what a vessel was filled with."""
     return str(EntityName(vessel, "contents"))
 
 
 class SymbolicWorld(Value):
-    """The things of a world and what is known of them before anything is done: what predicates are asked about.
+    """Symbolic state of a world before anything is done: the things and relations that predicates are evaluated on.
 
     Args:
         world: with its things and features.
@@ -55,32 +55,32 @@ class SymbolicWorld(Value):
 
     @property
     def entities(self) -> tuple[str, ...]:
-        """The hand, the things and their features."""
+        """Names of the hand, the things and their features."""
         return (EFFECTOR, *self.types)
 
     def is_a(self, entity: str, class_: str) -> bool:
-        """Whether a thing or feature is of a class, or of one below it."""
+        """Check whether a thing or feature is of a class, or of a subclass of it."""
         return self.taxonomy.is_a(self.types.get(entity, ""), class_)
 
     def has(self, entity: str, class_: str) -> bool:
-        """Whether an entity is of a class, or a part of it is."""
+        """Check whether an entity is of a class, or a part of it is."""
         parts = [n for n in self.types if n == entity or thing_of(n) == entity == thing_of(entity)]
         return any(self.is_a(p, class_) for p in parts)
 
     def filled(self) -> tuple[Thing, ...]:
-        """The vessels with something in them."""
+        """Vessels with something in them."""
         return tuple(t for t in self.world.things if t.filling is not None)
 
 
 def symbolic_world(world: World, taxonomy: Taxonomy, relations: Iterable[tuple[str, str, str]] = ()) -> SymbolicWorld:
-    """The scene of a world."""
+    """Return the symbolic state of a world."""
     types = {t.name: t.type for t in world.things}
     types |= {str(EntityName(t.name, f.name)): f.type for t in world.things for f in t.features}
     return SymbolicWorld(world, taxonomy, tuple(relations), types)
 
 
 class GoalCondition(Value):
-    """What a goal asks for.
+    """Condition that a goal asks for: positive facts and forbidden patterns.
 
     Args:
         needs: facts that must hold in the end.
@@ -94,7 +94,7 @@ class GoalCondition(Value):
 
 
 class GoalPhrase(Value):
-    """A form that goals may have, e.g. "THING on PLACE".
+    """Phrase by which goals may be written, e.g. "THING on PLACE".
 
     Args:
         form: words in capitals stand for things, the first word for the one that the goal is about; the others are
@@ -110,7 +110,7 @@ class GoalPhrase(Value):
 
 
 class Fluent(Value):
-    """How a relation behaves when tasks change it; "same arguments" means: the same things, or parts of them.
+    """Declaration of how tasks change a relation; "same arguments" means: the same things, or parts of them.
 
     Args:
         symmetric: it holds both ways round.
@@ -145,7 +145,7 @@ PLAIN = Fluent()
 
 
 class Fluents(Value):
-    """The fluents of all predicates, and what they make of sets of facts.
+    """Fluents of all predicates, with the implications and effects on sets of facts.
 
     Args:
         of: predicate -> its fluent.
@@ -158,24 +158,24 @@ class Fluents(Value):
 
     @property
     def phrases(self) -> tuple[GoalPhrase, ...]:
-        """The forms that goals may have."""
+        """Phrases by which goals may be written."""
         return tuple(p for fluent in self.of.values() for p in fluent.phrases)
 
     def initial(self, scene: SymbolicWorld) -> frozenset[Fact]:
-        """What holds at the start; the hand is empty."""
+        """Return the facts that hold at the start; the hand is empty."""
         asked = ((name, fluent.initial(scene)) for name, fluent in self.of.items() if fluent.initial is not None)
         return frozenset(f for name, rows in asked for row in rows for f in self.both_ways((name, *row)))
 
     def both_ways(self, pattern: Pattern) -> set[Fact]:
-        """The fact, or pattern, and where it is symmetric its mirror image."""
+        """Return the fact, or pattern, and its mirror image where the fluent is symmetric."""
         return {pattern, (pattern[0], *pattern[:0:-1])} if self[pattern[0]].symmetric else {pattern}  # type: ignore[arg-type]
 
     def denied(self, pattern: Pattern) -> set[Pattern]:
-        """What may not hold where a relation is denied."""
+        """Return the patterns that may not hold where a relation is denied."""
         return {p for meant in self[pattern[0]].denial or (pattern,) for p in self.both_ways(meant)}
 
     def implied(self, facts: Iterable[Fact], held: Iterable[str]) -> frozenset[Fact]:
-        """Facts that begin, with all that follows from them, while some things are in the hand."""
+        """Return the facts that begin, with all that they imply, while some things are in the hand."""
         found, carried = set(facts), frozenset(held)
         todo = list(found)
         while todo:
@@ -194,7 +194,7 @@ class Fluents(Value):
         return found | (self.both_ways((fact[0], *things)) if fluent.of_wholes and _distinct(things) else set())
 
     def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
-        """What holds when some facts have begun and what matches the patterns has ended, with all that ends with it."""
+        """Return the successor state: the facts after additions, and removals by pattern, with all that ends with them."""
         ended = {f for f in facts if any(matches(f, p) for p in removes)} - adds
         lost = {(p, *_of_wholes(f)[1:]) for f in ended for p in self[f[0]].undoes}
         ended |= {f for f in facts if _of_wholes(f) in lost} if lost else set()
@@ -220,7 +220,7 @@ def _distinct(things: list[str]) -> bool:
 
 
 def fluents_of(found: Mapping[str, Fluent]) -> Fluents:
-    """The fluents that predicates declare, by the predicates' names.
+    """Collect the fluents that predicates declare, by the predicates' names.
 
     Raises:
         PluginError: one names a predicate that there is not, or two declare one phrase.

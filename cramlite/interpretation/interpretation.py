@@ -1,4 +1,4 @@
-"""Interpretation: what each action of an episode may have been, and why it was nothing else."""
+"""Interpretation of an episode: the tasks that each of its actions may be, and why it is none of the others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .timeline import PADDING, Segment, Timeline
 
 
 class Interpreted(Value, dict=True, eq=False):
-    """One action and everything it may have been.
+    """Interpretation of one action.
 
     Args:
         start, end: [s].
@@ -46,27 +46,27 @@ class Interpreted(Value, dict=True, eq=False):
     _reject: Callable[[], tuple[Rejection, ...]] = tuple
 
     @property
-    def hole(self) -> bool:
+    def unexplained(self) -> bool:
         """Whether no task explains the action."""
         return not self.matches
 
     @cached_property
     def rejections(self) -> tuple[Rejection, ...]:
-        """For every task that it is not: the condition that failed. Worked out when first asked for."""
+        """For every task that the action is not: the condition that failed; computed when first asked for."""
         return self._reject()
 
     @cached_property
     def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
-        """Its tasks with the fillers of their roles."""
+        """Tasks of the action with the fillers of their roles."""
         return frozenset([(m.task, tuple(sorted(m.roles.items()))) for m in self.matches])
 
     def named(self, task: str) -> tuple[Match, ...]:
-        """The matches of one task."""
+        """Return the matches of one task."""
         return tuple(m for m in self.matches if m.task == task)
 
 
 class Interpretation(Value, eq=False):
-    """All that an episode may mean.
+    """Interpretation of all actions of an episode.
 
     Args:
         episode: its name.
@@ -81,29 +81,30 @@ class Interpretation(Value, eq=False):
     rules: Sequence[Rule] = ()
 
     @property
-    def holes(self) -> tuple[Interpreted, ...]:
+    def unexplained_actions(self) -> tuple[Interpreted, ...]:
         """Actions that no task explains. They are in no sequence, and never silently dropped."""
-        return tuple(a for a in self.actions if a.hole)
+        return tuple(a for a in self.actions if a.unexplained)
 
     def count(self) -> int:
-        """The number of readings, those that contradict themselves among them: the product over all actions that some
-        task explains. 0 if none is explained."""
-        total = 1 if len(self.holes) < len(self.actions) else 0
+        """Return the number of readings, incoherent ones among them: the product over all actions that some task explains.
+
+        0 if none is explained.
+        """
+        total = 1 if len(self.unexplained_actions) < len(self.actions) else 0
         for action in self.actions:
             total *= len(action.matches) or 1
         return total
 
     def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
-        """Candidate task sequences, best first, one at a time: the readings that agree with themselves (coherence.py),
-        in the order of ranking.py.
+        """Yield the candidate task sequences, best first: the coherent readings (coherence.py), in the order of ranking.py.
 
         Args:
             cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
         """
-        return candidates([a.matches for a in self.actions if not a.hole], self.rules, self.taxonomy, cap)
+        return candidates([a.matches for a in self.actions if not a.unexplained], self.rules, self.taxonomy, cap)
 
     def why(self, task: str, action: int) -> str:
-        """Why an action is, or is not, a task; in words.
+        """Explain in words why an action is, or is not, a task.
 
         Args:
             task: CURIE, IRI or a name that users know.
@@ -128,7 +129,7 @@ class Interpretation(Value, eq=False):
         return f"{when} is {refused[name].sentence}\n  rule: {refused[name].where}"
 
     def to_json(self) -> dict[str, Any]:
-        """The form of ``cramlite interpret --json``."""
+        """Return the JSON data of ``cramlite interpret --json``."""
         return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count()}
 
 
@@ -158,7 +159,7 @@ def _action_json(action: Interpreted) -> dict[str, Any]:
 def interpret(
     episode: Episode, rules: Sequence[Rule], taxonomy: Taxonomy, *, padding: float = PADDING, merge: bool = True
 ) -> Interpretation:
-    """Every task that every action of an episode may be.
+    """Recognise every task that each action of an episode may be.
 
     Args:
         episode: events and poses.
@@ -222,16 +223,16 @@ class _Judge(Value):
     def _telling(self, time: float) -> bool:
         """Whether a state that always tells actions apart begins or ends at this boundary."""
         boundaries = self.timeline.boundaries
-        return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.saying(TELLS_APART))
+        return any(time in boundaries(type_) for type_ in self.timeline.taxonomy.restricted_classes(TELLS_APART))
 
     def merged(self, actions: list[Interpreted]) -> list[Interpreted]:
-        """Neighbours joined where one action is all that they are. A hole is tried with what it leads to
+        """Neighbours joined where one action is all that they are. An unexplained action is tried with what it leads to
         first (whoever pulls and is still held back is extracting already), then with what went before."""
         spans = [Segment(a.start, b.end) for a, b in pairwise(actions) if self._refine(a, b)]
         solved = self.tree.solve_all([self.timeline.phases(s, self.padding) for s in spans])
         self.wholes.update(zip([(s.start, s.end) for s in spans], solved, strict=True))
-        found = self._folded(actions, lambda before, after: not before.hole and not after.hole)
-        found = self._folded(found[::-1], lambda before, _after: before.hole, backwards=True)[::-1]
+        found = self._folded(actions, lambda before, after: not before.unexplained and not after.unexplained)
+        found = self._folded(found[::-1], lambda before, _after: before.unexplained, backwards=True)[::-1]
         return self._folded(found, lambda _before, _after: True)
 
     def _folded(
@@ -252,13 +253,13 @@ class _Judge(Value):
 
         Only anonymous neighbours are joined, and only if one's tasks are among the other's: the boundary
         between them then told nothing apart. The joined action is judged anew against every rule, and
-        two holes stay holes unless together they are something.
+        two unexplained ones stay so unless together they are something.
         """
         if not self._refine(before, after):
             return None
         segments = (*before.segments, *after.segments)
         joined = self._whole(Segment(before.start, after.end), segments)
-        if joined.hole or not before.readings | after.readings <= joined.readings:
+        if joined.unexplained or not before.readings | after.readings <= joined.readings:
             return None
         boundaries = ", ".join(f"{s.start:.2f} s" for s in segments[1:])
         evidence = (
@@ -287,8 +288,10 @@ class _Judge(Value):
 
 @contextmanager
 def paused_collector() -> Iterator[None]:
-    """No search for cycles of garbage inside. Each search looks at all objects that there are, so that making many
-    takes longer than in proportion: a third of the time for 10,000 actions. Mercurial does the same (``util.nogc``).
+    """Pause the garbage collector inside the context.
+
+    Each of its searches for cycles looks at all objects that there are, so that making many takes longer than in
+    proportion: a third of the time for 10,000 actions. Mercurial does the same (``util.nogc``).
     """
     enabled = gc.isenabled()
     gc.disable()

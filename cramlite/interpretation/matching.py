@@ -1,4 +1,4 @@
-"""The matcher: for an action and a rule, every binding of the roles, or the condition that failed."""
+"""Matching of a rule with an action: every binding of the roles, or the condition that failed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _WHEN: dict[PhaseName, str] = {"pre": "just before it", "run": "while it lasts",
 
 
 class Match(Value):
-    """An action is a task.
+    """Recognition of an action as a task.
 
     Args:
         task: class of the task.
@@ -36,7 +36,7 @@ class Match(Value):
 
 
 class Rejection(Value):
-    """An action is not a task.
+    """Explanation of why an action is not a task.
 
     Args:
         task: class of the task.
@@ -60,7 +60,7 @@ class Rejection(Value):
 
 
 def match(rule: Rule, phases: Phases) -> tuple[Match, ...]:
-    """All ways in which an action is this task: one for each distinct filling of the roles."""
+    """Return all ways in which an action is this task: one for each distinct filling of the roles."""
     bindings: list[Binding] = [{}]
     for clause in rule.quick_order:
         phase, condition = phases[clause.phase], clause.condition
@@ -71,7 +71,7 @@ def match(rule: Rule, phases: Phases) -> tuple[Match, ...]:
 
 
 def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
-    """One match for each distinct filling of the roles."""
+    """Return one match for each distinct filling of the roles."""
     first: dict[tuple[str | float, ...], Binding] = {}
     for binding in bindings:
         first.setdefault(tuple([binding[role] for role in rule.roles]), binding)
@@ -85,7 +85,7 @@ def _match(rule: Rule, binding: Binding) -> Match:
 
 
 def reject(rule: Rule, phases: Phases) -> Rejection | None:
-    """Why an action is not this task; None if it is."""
+    """Explain why an action is not this task; None if it is."""
     bindings: list[Binding] = [{}]
     for clause in rule.written_order:
         phase = phases[clause.phase]

@@ -1,4 +1,4 @@
-"""Task sequences, best first, and why one is better than another.
+"""Ranking of task sequences, and why one is better than another.
 
 A sequence's score is a sum, so that the best ones can be found without listing all:
 
@@ -33,7 +33,7 @@ DEFAULT_CAP = 100_000
 
 
 class TaskSequence(Value):
-    """One task for every explained action.
+    """Sequence with one task for every explained action.
 
     Args:
         matches: the tasks with their roles, in order.
@@ -47,13 +47,13 @@ class TaskSequence(Value):
 
 
 def specificity(match: Match, taxonomy: Taxonomy) -> float:
-    """How much one interpretation of an action claims."""
+    """Return the score of how specific one interpretation of an action is."""
     depth = taxonomy.depth(match.task) - taxonomy.depth(TASK)
     return depth + PER_CONDITION * match.conditions + PER_CHANGE * match.changes
 
 
 def affinity(before: Match, after: Match) -> float:
-    """How well two neighbours go together."""
+    """Return the score of how well two neighbours go together."""
     if before.task == after.task and before.roles == after.roles:
         return REPEATED
     handled = {before.roles.get(r) for r in _HANDLED} & {after.roles.get(r) for r in _HANDLED} - {None}
@@ -64,7 +64,7 @@ def affinity(before: Match, after: Match) -> float:
 def best_first(
     choices: Sequence[Sequence[Match]], taxonomy: Taxonomy, cap: int = DEFAULT_CAP
 ) -> Iterator[TaskSequence]:
-    """All sequences in order of falling score: A* over the actions, with the exact best rest as its bound.
+    """Yield all sequences in order of falling score: A* over the actions, with the exact best rest as its bound.
 
     Args:
         choices: the matches of each action, none of them empty.

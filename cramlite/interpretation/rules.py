@@ -1,4 +1,4 @@
-"""Rules: under which conditions an action is interpreted as a task. Loaded from ``task_rules/*.yaml``.
+"""Rules: conditions under which an action is interpreted as a task. Loaded from ``task_rules/*.yaml``.
 
 A file holds one task type. A variable named like a role IS that role's filler::
 
@@ -33,7 +33,14 @@ _KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
 
 
 class Clause(Value, dict=True):
-    """One condition of a rule, where it is asked, as it was written, and where."""
+    """Condition of a rule, with the phase in which it is asked, its text, and its place in the file.
+
+    Args:
+        phase: in which it is asked: "pre", "run" or "post".
+        condition: parsed.
+        text: as it was written.
+        line: of the rule file, from 1.
+    """
 
     phase: PhaseName
     condition: Condition
@@ -47,12 +54,12 @@ class Clause(Value, dict=True):
 
     @cached_property
     def lasting(self) -> bool:
-        """Whether what holds of it is the same wherever the same states hold: it asks about states and classes only."""
+        """Whether its solutions are the same wherever the same states hold: it asks about states and classes only."""
         return all(a.predicate.steady or a.predicate.timeless for a in atoms(self.condition))
 
 
 class Rule(Value, dict=True):
-    """When an action counts as a task.
+    """Rule by which an action is recognised as a task.
 
     Args:
         task: class of the task.
@@ -72,23 +79,23 @@ class Rule(Value, dict=True):
 
     @cached_property
     def written_order(self) -> tuple[Clause, ...]:
-        """An order that can be solved, as near to the written one as can be: for reports."""
+        """Clauses in an evaluation order that binds variables before they are tested, nearest to the written one: for reports."""
         return _ordered(self.clauses, cheapest=False)
 
     @cached_property
     def quick_order(self) -> tuple[Clause, ...]:
-        """An order that can be solved, conditions that states alone decide first, then cheap ones: for deciding."""
+        """Clauses in an evaluation order that binds variables before they are tested, those on states alone first, then cheap ones."""
         return _ordered(self.clauses, cheapest=True)
 
     @cached_property
     def changes(self) -> int:
-        """How many relations the rule wants to begin or end: held before and denied after, or the reverse."""
+        """Number of relations that the rule requires to begin or end: held before and denied after, or the reverse."""
         said = {(phase, denied): _said(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
         return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
 
     @property
     def conditions(self) -> int:
-        """How many conditions the rule has: part of how specific it is."""
+        """Number of conditions: part of how specific the rule is."""
         return len(self.clauses)
 
 
@@ -107,7 +114,7 @@ RuleBook = tuple[Rule, ...]
 
 
 def load_rules(paths: Iterable[Path | str], predicates: Iterable[Predicate], taxonomy: Taxonomy) -> RuleBook:
-    """The rules of some files (a folder stands for the .yaml files in it), sorted by task.
+    """Load the rules of some files (a folder stands for the .yaml files in it), sorted by task.
 
     Raises:
         UserError: names file and line of: YAML errors, unknown keys, predicates, classes, roles or

@@ -1,4 +1,4 @@
-"""Which states hold when, for every interval between two of their boundaries."""
+"""Interval index of states: which hold when, for every interval between two of their boundaries."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..model.episode import Event
 
 
 class StateIndex:
-    """States by time.
+    """Index of states by time.
 
     Args:
         events: states; those that end before they start, or at once, are left out.
@@ -37,12 +37,12 @@ class StateIndex:
         self._kinds_of: dict[int, tuple[int, ...]] = {}
 
     def at(self, time: float) -> tuple[Event, ...]:
-        """States with start <= time < end, in order of start."""
+        """Return the states with start <= time < end, in order of start."""
         k = bisect_right(self._bounds, time) - 1
         return self._active[k] if k >= 0 else ()
 
     def between(self, start: float, end: float) -> tuple[Event, ...]:
-        """States that hold somewhere in [start, end)."""
+        """Return the states that hold somewhere in [start, end)."""
         first = bisect_right(self._bounds, start) - 1
         after = max(bisect_left(self._bounds, end), first + 1)
         if after == first + 1:
@@ -51,8 +51,10 @@ class StateIndex:
         return tuple(seen.values())
 
     def holding(self, start: float, end: float) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """What holds all through [start, end), and at some time of it: numbers of classes with their roles, in order.
-        Two phases with the same answer cannot be told apart by which states hold."""
+        """Return what holds all through [start, end), and at some time of it: numbers of classes with their roles, in order.
+
+        Two phases with the same answer cannot be told apart by which states hold.
+        """
         k = bisect_right(self._bounds, start)
         if k == len(self._bounds) or end <= self._bounds[k]:
             kinds = self._between_bounds(k - 1)

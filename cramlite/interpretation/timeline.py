@@ -1,4 +1,4 @@
-"""An episode as the matcher sees it: actions, and what holds before, during and after each.
+"""Timeline of an episode for matching: actions, and what holds before, during and after each.
 
 Closed world: a state that is not known to hold does not hold. The intervals are those
 of Alt et al., KR 2023.
@@ -19,7 +19,9 @@ from .fluents import PLAIN, Fluent
 from .state_index import StateIndex
 
 PhaseName = Literal["pre", "run", "post"]
+"""Phase of an action: just before it, all through it, or just after it."""
 Row = tuple[str | float, ...]
+"""Arguments for which a predicate holds: names of entities or classes; a value predicate's rows end with the number."""
 
 PADDING = 0.2
 """How long after a labelled action its effects may appear [s]: the published rule base's value."""
@@ -71,7 +73,12 @@ class Predicate(Value):
 
 
 class Segment(Value):
-    """An action of the timeline: a recorded one, or a gap between boundaries (``event`` is None)."""
+    """Action of the timeline: a recorded one, or a gap between boundaries (``event`` is None).
+
+    Args:
+        start, end: [s].
+        event: the recorded action.
+    """
 
     start: float
     end: float
@@ -83,7 +90,7 @@ Index = dict[tuple[str | float, ...], tuple[Row, ...]]
 
 
 class Phase:
-    """What holds at an instant (``start == end``), or all through an interval.
+    """Instant (``start == end``) or interval of the timeline in which predicates are evaluated.
 
     Predicates read it; ``memo`` is theirs to keep results in. ``situation`` is another memo, the same one for all
     phases in which the same states hold, all through and at some time, and the same things' poses are known;
@@ -100,17 +107,19 @@ class Phase:
         self.situation: dict[Hashable, Any] = timeline.situation(self.holds)
 
     def states(self, type_: str) -> tuple[Event, ...]:
-        """States of a class that hold at the instant, or span the whole interval."""
+        """Return the states of a class that hold at the instant, or span the whole interval."""
         active = self.timeline.active(type_, self.start)
         return tuple([e for e in active if e.end >= self.end]) if self.end > self.start else active
 
     def overlapping(self, type_: str) -> tuple[Event, ...]:
-        """States of a class that hold at some time of the phase, however short: what a
-        spanning test cannot see of a collision inside an action."""
+        """Return the states of a class that hold at some time of the phase, however short.
+
+        A spanning test cannot see a collision inside an action.
+        """
         return self.timeline.active_between(type_, self.start, self.end)
 
     def rows(self, predicate: Predicate, arguments: tuple[str | float | None, ...]) -> tuple[Row, ...]:
-        """The rows of a predicate that agree with the arguments; None is open."""
+        """Return the rows of a predicate that agree with the arguments; None is open."""
         if predicate.complete:
             places = tuple([k for k, a in enumerate(arguments) if a is not None])
             return self.index(predicate, places).get(tuple([a for a in arguments if a is not None]), ())
@@ -123,7 +132,7 @@ class Phase:
         return found
 
     def index(self, predicate: Predicate, places: tuple[int, ...]) -> Index:
-        """All rows of a complete predicate, by their values at some places."""
+        """Return all rows of a complete predicate, indexed by their values at some places."""
         known = self.situation if predicate.steady else self.timeline.rows if predicate.timeless else self.memo
         key = (predicate.name, places, "index")
         found: Index | None = known.get(key)
@@ -137,7 +146,7 @@ class Phase:
 
 
 class Timeline:
-    """The states of an episode, indexed by time, and its segmentation into actions.
+    """States of an episode, indexed by time, and its segmentation into actions.
 
     A state that still holds when the recording ends is taken to go on: the end of a recording is no event.
     """
@@ -155,7 +164,7 @@ class Timeline:
         self._situations: dict[Hashable, dict[Hashable, Any]] = {}
 
     def types(self, name: str) -> tuple[str, ...]:
-        """The classes of an entity, as this taxonomy names them; unknown ones as they are."""
+        """Return the classes of an entity, as this taxonomy names them; unknown ones as they are."""
         key = ("types", name)
         if key not in self.memo:
             entity = self.entities.get(name)
@@ -164,7 +173,7 @@ class Timeline:
         return self.memo[key]  # type: ignore[no-any-return]
 
     def entities_of(self, type_: str) -> tuple[str, ...]:
-        """Names of the entities of a class, in the order of the semantic map."""
+        """Return the names of the entities of a class, in the order of the semantic map."""
         key = ("entities", type_)
         if key not in self.memo:
             self.memo[key] = tuple(n for n in self.entities if self.taxonomy.any_is_a(self.types(n), type_))
@@ -172,7 +181,7 @@ class Timeline:
 
     @cached_property
     def located(self) -> dict[str, float]:
-        """When the pose of each entity was first known [s]; entities that are known nowhere are left out."""
+        """Time at which the pose of each entity was first known [s]; entities that are known nowhere are left out."""
         tracked = {n: float(t.times[0]) for n, t in self.episode.tracks.items() if len(t.times)}
         return {**tracked, **{n: float("-inf") for n, e in self.entities.items() if e.pose is not None}}
 
@@ -181,22 +190,22 @@ class Timeline:
         return sorted(self.located.values())
 
     def holding(self, start: float, end: float) -> Hashable:
-        """Which states hold in [start, end), and of how many things a pose is known by then."""
+        """Return which states hold in [start, end), and of how many things a pose is known by then."""
         return self._states.holding(start, end), bisect_right(self._located, end)
 
     def situation(self, holds: Hashable) -> dict[Hashable, Any]:
-        """A memo that is shared by all phases in which the same states hold."""
+        """Return a memo that is shared by all phases in which the same states hold."""
         return self._situations.setdefault(holds, {})
 
     def instant(self, time: float) -> Phase:
-        """What holds at a time. Neighbouring actions share it."""
+        """Return the phase of one instant. Neighbouring actions share it."""
         phase = self._instants.get(time)
         if phase is None:
             phase = self._instants[time] = Phase(self, time, time)
         return phase
 
     def phases(self, segment: Segment, padding: float = PADDING) -> dict[PhaseName, Phase]:
-        """What holds just before, all through, and just after an action."""
+        """Return the phases just before, all through, and just after an action."""
         return {
             "pre": self.instant(segment.start),
             "run": Phase(self, segment.start, segment.end),
@@ -204,7 +213,7 @@ class Timeline:
         }
 
     def terminal(self, segment: Segment, padding: float) -> float:
-        """The instant at which an action's effects are looked for.
+        """Return the instant at which an action's effects are looked for [s].
 
         The end of an anonymous action is where a state changes, so its effects are exact. A labelled
         action's end is a person's or a detector's judgement; its effects may appear up to ``padding``
@@ -222,7 +231,7 @@ class Timeline:
 
     @cached_property
     def labelled(self) -> tuple[Event, ...]:
-        """The recorded actions, by start."""
+        """Recorded actions, by start."""
         return tuple(sorted(self.episode.of("action"), key=lambda e: (e.start, e.end)))
 
     @property
@@ -233,7 +242,7 @@ class Timeline:
 
     @cached_property
     def cuts(self) -> tuple[float, ...]:
-        """When states and recorded actions begin or end, and the ends of the recording; sorted [s]."""
+        """Times at which states and recorded actions begin or end, and the ends of the recording; sorted [s]."""
         start, end = self._span
         found = {start, end}
         for event in self.episode.events:
@@ -242,8 +251,10 @@ class Timeline:
         return tuple(sorted(found))
 
     def segments(self) -> tuple[Segment, ...]:
-        """The actions: the recorded ones, and each gap between two boundaries that none of them covers,
-        so that some action is always going on. Boundaries are those of states and of recorded actions."""
+        """Return the actions: the recorded ones, and each gap between two boundaries that none of them covers.
+
+        So some action is always going on. Boundaries are those of states and of recorded actions.
+        """
         start = self._span[0]
         found = [Segment(e.start, e.end, e) for e in self.labelled]
         covered = start
@@ -258,15 +269,15 @@ class Timeline:
         return tuple(sorted(found, key=lambda s: (s.start, s.end)))
 
     def active(self, type_: str, time: float) -> tuple[Event, ...]:
-        """States of a class with start <= time < end."""
+        """Return the states of a class with start <= time < end."""
         return self._index(type_).at(time)
 
     def active_between(self, type_: str, start: float, end: float) -> tuple[Event, ...]:
-        """States of a class that hold somewhere in [start, end)."""
+        """Return the states of a class that hold somewhere in [start, end)."""
         return self._index(type_).between(start, end)
 
     def boundaries(self, type_: str) -> frozenset[float]:
-        """When states of a class begin or end."""
+        """Return the times at which states of a class begin or end [s]."""
         return self._index(type_).boundaries
 
     def _index(self, type_: str) -> StateIndex:

@@ -1,4 +1,4 @@
-"""Values: what there is to talk about: geometry, worlds, robots, episodes, beliefs, designators, plans, programs, verdicts.
+"""Values of the domain: geometry, worlds, robots, episodes, beliefs, designators, plans, programs, verdicts.
 
 Names are imported when they are first used, so that ``import cramlite.model`` costs next to nothing.
 """
@@ -12,8 +12,8 @@ from ..base.lazy_names import LazyNames
 if TYPE_CHECKING:
     from ..base.value import Value, replace
     from .belief import Belief, Estimate, Held, Relation, initial_belief
-    from .control_flow import Compound, attempts, monitor, retry, sequence
-    from .designator_name import chain, inside, is_inside, top_of
+    from .control_flow import Compound, fallback, monitor, retry, sequence
+    from .designator_name import enclosing_names, is_part_of, part_name, task_of
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
     from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
-    from .program_safety import PROGRAM_RULES, STEP_RULES, objections
+    from .program_safety import PROGRAM_RULES, STEP_RULES, violations
     from .robot import Gripper, Platform, Robot
     from .rollout import Message, Rollout, Scene, Solid, Touch
     from .steps import (
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
         TryInOrder,
         Wait,
         ZeroSensor,
-        clash,
+        branch_conflict,
         uses_arm,
         walk,
     )
@@ -57,21 +57,21 @@ if TYPE_CHECKING:
 _HOMES = {
     "..base.value": "Value replace",
     ".belief": "Belief Estimate Held Relation initial_belief",
-    ".control_flow": "Compound attempts monitor retry sequence",
+    ".control_flow": "Compound fallback monitor retry sequence",
     ".designators": "Action Designator Late Location Motion Object Place Stand",
-    ".designator_name": "chain inside is_inside top_of",
+    ".designator_name": "enclosing_names part_name is_part_of task_of",
     ".entity_name": "EntityName thing_of",
     ".episode": "Entity Episode Event Repair Track",
     ".geometry": "Floats Pose Vector3",
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
-    ".program_safety": "PROGRAM_RULES STEP_RULES objections",
+    ".program_safety": "PROGRAM_RULES STEP_RULES violations",
     ".robot": "Gripper Platform Robot",
     ".rollout": "Message Rollout Scene Solid Touch",
     ".steps": "AnyStep CompliantSlide Control Drive ForceExtract ForceInsert ForceMove Joints"
     " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
-    " SpiralSearch Step TryInOrder Wait ZeroSensor clash uses_arm walk",
+    " SpiralSearch Step TryInOrder Wait ZeroSensor branch_conflict uses_arm walk",
     ".verdict": "Cost Finding Verdict",
     ".view": "D435 Depth Image Intrinsics Mask Points View",
     ".world": "Camera Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
@@ -160,23 +160,23 @@ __all__ = [
     "Wait",
     "World",
     "ZeroSensor",
-    "attempts",
-    "chain",
-    "clash",
+    "branch_conflict",
+    "enclosing_names",
+    "fallback",
     "initial_belief",
-    "inside",
-    "is_inside",
+    "is_part_of",
     "is_program_text",
     "monitor",
-    "objections",
+    "part_name",
     "read_program",
     "replace",
     "retry",
     "sequence",
+    "task_of",
     "thing_of",
-    "top_of",
     "typed_code",
     "uses_arm",
+    "violations",
     "walk",
     "write_program",
 ]

@@ -1,4 +1,4 @@
-"""Belief: what is held true at one point of a plan, and where each part of it came from."""
+"""Belief state at one point of a plan, with the source of each pose."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .world import Feature, Thing, World
 
 
 class Estimate(Value):
-    """A pose with its uncertainty and provenance.
+    """Pose with its uncertainty and provenance.
 
     Args:
         pose: world frame.
@@ -28,7 +28,7 @@ class Estimate(Value):
 
 
 class Held(Value):
-    """A thing in the gripper.
+    """Grasped thing, with its pose in the hand.
 
     Args:
         tcp_to_thing: its pose in the TCP frame.
@@ -45,10 +45,11 @@ class Held(Value):
 
 
 Relation = tuple[str, str, str]
+"""A believed fact: (predicate, thing, place), e.g. ("hangs_on", "tea", "hanger")."""
 
 
 class Belief(Value):
-    """State of the world as the engine believes it; frozen.
+    """Belief state: the world as the engine believes it to be; frozen.
 
     Args:
         world: shapes and features of the things; its poses are the initial ones.
@@ -71,11 +72,11 @@ class Belief(Value):
     at: Pose | None = None
 
     def thing(self, entity: str) -> Thing:
-        """The thing that an entity name ("thing" or "thing/feature") belongs to."""
+        """Return the thing that an entity name ("thing" or "thing/feature") belongs to."""
         return self.world.thing(thing_of(entity))
 
     def feature(self, entity: str, type_: str | None = None) -> Feature | None:
-        """The feature that an entity names, or the thing's first feature of a class."""
+        """Return the feature that an entity names, or the thing's first feature of a class; None if there is none."""
         name = EntityName.parse(entity)
         owner = self.world.thing(name.thing)
         if name.part:
@@ -83,11 +84,11 @@ class Belief(Value):
         return owner.feature(type_) if type_ else None
 
     def base(self) -> Pose:
-        """The arm's base in the world."""
+        """Return the pose of the arm's base in the world frame."""
         return self.at or next(r.base for r in self.world.robots if r.name == self.robot)
 
     def pose(self, entity: str) -> Pose:
-        """Pose of a thing or feature in the robot's base frame.
+        """Return the pose of a thing or feature in the robot's base frame.
 
         Raises:
             KeyError: the thing is held (its pose depends on the arm) or unknown.
@@ -98,32 +99,34 @@ class Belief(Value):
         return pose * feature.pose if feature else pose
 
     def moved(self, joints: tuple[float, ...]) -> Belief:
+        """Return the belief with the arm at another joint position [rad]."""
         return replace(self, joints=joints)
 
     def driven(self, at: Pose) -> Belief:
-        """The arm's base is elsewhere; what is held came along."""
+        """Return the belief with the arm's base at another pose in the world; what is held moves along."""
         held = replace(self.held, joints=()) if self.held else None
         return replace(self, at=at, held=held)
 
     def grasped(self, held: Held) -> Belief:
-        """The thing moves with the hand from now on."""
+        """Return the belief with a thing grasped: it moves with the hand from now on."""
         poses = {k: v for k, v in self.poses.items() if k != held.thing}
         return replace(self, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
 
     def released(self, estimate: Estimate, opening: float) -> Belief:
-        """Let go of what is held; it is then where ``estimate`` says."""
+        """Return the belief after the held thing is let go; it is then where ``estimate`` says."""
         assert self.held is not None
         return replace(self, poses={**self.poses, self.held.thing: estimate}, held=None, opening=opening)
 
     def related(self, *facts: Relation) -> Belief:
+        """Return the belief with further relations."""
         return replace(self, relations=self.relations | set(facts))
 
     def unrelated(self, predicate: str, subject: str) -> Belief:
-        """Without any fact ``predicate(subject, _)``."""
+        """Return the belief without any relation ``predicate(subject, _)``."""
         return replace(self, relations=frozenset(r for r in self.relations if r[:2] != (predicate, subject)))
 
     def relates(self, predicate: str, subject: str) -> str | None:
-        """The first thing that ``predicate(subject, thing)`` holds for."""
+        """Return the first thing for which ``predicate(subject, thing)`` holds, or None."""
         return next((o for p, s, o in sorted(self.relations) if (p, s) == (predicate, subject)), None)
 
 
@@ -135,6 +138,6 @@ def initial_belief(
     relations: Iterable[Relation] = (),
     at: Pose | None = None,
 ) -> Belief:
-    """The belief that takes every pose of the world as known."""
+    """Return the belief that takes every pose of the world as known."""
     poses = {t.name: Estimate(t.pose) for t in world.things}
     return Belief(world, poses, robot, joints, opening, relations=frozenset(relations), at=at)

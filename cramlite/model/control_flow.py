@@ -1,4 +1,4 @@
-"""The plan language: several designators under one rule. See docs/reference/plan_language.md.
+"""Plan language: control structures over designators. See docs/reference/plan_language.md.
 
 A ``Compound`` is an action that is made of others. Two of its kinds are decided while planning: "sequence", and
 "try_in_order", whose branches are alternatives of the search. The others are decided while the program runs: they become
@@ -18,7 +18,7 @@ from typing import Any, Literal
 from msgspec.structs import replace
 
 from ..base.value import Value
-from .designator_name import inside
+from .designator_name import part_name
 from .designators import Action, Designator, Motion
 
 Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "repeat", "monitor"]
@@ -26,7 +26,7 @@ Branch = tuple[Designator, ...]
 
 
 class Compound(Action):
-    """Designators under one rule; made by the functions below.
+    """Control structure over designators; made by the functions below.
 
     Args:
         kind: the rule; ``task`` is the same as a class.
@@ -43,60 +43,69 @@ class Compound(Action):
 
     @property
     def decided_at_run_time(self) -> bool:
+        """Whether the structure becomes a control step of the program, instead of being decided while planning."""
         return self.kind not in ("sequence", "try_in_order")
 
 
 class Mark(Value):
-    """Stands in the agenda where a branch of a compound begins; after the last one, where the compound ends."""
+    """Agenda marker where a branch of a compound begins; after the last branch, where the compound ends."""
 
     compound: Compound
     branch: int
 
 
 def compound(kind: Kind, name: str, branches: tuple[Branch, ...], **parameters: float) -> Compound:
-    """A compound of any kind; its branches must not be empty."""
+    """Construct a compound of any kind; its branches must not be empty."""
     if not branches or not all(branches):
         raise ValueError(f"{kind} '{name}' needs something to do")
     return Compound(name, f"cram:{kind}", parameters=parameters, kind=kind, branches=branches)
 
 
 def sequence(name: str, *parts: Designator) -> Compound:
-    """One after the other; the first failure ends it."""
+    """Construct a sequence: one part after the other; the first failure ends it."""
     return compound("sequence", name, (parts,))
 
 
-def try_in_order(name: str, *parts: Designator) -> Compound:
-    """While planning: the first part that can be resolved, and whose program is proven. The program holds that one only."""
+def choose(name: str, *parts: Designator) -> Compound:
+    """Construct a choice among alternatives that is made while planning.
+
+    The program holds only the first part that can be resolved, and whose program is proven.
+    """
     return compound("try_in_order", name, tuple((p,) for p in parts))
 
 
-def attempts(name: str, *parts: Designator) -> Compound:
-    """While the program runs: one part after the other, until one succeeds. The program holds all of them."""
+def fallback(name: str, *parts: Designator) -> Compound:
+    """Construct a fallback that is decided while the program runs: one part after the other, until one succeeds.
+
+    The program holds all of them.
+    """
     return compound("attempts", name, tuple((p,) for p in parts))
 
 
 def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
-    """Attempts at one part: as it is, then with each change of its parameters, until one succeeds."""
+    """Construct a retry of one part: as it is, then with each change of its parameters, until one succeeds."""
     again = [
-        replace(part, name=inside(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
+        replace(part, name=part_name(part.name, f"attempt_{k}"), parameters={**part.parameters, **change})
         for k, change in enumerate(changes, 2)
     ]
-    return attempts(name, part, *again)
+    return fallback(name, part, *again)
 
 
 def parallel(name: str, *parts: Designator) -> Compound:
-    """At the same time: it succeeds when all have, the first failure stops the others."""
+    """Construct parallel execution: it succeeds when all parts have; the first failure stops the others."""
     return compound("parallel", name, tuple((p,) for p in parts))
 
 
 def try_all(name: str, *parts: Designator) -> Compound:
-    """At the same time: the first success stops the others; it fails when all have. The arm then goes back to where it
-    began, because only the run decides which part succeeds."""
+    """Construct a parallel race: the first success stops the others; it fails when all parts have.
+
+    The arm then goes back to where it began, because only the run decides which part succeeds.
+    """
     return compound("try_all", name, tuple((p,) for p in parts))
 
 
 def repeat(name: str, times: int, *parts: Designator) -> Compound:
-    """So many times; the first failure ends it. What does not end where it begins is led back there."""
+    """Construct a loop of ``times`` passes; the first failure ends it. What does not end where it begins is led back there."""
     return compound("repeat", name, (parts,), times=times)
 
 
@@ -107,8 +116,11 @@ def monitor(
     slip_m: float | None = None,
     time_s: float | None = None,
 ) -> Compound:
-    """While something is watched: the force on the tool, how far the fingers close further, the time. When it is exceeded
-    the parts are stopped and it fails."""
+    """Construct monitored execution: the parts are stopped, and it fails, when a watched quantity exceeds its limit.
+
+    Watched are the force on the tool [N], how far the fingers close further [m], and the time [s]; those that are
+    given.
+    """
     watched = {k: v for k, v in (("force_n", force_n), ("slip_m", slip_m), ("time_s", time_s)) if v is not None}
     if not watched:
         raise ValueError(f"monitor '{name}' watches nothing: give force_n, slip_m or time_s")
@@ -116,7 +128,7 @@ def monitor(
 
 
 class Way(Value):
-    """One way to do a compound, as a ``Decomposition`` is of an action: what goes on the agenda, why, and its cost."""
+    """One expansion of a compound, as a ``Decomposition`` is of an action: what goes on the agenda, why, and its cost."""
 
     steps: tuple[Designator | Mark, ...]
     reason: str
@@ -124,7 +136,7 @@ class Way(Value):
 
 
 def ways(item: Compound) -> Iterator[Way]:
-    """How a compound is put on the agenda: the alternatives of try_in_order, else one way with marks."""
+    """Yield the expansions of a compound: the alternatives of try_in_order, else one with markers."""
     if item.kind == "sequence":
         yield Way(item.branches[0], "in this order")
     elif item.kind == "try_in_order":
@@ -140,7 +152,7 @@ def ways(item: Compound) -> Iterator[Way]:
 
 
 def touched(item: Compound) -> tuple[str, ...]:
-    """The variables that the parts of a compound may touch: what their tasks are about."""
+    """Return the variables that the parts of a compound may touch: what their tasks are about."""
     found: list[str] = []
     for part in (p for branch in item.branches for p in branch):
         if isinstance(part, Compound):

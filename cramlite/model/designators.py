@@ -1,4 +1,4 @@
-"""Designators: descriptions of actions, objects, locations and motions.
+"""Designators: symbolic descriptions of actions, objects, locations and motions.
 
 A designator is *open* while it only describes, *late* when its value will be
 known at run time, and *grounded* when a plugin has bound it. All are frozen; a
@@ -14,13 +14,13 @@ from msgspec import field
 from msgspec.structs import replace
 
 from ..base.value import Value
-from .designator_name import inside
+from .designator_name import part_name
 from .entity_name import thing_of
 from .geometry import Pose
 
 
 class Object(Value):
-    """Something in the world that plays a role.
+    """Object designator: description of something in the world that plays a role.
 
     Args:
         name: variable, the same for every task that means the same thing, e.g. "object_1".
@@ -43,25 +43,25 @@ class Object(Value):
 
     @property
     def wanted(self) -> str:
-        """What is asked for, in words."""
+        """Description of what is asked for, in words."""
         what = " or ".join(self.types) or "anything"
         having = f" with {', '.join(self.features)}" if self.features else ""
         return f"{self.entity or what}{having}"
 
     @property
     def thing(self) -> str:
-        """The thing that is asked for by name, or whose part is; "" where nothing is."""
+        """Thing that is asked for by name, or whose part is; "" where nothing is."""
         return thing_of(self.entity or "")
 
     def merged(self, other: Object) -> Object:
-        """One designator that asks for what both ask for."""
+        """Return the designator that asks for what both ask for."""
         features = tuple(dict.fromkeys((*self.features, *other.features)))
         affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
         return replace(self, types=self.types or other.types, features=features, affords=affords)
 
 
 class Location(Value):
-    """Where the hand, or what it holds, should be.
+    """Location designator: description of where the hand, or what it holds, should be.
 
     Args:
         name: e.g. "grasp(object_1)"; tasks that name the same location share its grounding.
@@ -81,7 +81,7 @@ class Location(Value):
 
 
 class Place(Value):
-    """A grounded location: TCP poses in the robot's base frame.
+    """Grounded location: TCP poses in the robot's base frame.
 
     Args:
         pose: the TCP when there.
@@ -103,7 +103,7 @@ class Place(Value):
 
 
 class Stand(Value):
-    """A grounded location of the robot itself.
+    """Grounded location of the robot itself.
 
     Args:
         pose: of its platform, in the world: level, on the floor.
@@ -115,7 +115,7 @@ class Stand(Value):
 
 
 class Motion(Value):
-    """A movement without its trajectory.
+    """Motion designator: a movement without its trajectory.
 
     Args:
         name: unique in the plan, e.g. "3.Grasping/approach".
@@ -140,7 +140,7 @@ class Motion(Value):
 
 
 class Action(Value):
-    """A task to be executed.
+    """Action designator: a task to be executed.
 
     Args:
         name: unique in the plan, e.g. "3.Grasping".
@@ -160,12 +160,12 @@ class Action(Value):
         return f"{self.task.split(':')[-1]}({', '.join(f'{k}={v.name}' for k, v in self.roles.items())})"
 
     def inside(self, name: str) -> str:
-        """The name of a designator that belongs to this action."""
-        return inside(self.name, name)
+        """Return the name of a designator that belongs to this action."""
+        return part_name(self.name, name)
 
 
 class Late(Value):
-    """An object whose pose is bound at RUN time.
+    """Object designator whose pose is bound at run time.
 
     Args:
         query: what to look for.
@@ -179,6 +179,7 @@ class Late(Value):
 
     @property
     def name(self) -> str:
+        """Name of the query's designator."""
         return self.query.name
 
     def __str__(self) -> str:
@@ -186,3 +187,4 @@ class Late(Value):
 
 
 Designator = Action | Object | Location | Motion | Late
+"""Anything that plugins are asked to ground."""

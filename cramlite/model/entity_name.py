@@ -1,6 +1,6 @@
 """Names of things and of their parts: "hook" is a thing, "hook/peg" a part of it.
 
-Texts, YAML, JSON and all that maps names to values use this notation. It is read and written here and nowhere else.
+Texts, YAML, JSON and mappings from names to values use this notation. It is read and written here and nowhere else.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ BETWEEN = "/"
 
 
 class EntityName(Value):
-    """The name of a thing, or of a part of it; ``str()`` is its notation.
+    """Name of a thing, or of a part of it; ``str()`` is its notation.
 
     Args:
         thing: the whole.
@@ -24,7 +24,7 @@ class EntityName(Value):
 
     @classmethod
     def parse(cls, notation: str) -> EntityName:
-        """Read the notation: what follows the first "/" is the part."""
+        """Parse the notation: what follows the first "/" is the part."""
         thing, _, part = notation.partition(BETWEEN)
         return cls(thing, part)
 
@@ -33,5 +33,5 @@ class EntityName(Value):
 
 
 def thing_of(notation: str) -> str:
-    """The thing that a name is about, itself or a part of it: "hook" of "hook" and of "hook/peg"."""
+    """Return the thing that a name refers to, by itself or by a part: "hook" for "hook" and "hook/peg"."""
     return notation.partition(BETWEEN)[0]

@@ -1,4 +1,4 @@
-"""An episode: the episodic memory (NEEM) of one demonstration or run.
+"""Episodic memory (NEEM) of one demonstration or run.
 
 Three parts, as in the NEEM handbook: a semantic map (entities), a timeline of
 events (states and actions), and pose data (tracks).
@@ -21,7 +21,7 @@ from .world import Geom
 
 
 class Entity(Value):
-    """A thing, part, feature or effector of the semantic map.
+    """Thing, part, feature or effector of the semantic map.
 
     Args:
         name: unique in the episode.
@@ -43,7 +43,7 @@ class Entity(Value):
 
 
 class Event(Value):
-    """A state, action or situation of the timeline.
+    """State, action or situation of the timeline.
 
     Args:
         id: unique in the episode.
@@ -66,7 +66,7 @@ class Event(Value):
 
 
 class Track(Value):
-    """The poses of one frame over time, world frame.
+    """Poses of one frame over time, world frame.
 
     Args:
         times: (N,) ascending [s].
@@ -77,15 +77,17 @@ class Track(Value):
     poses: Floats
 
     def at(self, time: float) -> Pose:
-        """The last pose recorded at or before ``time``; the first one before that. Recorders that
-        write on change only make holding right, and interpolating wrong."""
+        """Return the last pose recorded at or before ``time``; the first one before that.
+
+        Recorders that write on change only make holding right, and interpolating wrong.
+        """
         k = max(int(np.searchsorted(self.times, time, side="right")) - 1, 0)
         row = self.poses[k]
         return Pose(tuple(row[:3]), tuple(row[3:]))
 
 
 class Repair(Value):
-    """Something a reader or smoother changed, and how to undo it.
+    """Change that a reader or smoother made to a recording, and how to undo it.
 
     Args:
         what: was changed, for people.
@@ -106,7 +108,7 @@ class Repair(Value):
 
 
 class Episode(Value, dict=True):
-    """One demonstration or run.
+    """Episode of one demonstration or run: semantic map, timeline and pose data.
 
     Args:
         name: for people.
@@ -128,13 +130,13 @@ class Episode(Value, dict=True):
 
     @property
     def span(self) -> tuple[float, float]:
-        """First and last instant that anything was recorded of [s]."""
+        """First and last instant of which anything was recorded [s]."""
         starts = [e.start for e in self.events] + [float(t.times[0]) for t in self.tracks.values() if len(t.times)]
         ends = [e.end for e in self.events] + [float(t.times[-1]) for t in self.tracks.values() if len(t.times)]
         return (min(starts), max(ends)) if starts else (0.0, 0.0)
 
     def entity(self, name: str) -> Entity:
-        """The entity of that name.
+        """Return the entity of that name.
 
         Raises:
             KeyError: there is none.
@@ -149,11 +151,11 @@ class Episode(Value, dict=True):
         return {e.name: e for e in reversed(self.entities)}
 
     def known(self, name: str) -> Entity | None:
-        """The entity of that name, or None."""
+        """Return the entity of that name, or None."""
         return self._entities.get(name)
 
     def whole(self, name: str) -> str:
-        """The thing that something is a part or feature of; itself if of none. A cycle ends where it closes."""
+        """Return the thing that something is a part or feature of; itself if of none. A cycle ends where it closes."""
         seen = {name}
         entity = self.known(name)
         while entity is not None and entity.part_of is not None and entity.part_of not in seen:
@@ -163,7 +165,7 @@ class Episode(Value, dict=True):
         return name
 
     def pose_at(self, name: str, time: float) -> Pose | None:
-        """Pose of an entity in the world frame, or None if nothing is known of it. Parts follow their whole."""
+        """Return the pose of an entity in the world frame, or None if it is unknown. Parts follow their whole."""
         inside: Pose | None = None
         for _ in range(len(self.entities) + 1):  # a cycle of parts ends with it
             if name in self.tracks and len(self.tracks[name].times):
@@ -179,8 +181,7 @@ class Episode(Value, dict=True):
         return None
 
     def sampled(self, name: str, time: float) -> Floats | None:
-        """The row of an array in ``extras`` ("joints", "wrench") that was last recorded at or before a time;
-        None if there is none."""
+        """Return the row of an array in ``extras`` ("joints", "wrench") last recorded at or before a time; None if there is none."""
         times, values = self.extras.get("times"), self.extras.get(name)
         if times is None or values is None or len(times) != len(values) or not len(times) or time < times[0]:
             return None
@@ -188,12 +189,14 @@ class Episode(Value, dict=True):
         return row
 
     def at(self, time: float) -> tuple[Event, ...]:
-        """Events that hold at a time, by start."""
+        """Return the events that hold at a time, by start."""
         return self.between(time, time)
 
     def between(self, start: float, end: float) -> tuple[Event, ...]:
-        """Events that hold at some time of [start, end], by start: O(log n) and what is found, unless long events
-        nest deeply. An event's end is exclusive."""
+        """Return the events that hold at some time of [start, end], by start. An event's end is exclusive.
+
+        Takes O(log n) and what is found, unless long events nest deeply.
+        """
         starts, latest, ordered = self._starts
         last = bisect_right(starts, end)
         first = bisect_right(latest, start, 0, last)  # before it, every event has ended by ``start``
@@ -206,6 +209,6 @@ class Episode(Value, dict=True):
         return [e.start for e in ordered], list(accumulate((e.end for e in ordered), max)), ordered
 
     def of(self, kind: str, types: Iterable[str] = ()) -> tuple[Event, ...]:
-        """Events of one kind, optionally of certain classes only."""
+        """Return the events of one kind, optionally of certain classes only."""
         wanted = set(types)
         return tuple(e for e in self.events if e.kind == kind and (not wanted or e.type in wanted))

@@ -1,4 +1,4 @@
-"""Rigid poses: the one geometric value that every stage shares.
+"""Rigid transforms: the one geometric value that every stage shares.
 
 Convention everywhere in cramlite: metres, right-handed frames, quaternions as
 (w, x, y, z). File formats that store (x, y, z, w) convert at their border.
@@ -17,14 +17,16 @@ from numpy.typing import ArrayLike, NDArray
 from ..base.value import Value
 
 Vector3 = tuple[float, float, float]
+"""(x, y, z): a point or direction [m], or a rotation vector [rad]."""
 Quaternion = tuple[float, float, float, float]
 Floats = NDArray[np.float64]
+"""Array of float64."""
 HALF_TURN = 1e-7
 """Quaternion components below this are rounding: a hundred times what chains of ten products leave."""
 
 
 class Pose(Value, dict=True):
-    """A rigid transform: the pose of a child frame in its parent.
+    """Rigid transform: the pose of a child frame in its parent.
 
     Args:
         position: (x, y, z) [m].
@@ -50,21 +52,21 @@ class Pose(Value, dict=True):
 
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Pose:
-        """The pose of a (4, 4) homogeneous or (3, 3) rotation matrix."""
+        """Return the pose of a (4, 4) homogeneous or (3, 3) rotation matrix."""
         m = np.asarray(matrix, dtype=float)
         position = m[:3, 3] if m.shape == (4, 4) else np.zeros(3)
         return cls(tuple(position), _quaternion(m[:3, :3]))
 
     @classmethod
     def from_rotvec(cls, position: Sequence[float], rotvec: Sequence[float]) -> Pose:
-        """The pose with a rotation vector [rad], the form of URScript's p[...]."""
+        """Return the pose with a rotation vector [rad], the form of URScript's p[...]."""
         angle = math.hypot(*rotvec)
         scale = math.sin(angle / 2) / angle if angle > 1e-12 else 0.5
         return cls(tuple(position), (math.cos(angle / 2), *(v * scale for v in rotvec)))  # type: ignore[arg-type]
 
     @classmethod
     def from_axes(cls, position: Sequence[float], z: ArrayLike, x: ArrayLike) -> Pose:
-        """The pose whose z axis is ``z`` and whose x axis is as near to ``x`` as it can be."""
+        """Return the pose whose z axis is ``z`` and whose x axis is as near to ``x`` as it can be."""
         axis_z = np.asarray(z, dtype=float) / np.linalg.norm(z)
         side = np.asarray(x, dtype=float)
         side = side - axis_z * (side @ axis_z)
@@ -76,7 +78,7 @@ class Pose(Value, dict=True):
 
     @cached_property
     def rotation(self) -> Floats:
-        """The (3, 3) rotation matrix."""
+        """(3, 3) rotation matrix."""
         w, x, y, z = self.quaternion
         return np.array(
             [
@@ -88,14 +90,14 @@ class Pose(Value, dict=True):
 
     @cached_property
     def matrix(self) -> Floats:
-        """The (4, 4) homogeneous matrix."""
+        """(4, 4) homogeneous transformation matrix."""
         m = np.eye(4)
         m[:3, :3], m[:3, 3] = self.rotation, self.position
         return m
 
     @property
     def rotvec(self) -> Vector3:
-        """The rotation vector [rad], of length 0 to pi.
+        """Rotation vector (axis times angle) [rad], of length 0 to pi.
 
         Half a turn has two; the one whose first component that is not zero is positive is taken, so that rounding
         does not decide which one a program shows.
@@ -120,23 +122,23 @@ class Pose(Value, dict=True):
         return Pose(tuple(self.apply(other.position)), quaternion)
 
     def inverse(self) -> Pose:
-        """The parent frame as seen from the child."""
+        """Return the inverse transform: the pose of the parent frame in the child."""
         w, x, y, z = self.quaternion
         turned = Pose((0, 0, 0), (w, -x, -y, -z))
         return Pose(tuple(-turned.apply(self.position)), turned.quaternion)
 
     def apply(self, points: ArrayLike) -> Floats:
-        """Points (..., 3) of the child frame, in the parent frame."""
-        moved: Floats = self.turn(points) + np.asarray(self.position)
+        """Transform points (..., 3) [m] from the child frame to the parent frame."""
+        moved: Floats = self.rotate(points) + np.asarray(self.position)
         return moved
 
-    def turn(self, vectors: ArrayLike) -> Floats:
-        """Directions (..., 3) of the child frame, in the parent frame."""
+    def rotate(self, vectors: ArrayLike) -> Floats:
+        """Rotate directions (..., 3) from the child frame to the parent frame, without the translation."""
         turned: Floats = np.asarray(vectors, dtype=float) @ self.rotation.T
         return turned
 
     def distance(self, other: Pose) -> tuple[float, float]:
-        """How far the other pose is: (metres, radians)."""
+        """Return the distance to another pose: translation [m] and rotation angle [rad]."""
         dot = abs(sum(a * b for a, b in zip(self.quaternion, other.quaternion, strict=True)))
         return math.dist(self.position, other.position), 2 * math.acos(min(1.0, dot))
 

@@ -1,4 +1,4 @@
-"""A plan: a task sequence with types, roles and constraints, and nothing of the instance it came from."""
+"""Plans: task sequences with types, roles and constraints, and nothing of the instance that they came from."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ HOME = Location("home", "home")
 
 
 class Plan(Value):
-    """An underspecified plan.
+    """Underspecified plan: a task sequence whose objects are designators.
 
     Args:
         name: for people.

@@ -1,11 +1,11 @@
-"""A typed robot program, and the text that a backend made of it."""
+"""Typed robot program, and the text that a backend made of it."""
 
 from __future__ import annotations
 
 from typing import Literal
 
 from ..base.value import Value
-from .designator_name import top_of
+from .designator_name import task_of
 from .geometry import Pose, Vector3
 from .robot import FORCE_LIMIT
 from .steps import (
@@ -15,7 +15,7 @@ from .steps import (
 
 
 class Section(Value):
-    """The steps of one task: ``steps`` [first, last).
+    """Steps of one task: ``steps`` [first, last).
 
     Args:
         task: the task designator's name, e.g. "3.Grasping".
@@ -29,7 +29,7 @@ class Section(Value):
 
 
 class Snapshot(Value):
-    """A pose that the program relies on: snapshot mode states each in the code's header.
+    """Pose that the program relies on: snapshot mode states each in the code's header.
 
     Args:
         thing: name in the robot's world.
@@ -45,7 +45,7 @@ class Snapshot(Value):
 
 
 class LatePose(Value):
-    """A pose that the program asks for when it runs: parametric mode.
+    """Pose that the program asks for when it runs: parametric mode.
 
     Args:
         thing: name, as the perception server knows it.
@@ -59,7 +59,7 @@ class LatePose(Value):
 
 
 class Program(Value):
-    """A program for one robot.
+    """Typed program for one robot.
 
     Args:
         name: an identifier, used as the name of the code's function.
@@ -91,12 +91,12 @@ class Program(Value):
 
     @property
     def force_limit_source(self) -> str:
-        """Who set the force limit, for people: "of robot 'ur5e'", or "of the scenario"."""
+        """Source of the force limit, for people: "of robot 'ur5e'", or "of the scenario"."""
         return "of the scenario" if self.force_limit_of == "scenario" else f"of robot '{self.robot_type}'"
 
 
 class Code(Value):
-    """A program's text.
+    """Text of a program in a robot language.
 
     Args:
         language: e.g. "urscript".
@@ -111,6 +111,6 @@ class Code(Value):
     suffix: str
 
     def task_of(self, line: int) -> str:
-        """The task whose code the line is in: the last origin at or before it."""
+        """Return the task whose code the line is in: the last origin at or before it."""
         before = [k for k in self.origins if k <= line]
-        return top_of(self.origins[max(before)]) if before else ""
+        return task_of(self.origins[max(before)]) if before else ""

@@ -1,4 +1,4 @@
-"""A typed program as JSON text, and back: the text of robots and devices that have no native language here.
+"""Typed programs as JSON text, and back: the text of robots and devices that have no native language here.
 
 One object with the fields of ``Program``; every step is an object with its class under "step", on a line of its own. What
 is written is read back equal: numbers have as many digits as they need.
@@ -28,9 +28,10 @@ SILENT: Mapping[str, object] = {"origin": "", "comment": "", "relative": "", "la
 
 
 class ProgramText(Value):
-    """A program that was read.
+    """Program that was read from text.
 
     Args:
+        program: that was read.
         lines: id of a step (the object itself: equal steps are not the same) -> its first line in the text, from 1.
     """
 
@@ -39,18 +40,18 @@ class ProgramText(Value):
 
 
 def is_program_text(text: str) -> bool:
-    """Whether a text is meant to be a typed program: it begins as a JSON object does."""
+    """Check whether a text is meant to be a typed program: it begins as a JSON object does."""
     return text.lstrip().startswith("{")
 
 
 def write_program(program: Program) -> str:
-    """The program's text; the same program is the same text."""
+    """Return the JSON text of a program; the same program gives the same text."""
     data = {"format": FORMAT, **_encode(program)}
     return _layout(data, 0, top=True) + "\n"
 
 
 def typed_code(program: Program) -> Code:
-    """The program's text as code: ``origins`` lead from the line of each step to its origin."""
+    """Return the JSON text of a program as code: ``origins`` lead from the line of each step to its origin."""
     text = write_program(program)
     back = read_program(text)
     origins = {back.lines[id(s)]: s.origin for s in walk(back.program.steps) if s.origin}
@@ -58,7 +59,7 @@ def typed_code(program: Program) -> Code:
 
 
 def read_program(text: str) -> ProgramText:
-    """A program from its text.
+    """Parse a program from its JSON text.
 
     Raises:
         UserError: it is no JSON, or no program: one sentence with the line, what is there, and what would be right.

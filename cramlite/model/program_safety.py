@@ -1,4 +1,4 @@
-"""What a typed program may not do, whatever the robot's safety configuration lets through: judged before any text is written.
+"""Safety rules of typed programs, whatever the robot's safety configuration lets through; checked before any text is written.
 
 Every rule gives the steps that break it, with numbers and units. Limits without a robot of their own:
 TCP speed 1.5 m/s (Universal Robots' factory preset of the e-Series' safety configuration); 0.25 m/s while feeling (reduced
@@ -29,8 +29,8 @@ from .steps import (
     SetGripper,
     SetPayload,
     SpiralSearch,
+    branch_conflict,
     branches,
-    clash,
     walk,
 )
 
@@ -41,21 +41,21 @@ SLACK = 1e-6
 Felt = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 
 
-class Objection(Value):
-    """Why a program is refused: the rule, the step's origin ("" for the program), and a clause with numbers."""
+class Violation(Value):
+    """Violation of a safety rule: the rule, the step's origin ("" for the program), and a clause with numbers."""
 
     rule: str
     origin: str
     reason: str
 
 
-def objections(program: Program, robot: Robot) -> Iterator[Objection]:
-    """Everything that stands against a program, rule by rule."""
+def violations(program: Program, robot: Robot) -> Iterator[Violation]:
+    """Yield every violation of the safety rules by a program, rule by rule."""
     for rule, judge in PROGRAM_RULES.items():
-        yield from (Objection(rule, "", reason) for reason in judge(program, robot))
+        yield from (Violation(rule, "", reason) for reason in judge(program, robot))
     for step in walk(program.steps):
         for rule, of_step in STEP_RULES.items():
-            yield from (Objection(rule, step.origin, reason) for reason in of_step(step, program, robot))
+            yield from (Violation(rule, step.origin, reason) for reason in of_step(step, program, robot))
 
 
 # Of the program
@@ -170,14 +170,16 @@ def _ends(step: AnyStep, program: Program, robot: Robot) -> Iterator[str]:
     if isinstance(step, Control):
         if not all(branches(step)) or not branches(step):
             yield "a branch has no steps"
-        if isinstance(step, Parallel) and (wrong := clash(step.branches)):
+        if isinstance(step, Parallel) and (wrong := branch_conflict(step.branches)):
             yield wrong
 
 
 PROGRAM_RULES: dict[str, Callable[[Program, Robot], Iterator[str]]] = {
     "start": _start, "joint speeds": _joint_speeds, "payload": _first_load,
 }  # fmt: skip
+"""Safety rules on a program as a whole: name -> clauses about what breaks it."""
 STEP_RULES: dict[str, Callable[[AnyStep, Program, Robot], Iterator[str]]] = {
     "joint limits": _joints, "speed": _speed, "workspace": _workspace, "forces": _force, "payload": _load_of,
     "time-outs": _time, "gripper": _gripper, "paths": _ends,
 }  # fmt: skip
+"""Safety rules on single steps: name -> clauses about what breaks it."""

@@ -1,4 +1,4 @@
-"""What a robot plugin declares: kinematics, limits, gripper and model."""
+"""Robot models, as plugins declare them: kinematics, limits, gripper and MJCF."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ controller model (docs/reference/robot_code.md)."""
 
 
 class Gripper(Value):
-    """A parallel gripper.
+    """Parallel gripper.
 
     Args:
         type: e.g. "robotiq_2f85".
@@ -43,7 +43,7 @@ class Gripper(Value):
 
 
 class Platform(Value):
-    """A mobile base that carries an arm: it drives on the floor in any direction, and turns.
+    """Omnidirectional mobile base that carries an arm.
 
     Its frame is in the middle of it on the floor, x forwards, z up.
 
@@ -66,7 +66,7 @@ class Platform(Value):
 
 
 class Robot(Value):
-    """A robot arm with its gripper.
+    """Robot arm with its gripper.
 
     Args:
         type: the name that scenarios use, e.g. "ur5e".
@@ -122,13 +122,14 @@ class Robot(Value):
             raise ValueError(f"robot '{self.type}': force_limit {self.force_limit:g} N is not in 0 .. {HIGHEST_FORCE_LIMIT:g} N")
 
     def start(self, mount: RobotMount) -> tuple[tuple[float, ...], float]:
-        """Joints and opening of the gripper at the start, where the robot is mounted: at home and open, else as the mount says."""
+        """Return the joint position [rad] and the gripper's opening [m] at the start: at home and open, else as the
+        mount says."""
         return mount.joints or self.home, self.gripper.opening[1] if mount.opening is None else mount.opening
 
     def arm_at(self, stand: Pose) -> Pose:
-        """Where the arm's base is in the world when the robot stands somewhere: a platform's frame, or the arm itself."""
+        """Return the pose of the arm's base in the world when the robot stands somewhere: a platform's frame, or the arm itself."""
         return stand * self.platform.arm if self.platform else stand
 
     def stand_of(self, arm: Pose) -> Pose:
-        """The inverse of ``arm_at``."""
+        """Return where the robot stands, given the pose of the arm's base in the world: the inverse of ``arm_at``."""
         return arm * self.platform.arm.inverse() if self.platform else arm

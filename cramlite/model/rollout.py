@@ -1,4 +1,4 @@
-"""A rollout: what happened when a text ran, its drawing, and its file."""
+"""Rollouts: the recorded run of a program or demonstration, its shapes for drawing, and its file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .world import World
 
 
 class Solid(Value):
-    """A rigid piece of a body, as triangles.
+    """Triangle mesh of a rigid piece of a body.
 
     Args:
         body: whose frame it is given in.
@@ -32,7 +32,7 @@ class Solid(Value):
 
 
 class Scene(Value):
-    """Shapes in motion.
+    """Moving solids for drawing: triangle meshes with the poses of their bodies over time.
 
     Args:
         times: (N,) [s].
@@ -48,7 +48,7 @@ class Scene(Value):
 
 
 class Touch(Value):
-    """A contact between two bodies at one sample.
+    """Contact between two bodies at one sample.
 
     Args:
         a, b: "thing" or "thing/part" for things; "effector/left" and "effector/right" for the two
@@ -64,7 +64,7 @@ class Touch(Value):
 
 
 class Message(Value):
-    """A line of the program's own log.
+    """Line of the program's own log.
 
     Args:
         time: since the start [s].
@@ -78,7 +78,7 @@ class Message(Value):
 
 
 class Rollout(Value):
-    """Samples at a constant rate.
+    """Recorded run of a program or demonstration, sampled at a constant rate.
 
     Args:
         world: the world at the start.
@@ -125,7 +125,7 @@ class Rollout(Value):
     force: Floats | None = None
 
     def contact_force(self) -> Floats:
-        """(N,) ``force``, or, where nobody tared a sensor, the magnitude of ``wrench`` [N]."""
+        """(N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""
         norm: Floats = (self.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
         return norm if self.force is None else self.force
 
@@ -134,7 +134,7 @@ _ARRAYS = ("times", "joints", "wrench", "opening", "lines")
 
 
 def save_rollout(rollout: Rollout, path: Path) -> None:
-    """Write a rollout. The world is not written: whoever reads it has its file."""
+    """Write a rollout to a file. The world is not written: whoever reads it has its file."""
     import numpy as np
 
     pairs = sorted({(t.a, t.b) for touches in rollout.touches for t in touches})
@@ -158,7 +158,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
 
 
 def load_rollout(path: Path, world: World) -> Rollout:
-    """Read what ``save_rollout`` wrote.
+    """Read the file that ``save_rollout`` wrote.
 
     Args:
         world: at the start.

@@ -1,4 +1,4 @@
-"""The steps of a typed program: what a robot is told to do, one motion, force motion or control construct each.
+"""Steps of a typed program: one motion, force motion or control construct each.
 
 All lengths are metres, angles radians, times seconds, forces newtons. Cartesian
 targets are poses of the tool centre point (TCP) in the frame of the arm's base, wherever
@@ -14,10 +14,11 @@ from ..base.value import Value
 from .geometry import Pose, Vector3
 
 Joints = tuple[float, ...]
+"""Joint position, base to flange [rad]."""
 
 
 class Step(Value, kw_only=True):
-    """Common to all steps.
+    """Base of all steps.
 
     Args:
         origin: the designator that this step grounds, e.g. "3.Grasping/approach"; a code line leads back to it.
@@ -31,7 +32,7 @@ class Step(Value, kw_only=True):
 
 
 class MoveUntilContact(Step):
-    """Straight TCP motion that ends on contact: guarded motion.
+    """Guarded motion: a straight TCP motion that ends on contact.
 
     Args:
         direction: unit vector, base frame.
@@ -53,7 +54,7 @@ class MoveUntilContact(Step):
 
 
 class ForceMove(Step):
-    """Straight TCP motion along waypoints while some axes comply: force mode around linear motion.
+    """Hybrid force/position motion: a straight TCP motion along waypoints while some axes comply.
 
     Args:
         waypoints: TCP in base.
@@ -79,8 +80,10 @@ class ForceMove(Step):
 
 
 class SpiralSearch(Step):
-    """Look for an opening by touch: press along an axis and move across it on an Archimedean spiral until it gives way,
-    or until a rim holds it: a force across of more than twice ``force``, which the friction of no face explains.
+    """Spiral search for a hole: press along an axis and move across it on an Archimedean spiral.
+
+    It ends when the surface gives way, or when a rim holds the tool: a force across of more than twice ``force``, which
+    the friction of no face explains.
 
     Aborts when the spiral ends, the force limit is exceeded or the time is over without that.
 
@@ -108,7 +111,7 @@ class SpiralSearch(Step):
 
 
 class ForceInsert(Step):
-    """Push along an axis with a force, giving way sideways, until a depth is reached.
+    """Force-controlled insertion: push along an axis, compliant sideways, until a depth is reached.
 
     Nothing is commanded but forces: what guides the tool is what it is pushed along. Aborts when the force limit is
     exceeded or the depth is not reached in time (something jams).
@@ -133,7 +136,7 @@ class ForceInsert(Step):
 
 
 class ForceExtract(Step):
-    """Pull along an axis with a force, giving way sideways, until it is out.
+    """Force-controlled extraction: pull along an axis, compliant sideways, until it is out.
 
     Nothing is commanded but forces: what guides the tool is what it is pulled along, so that the pull can never be
     harder than ``force``, however the thing jams. Aborts when the force limit is exceeded or the way is not done in time.
@@ -160,7 +163,7 @@ class ForceExtract(Step):
 
 
 class CompliantSlide(Step):
-    """Straight TCP motion along waypoints on a surface, pressing on it with a force and following its height.
+    """Sliding under force control: a straight TCP motion along waypoints on a surface, pressing on it and following its height.
 
     Aborts when the force limit is exceeded (what slides is stuck), when the contact is lost for longer than ``lost``
     (the surface has ended), or the time is over.
@@ -217,7 +220,7 @@ class MoveLinear(Step):
 
 
 class SetGripper(Step):
-    """Move the gripper and wait.
+    """Gripper motion to an opening, awaited.
 
     Args:
         opening: distance between the pads to go to [m].
@@ -235,7 +238,7 @@ class SetGripper(Step):
 
 
 class SetPayload(Step):
-    """Tell the controller what hangs on the flange: gripper and object.
+    """Payload setting: what hangs on the flange, gripper and object, for the controller.
 
     Args:
         mass: [kg].
@@ -247,11 +250,11 @@ class SetPayload(Step):
 
 
 class ZeroSensor(Step):
-    """Tare the force-torque sensor; the arm must stand still."""
+    """Tare of the force-torque sensor; the arm must stand still."""
 
 
 class Wait(Step):
-    """Stand still.
+    """Dwell: stand still for a time.
 
     Args:
         duration: [s].
@@ -261,7 +264,7 @@ class Wait(Step):
 
 
 class Drive(Step):
-    """Drive the platform along straight legs; it may turn on each, and stops where they meet.
+    """Platform motion along straight legs; it may turn on each, and stops where they meet.
 
     Args:
         legs: x, y [m] and turn about z [rad] of the platform in the world at the end of each leg; each turns the
@@ -278,7 +281,7 @@ class Drive(Step):
 
 
 class TryInOrder(Step):
-    """Branches, tried one after the other while the program runs, until one succeeds.
+    """Fallback: branches, tried one after the other while the program runs, until one succeeds.
 
     A branch fails when one of its steps would have aborted the program. Each branch but the first begins with the steps
     that lead back to where the first began. All branches end at the same place. If the last one fails, so does this.
@@ -288,7 +291,7 @@ class TryInOrder(Step):
 
 
 class Parallel(Step):
-    """Branches that run at the same time; one at most moves the arm, one at most the gripper.
+    """Parallel branches; one at most moves the arm, one at most the gripper.
 
     The ``branches`` begin together. ``until`` "all": it succeeds when all have; the first failure stops the others.
     "first": it succeeds when one has, and this stops the others; it fails when all have failed.
@@ -299,14 +302,14 @@ class Parallel(Step):
 
 
 class Repeat(Step):
-    """Steps ``count`` times over; they end where they begin. The first failure ends it, as a failure."""
+    """Loop: steps ``count`` times over; they end where they begin. The first failure ends it, as a failure."""
 
     steps: tuple[AnyStep, ...]
     count: int
 
 
 class Monitor(Step):
-    """Steps while something is watched; when it happens they are stopped, and this fails with what was seen.
+    """Monitored steps: they are stopped, and this fails with what was measured, when a watched quantity exceeds its limit.
 
     Args:
         force: magnitude of the TCP force that may not be exceeded [N]; None is not watched, as below.
@@ -338,21 +341,21 @@ AnyStep = (
     | Drive
     | Control
 )
+"""Any step of a typed program."""
 
 
 def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
-    """The steps that a control step holds."""
+    """Return the branches of a control step."""
     return step.branches if isinstance(step, TryInOrder | Parallel) else (step.steps,)
 
 
 def uses_arm(steps: Iterable[AnyStep]) -> bool:
-    """Whether steps need the arm: all but those of the gripper and standing still; a
-    platform that drives moves the arm."""
+    """Check whether steps need the arm: all but those of the gripper and standing still; a platform that drives moves it."""
     return any(not isinstance(s, SetGripper | Wait) for s in steps)
 
 
-def clash(branches: Iterable[Iterable[AnyStep]]) -> str:
-    """Why branches cannot run at the same time; empty when they can."""
+def branch_conflict(branches: Iterable[Iterable[AnyStep]]) -> str:
+    """Return why branches cannot run in parallel; "" when they can."""
     flat = [list(walk(b)) for b in branches]
     grip = [any(isinstance(s, SetGripper) for s in b) for b in flat]
     if sum(map(uses_arm, flat)) > 1:
@@ -361,7 +364,7 @@ def clash(branches: Iterable[Iterable[AnyStep]]) -> str:
 
 
 def walk(steps: Iterable[AnyStep]) -> Iterator[AnyStep]:
-    """Every step, those inside control steps after the step that holds them."""
+    """Yield every step in depth-first order: a control step before the steps inside it."""
     for step in steps:
         yield step
         if isinstance(step, Control):

@@ -1,4 +1,4 @@
-"""A verdict: what the validators found in a program or in its rollout."""
+"""Verdicts: what the validators found in a program or in its rollout."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import Literal
 from ..base.value import Value
 
 Cost = Literal["facts", "ik", "path", "rollout"]
+"""Stage at which a validator is asked, cheapest first; "rollout" is after the program's text ran."""
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
 
 
 class Finding(Value):
-    """What one validator says.
+    """Result of one validator's check.
 
     Args:
         validator: its name.
@@ -34,9 +35,10 @@ class Finding(Value):
 
 
 class Verdict(Value):
-    """All findings about one candidate.
+    """Findings of all validators about one candidate.
 
     Args:
+        findings: in the order in which validators were asked.
         left_out: names of shipped validators that were not asked, because their plugins are blocked.
     """
 
@@ -50,16 +52,17 @@ class Verdict(Value):
 
     @property
     def objections(self) -> tuple[Finding, ...]:
+        """Findings that did not pass."""
         return tuple(f for f in self.findings if not f.passed)
 
     @property
     def reason(self) -> str:
-        """The objections in one line."""
+        """Reasons of the objections, in one line."""
         return "; ".join(f"{f.validator}: {f.reason}" for f in self.objections) or "passed"
 
     @property
     def measured(self) -> dict[str, float]:
-        """What was measured where somebody objects, and the limits: {"slip_m": 0.03, "slip_limit_m": 0.012}."""
+        """Measured values and limits of the objections, by name: {"slip_m": 0.03, "slip_limit_m": 0.012}."""
         found: dict[str, float] = {}
         for f in self.objections:
             unit = re.sub(r"\W+", "_", f.unit)
@@ -69,5 +72,5 @@ class Verdict(Value):
 
     @property
     def not_judged(self) -> str:
-        """What was left out, as a clause; empty if nothing was."""
+        """Clause that names the validators that were left out; "" if none was."""
         return f"not judged, since blocked: {', '.join(self.left_out)}" if self.left_out else ""

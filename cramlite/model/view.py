@@ -1,4 +1,4 @@
-"""A view: what a depth camera saw, and where it stood. All that a perception expert is given."""
+"""Camera views: the RGB-D image of a depth camera, its intrinsics and its pose. All that a perception expert is given."""
 
 from __future__ import annotations
 
@@ -14,13 +14,17 @@ from ..base.value import Value
 from .geometry import Pose
 
 Image = NDArray[np.uint8]
+"""Colour image, (height, width, 3) uint8, RGB."""
 Depth = NDArray[np.float32]
+"""Depth image, (height, width) float32 along the optical axis [m]; NaN where nothing was measured."""
 Mask = NDArray[np.bool_]
+"""Pixel mask, (height, width) bool."""
 Points = NDArray[np.float64]
+"""Points, (..., 3) float64 [m], or image coordinates, (..., 2) [pixel]."""
 
 
 class Intrinsics(Value, dict=True):
-    """A pinhole camera without distortion.
+    """Intrinsics of a pinhole camera without distortion.
 
     The centre of the pixel (column u, row v) is at image coordinates (u, v); a point (x, y, z) of the optical frame is
     seen at (cx + fx x / z, cy + fy y / z). This is the convention of OpenCV, ROS and librealsense.
@@ -53,7 +57,7 @@ class Intrinsics(Value, dict=True):
 
     @cached_property
     def rays(self) -> Points:
-        """What depth is multiplied with: (height, width, 3), points of the optical frame at z = 1."""
+        """(height, width, 3) rays through the pixels: points of the optical frame at z = 1, to be multiplied with depth."""
         x = (np.arange(self.width) - self.cx) / self.fx
         y = (np.arange(self.height) - self.cy) / self.fy
         rays = np.ones((self.height, self.width, 3))
@@ -61,26 +65,27 @@ class Intrinsics(Value, dict=True):
         return rays
 
     def project(self, points: Points) -> Points:
-        """Image coordinates (..., 2) of points (..., 3) of the optical frame; NaN for those not in front of it."""
+        """Project points (..., 3) [m] of the optical frame to image coordinates (..., 2) [pixel]; NaN for those not in front of it."""
         z = np.where(points[..., 2] > 0, points[..., 2], np.nan)
         return np.stack([self.cx + self.fx * points[..., 0] / z, self.cy + self.fy * points[..., 1] / z], axis=-1)
 
 
     @property
-    def narrowest(self) -> float:
-        """The least angle from the optical axis at which a point may be out of the image [rad]."""
+    def min_half_field_of_view(self) -> float:
+        """Half the smallest field of view [rad]: a point nearer to the optical axis is in the image for certain."""
         beside, below = min(self.cx, self.width - self.cx), min(self.cy, self.height - self.cy)
         return min(math.atan2(beside, self.fx), math.atan2(below, self.fy))
 
     @classmethod
-    def of_size(cls, width: int, height: int, fov: float | None = None) -> Intrinsics:
-        """Square pixels, the principal point in the middle.
+    def from_field_of_view(cls, width: int, height: int, fov: float | None = None) -> Intrinsics:
+        """Return the intrinsics of a camera with square pixels and the principal point in the middle of the image.
 
         Args:
-            fov: how far it sees from left to right [rad]; None: as a D435.
+            width, height: of the image [pixel].
+            fov: horizontal field of view [rad]; None for that of a D435.
 
         Raises:
-            UserError: no pinhole camera sees so far.
+            UserError: the field of view is not between 0 and pi.
         """
         if fov is not None and not 0 < fov < math.pi:
             raise UserError(f"no pinhole camera sees {math.degrees(fov):.0f} degrees; it must be between 0 and 180")
@@ -94,7 +99,7 @@ D435 = Intrinsics(385.0, 385.0, 319.5, 239.5, 640, 480)
 
 
 class View(Value, eq=False, dict=True):
-    """One frame of a depth camera, colour and depth registered to each other; frozen, its arrays read-only.
+    """RGB-D image of a depth camera, colour and depth registered to each other; frozen, its arrays read-only.
 
     Args:
         rgb: (height, width, 3) uint8.
@@ -132,21 +137,21 @@ class View(Value, eq=False, dict=True):
 
     @cached_property
     def valid(self) -> Mask:
-        """(height, width): where depth was measured."""
+        """(height, width) mask of the pixels where depth was measured."""
         return ~np.isnan(self.depth)
 
     @cached_property
     def cloud(self) -> Points:
-        """(height, width, 3): the point that each pixel sees, optical frame [m]; NaN where depth is."""
+        """(height, width, 3) organised point cloud, optical frame [m]; NaN where depth is."""
         return self.intrinsics.rays * self.depth[..., None]
 
     @cached_property
     def world_cloud(self) -> Points:
-        """``cloud`` in the world frame."""
+        """(height, width, 3) organised point cloud, world frame [m]; NaN where depth is."""
         return self.camera.apply(self.cloud)
 
     def points(self, mask: Mask | None = None) -> Points:
-        """(N, 3): the measured points, of a mask or of the whole image, row by row, optical frame [m].
+        """Return the (N, 3) measured points of a mask or of the whole image, row by row, optical frame [m].
 
         Raises:
             UserError: the mask is not of the image's size.
@@ -155,7 +160,7 @@ class View(Value, eq=False, dict=True):
         return np.asarray(self.intrinsics.rays[chosen] * self.depth[chosen][:, None])
 
     def world_points(self, mask: Mask | None = None) -> Points:
-        """``points`` in the world frame."""
+        """Return the (N, 3) measured points of a mask or of the whole image, row by row, world frame [m]."""
         return self.camera.apply(self.points(mask))
 
     def _measured(self, mask: Mask | None) -> Mask:

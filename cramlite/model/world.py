@@ -1,4 +1,4 @@
-"""A world: things with shapes and features, and the robots among them.
+"""World models: things with shapes and features, and the robots among them.
 
 A world is what a scenario describes, what a simulator compiles, and, written as
 JSON, the world file that a controller process is given beside a program.
@@ -19,7 +19,7 @@ from .view import D435, Intrinsics
 
 
 class Geom(Value):
-    """One convex part of a thing's shape.
+    """Convex part of a thing's shape.
 
     Args:
         shape: box, cylinder, capsule (both along local z), sphere, or the convex hull of ``corners``.
@@ -42,7 +42,7 @@ class Geom(Value):
 
     @property
     def half_extents(self) -> Vector3:
-        """Half side lengths of the box around it, along its own axes [m]."""
+        """Half side lengths of the bounding box along its own axes [m]."""
         if self.shape in ("box", "convex"):
             return (self.size[0], self.size[1], self.size[2])
         radius = self.size[0]
@@ -50,15 +50,15 @@ class Geom(Value):
         return (radius, radius, along)
 
     @property
-    def radius(self) -> float:
-        """Radius of the ball about its origin that just holds it [m]."""
+    def bounding_radius(self) -> float:
+        """Radius of the bounding sphere about its origin [m]."""
         if self.shape == "convex":
             return max(math.hypot(*c) for c in self.corners)
         return sum(self.size) if self.shape == "capsule" else math.hypot(*self.size)
 
 
 class Inertia(Value):
-    """How a thing's mass is spread, where its geoms do not say it well enough.
+    """Inertia of a thing, where its geoms do not say it well enough.
 
     Args:
         centre: of mass, in the thing's frame [m].
@@ -70,7 +70,7 @@ class Inertia(Value):
 
 
 class MeshFile(Value):
-    """The fine shape of a thing, for eyes: its geoms are what collides.
+    """Visual mesh of a thing: its geoms are what collides.
 
     Args:
         path: of an STL, OBJ or PLY file.
@@ -82,7 +82,7 @@ class MeshFile(Value):
 
 
 class Feature(Value):
-    """A functional part of a thing: a hole, a peg, its tip, a surface, a cavity.
+    """Functional part of a thing: a hole, a peg, its tip, a surface, a cavity.
 
     Args:
         name: unique within the thing, e.g. "peg".
@@ -99,7 +99,7 @@ class Feature(Value):
 
 
 class Joint(Value):
-    """How a thing moves against what carries it: a drawer slides, a door turns.
+    """Prismatic or revolute joint between a thing and what carries it: a drawer slides, a door turns.
 
     Args:
         kind: along, or about, the z axis of ``pose``.
@@ -121,18 +121,18 @@ class Joint(Value):
     friction: float = 1.0
 
     def moved(self, thing: Pose, by: float) -> Pose:
-        """Where a thing that is at a pose is when the joint has moved on by so much [m, rad]."""
+        """Return the pose of the thing when the joint has moved on by ``by`` [m, rad] from where the thing is at ``thing``."""
         step = Pose((0.0, 0.0, by)) if self.kind == "slide" else Pose.from_rotvec((0, 0, 0), (0, 0, by))
         return thing * self.pose * step * self.pose.inverse()
 
     def between(self, thing: Pose, other: Pose) -> float:
-        """How far the joint moves from one pose of its thing to another [m, rad]."""
+        """Return the displacement of the joint from one pose of its thing to another [m, rad]."""
         step = (thing * self.pose).inverse() * (other * self.pose)
         return step.position[2] if self.kind == "slide" else float(step.rotvec[2])
 
 
 class Filling(Value):
-    """Loose stuff in a thing's cavity at the start, as small balls.
+    """Granular content of a thing's cavity at the start: small balls.
 
     Args:
         count: how many balls.
@@ -148,7 +148,7 @@ class Filling(Value):
 
 
 class Thing(Value):
-    """An object of the world.
+    """Object of the world.
 
     Args:
         name: unique in the world.
@@ -179,15 +179,16 @@ class Thing(Value):
 
     @property
     def movable(self) -> bool:
+        """Whether the thing can move: it has a mass, and is not fixed to the world."""
         return self.mass is not None
 
     def feature(self, type_: str) -> Feature | None:
-        """The first feature of exactly this class, or None."""
+        """Return the first feature of exactly this class, or None."""
         return next((f for f in self.features if f.type == type_), None)
 
 
 class RobotMount(Value):
-    """A robot in a world: which model, and where it is bolted down.
+    """Robot in a world: which model, and where it is mounted.
 
     Args:
         name: of the mount, unique in the world.
@@ -205,7 +206,7 @@ class RobotMount(Value):
 
 
 class Physics(Value):
-    """Physics settings that scenarios and negative controls may change.
+    """Physics settings of the simulation that scenarios and negative controls may change.
 
     Defaults and their measured reasons: docs/explanation/simulation.md.
 
@@ -225,7 +226,7 @@ class Physics(Value):
 
 
 class Disturbance(Value):
-    """What a real robot has and a planned one has not; drawn by cramlite/experiment/twin.py, applied by the simulator.
+    """Errors of a real robot that a planned one has not; drawn by cramlite/experiment/twin.py, applied by the simulator.
 
     Args:
         force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].
@@ -239,7 +240,7 @@ class Disturbance(Value):
 
 
 class Camera(Value):
-    """A depth camera.
+    """Depth camera.
 
     Args:
         pose: its optical frame (z forward, x right, y down) in the world, or in the flange frame of ``mount``.
@@ -257,12 +258,12 @@ class Camera(Value):
 
     @property
     def name(self) -> str:
-        """What runs and episodes call it; no thing can be called so."""
+        """Name of the camera in runs and episodes; no thing can be called so."""
         return str(EntityName(self.mount or "world", "camera"))
 
 
 class World(Value):
-    """Everything a simulator needs, and nothing about how it is solved.
+    """World model: everything that a simulator needs, and nothing about how it is solved.
 
     Args:
         things: furniture before what stands on it.
@@ -281,7 +282,7 @@ class World(Value):
     poses: Literal["known", "camera"] = "known"
 
     def thing(self, name: str) -> Thing:
-        """The thing of that name.
+        """Return the thing of that name.
 
         Raises:
             KeyError: there is none; the message lists those there are.
@@ -292,5 +293,5 @@ class World(Value):
         raise KeyError(f"no thing '{name}' in the world; there are: {', '.join(t.name for t in self.things)}")
 
     def moved(self, poses: dict[str, Pose]) -> World:
-        """The same world with some things at other poses."""
+        """Return the world with some things at other poses."""
         return replace(self, things=tuple(replace(t, pose=poses.get(t.name, t.pose)) for t in self.things))

@@ -1,1 +1,1 @@
-"""The taxonomy of classes, its files, and the check of an ontology."""
+"""Taxonomy of classes, its OWL files, and consistency checks of ontologies."""

@@ -1,4 +1,4 @@
-"""Checking ontologies: consistency, agreement of the fast taxonomy with OWL-RL, and with the originals.
+"""Checks of ontologies: consistency, agreement of the fast taxonomy with OWL-RL, and with the originals.
 
 This is slow (an OWL-RL closure takes seconds), so results are cached by content and nothing
 at start-up or over an episode asks for it.
@@ -25,7 +25,7 @@ ORIGINALS = ("soma:", "dul:")
 
 
 class OntologyReport(Value):
-    """What a check found. Every list is empty when all is well.
+    """Result of a check. Every list is empty when all is well.
 
     Args:
         contradictions: what OWL-RL reports, and classes that nothing can belong to.
@@ -85,7 +85,7 @@ def check_ontology(
 
 
 def report_lines(report: OntologyReport) -> list[str]:
-    """The report for people, one finding a line."""
+    """Format a report for people, one finding a line."""
     lines = [f"{report.classes} classes: {'sound' if report.sound else 'not sound'}"]
     for kind, findings in to_builtins(report).items():
         if kind != "classes":

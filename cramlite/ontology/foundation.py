@@ -1,5 +1,7 @@
-"""The classes of the upper ontology (DUL, and SOMA upon it) in whose terms the model itself is written; all others are
-found by what ontologies say of them, or are named by plugins."""
+"""Classes of the upper ontology (DUL, and SOMA upon it) in whose terms the model is written.
+
+All others are found by what ontologies say of them, or are named by plugins.
+"""
 
 from __future__ import annotations
 

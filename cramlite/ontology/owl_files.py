@@ -1,4 +1,4 @@
-"""Reading ontology files with rdflib, and what the taxonomy takes of them. Imported only on a cache miss."""
+"""Parsing of ontology files with rdflib, and extraction of what the taxonomy needs. Imported only on a cache miss."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Node = rdflib.term.Node
 
 
 def parse(files: list[tuple[Path, bytes]], origins: dict[Node, tuple[str, int]] | None = None) -> rdflib.Graph:
-    """One graph of several files, in Turtle or RDF/XML.
+    """Parse several files, in Turtle or RDF/XML, into one graph.
 
     Args:
         origins: is given the file, by name and number, of every restriction.
@@ -60,7 +60,7 @@ def _syntax(path: Path, content: bytes) -> str:
 
 
 def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
-    """Ours, and those that the files add; ours cannot be given another meaning."""
+    """Return our prefixes and those that the files add; ours cannot be given another meaning."""
     prefixes = dict(PREFIXES)
     for prefix, namespace in graph.namespaces():
         if prefix and prefix not in prefixes and str(namespace) not in prefixes.values():
@@ -69,7 +69,7 @@ def prefixes_of(graph: rdflib.Graph) -> dict[str, str]:
 
 
 def extract(files: list[tuple[Path, bytes]]) -> dict[str, Any]:
-    """What ``Taxonomy`` holds, as JSON data."""
+    """Extract what ``Taxonomy`` holds from ontology files, as JSON data."""
     origins: dict[Node, tuple[str, int]] = {}
     graph = parse(files, origins)
     prefixes = prefixes_of(graph)

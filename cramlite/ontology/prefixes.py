@@ -1,4 +1,4 @@
-"""Prefixes of IRIs: short names (CURIEs) and back."""
+"""Prefixes of IRIs: conversion to short names (CURIEs) and back."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ PREFIXES = {
 
 
 def local_name(name: str) -> str:
-    """The part of a CURIE or IRI after its namespace."""
+    """Return the part of a CURIE or IRI after its namespace."""
     for separator in "#/:":
         name = name.rsplit(separator, 1)[-1]
     return name
 
 
 def curie(iri: str, prefixes: dict[str, str]) -> str:
-    """The short form of an IRI, with SOMA's stray slash IRIs read as what they mean; unchanged if no prefix fits."""
+    """Convert an IRI to its CURIE, with SOMA's stray slash IRIs read as what they mean; unchanged if no prefix fits."""
     iri = iri.replace("http://www.ease-crc.org/ont/SOMA.owl/", PREFIXES["soma"])
     for prefix, namespace in prefixes.items():
         if iri.startswith(namespace) and len(iri) > len(namespace):

@@ -1,4 +1,4 @@
-"""Ontologies as a fast taxonomy: subclass, instance and affordance queries.
+"""Taxonomy of ontologies: fast subclass, instance and affordance queries.
 
 Turtle and RDF/XML files are read once with rdflib; what the engine needs of them
 (named superclasses, restrictions, aliases) is cached by content, so that a second
@@ -29,7 +29,7 @@ _CACHE_FORMAT = "3"
 
 
 class Restriction(Value):
-    """``subject subClassOf (property some|value filler)``; the filler is a class as a CURIE, or a number or text.
+    """OWL restriction ``subject subClassOf (property some|value filler)``; the filler is a class as a CURIE, or a number or text.
 
     Args:
         source: its rdfs:comment: why it is so.
@@ -45,7 +45,7 @@ class Restriction(Value):
 
 
 class Taxonomy(Value, dict=True):
-    """What the engine needs of a set of ontologies. All classes are CURIEs (IRIs where no prefix fits).
+    """Class hierarchy, restrictions and individuals of a set of ontologies. All classes are CURIEs (IRIs where no prefix fits).
 
     Args:
         parents: class -> its direct named superclasses; equivalent classes are each other's superclass.
@@ -82,16 +82,16 @@ class Taxonomy(Value, dict=True):
         return {local: name for local, name in found.items() if name}
 
     def curie(self, iri: str) -> str:
-        """The short form of an IRI; unchanged if no prefix fits."""
+        """Convert an IRI to its CURIE; unchanged if no prefix fits."""
         return curie(iri, self.prefixes)
 
     def iri(self, name: str) -> str:
-        """The IRI of a CURIE; unchanged if the prefix is unknown (or it is an IRI already)."""
+        """Expand a CURIE to its IRI; unchanged if the prefix is unknown (or it is an IRI already)."""
         prefix, _, rest = name.partition(":")
         return self.prefixes[prefix] + rest if prefix in self.prefixes else name
 
     def resolve(self, name: str) -> str | None:
-        """The class that a CURIE, an IRI, an alias or a bare or foreign name means; None if unknown.
+        """Resolve a CURIE, an IRI, an alias or a bare or foreign name to its class; None if unknown.
 
         Names of foreign namespaces are matched by their last part, because the namespaces of
         recorded logs changed from one generation to the next.
@@ -103,7 +103,7 @@ class Taxonomy(Value, dict=True):
         return self.aliases.get(local) or self._locals.get(local)
 
     def known(self, name: str, where: str) -> str:
-        """Like ``resolve``, for names that a person wrote.
+        """Resolve the name of a class that a person wrote; like ``resolve``, but the class must exist.
 
         Raises:
             UserError: the class is unknown; the message names ``where`` and the nearest class.
@@ -114,8 +114,11 @@ class Taxonomy(Value, dict=True):
         return found
 
     def ancestors(self, name: str) -> frozenset[str]:
-        """The class itself and all its superclasses. Cycles are allowed: their members are equivalent. A foreign
-        name has the superclasses of the class that it resolves to."""
+        """Return the class itself and all its superclasses, transitively.
+
+        Cycles are allowed: their members are equivalent. A foreign name has the superclasses of the class that it
+        resolves to.
+        """
         found = self._closure.get(name)
         if found is None:
             known = name if name in self.classes else self.resolve(name) or name
@@ -129,23 +132,23 @@ class Taxonomy(Value, dict=True):
         return found
 
     def is_a(self, name: str, other: str) -> bool:
-        """Whether class ``name`` is ``other`` or a subclass of it."""
+        """Check whether class ``name`` is ``other`` or a subclass of it."""
         return other in self.ancestors(name)
 
     def any_is_a(self, names: Iterable[str], other: str) -> bool:
-        """Whether one of the classes is ``other`` or a subclass of it."""
+        """Check whether one of the classes is ``other`` or a subclass of it."""
         return any(other in self.ancestors(n) for n in names)
 
     def subclasses(self, name: str) -> tuple[str, ...]:
-        """The class itself and all its subclasses, sorted."""
+        """Return the class itself and all its subclasses, sorted."""
         return tuple(sorted(c for c in self.classes if name in self.ancestors(c)))
 
     def instances(self, name: str) -> tuple[str, ...]:
-        """The individuals of a class, sorted."""
+        """Return the individuals of a class, sorted."""
         return tuple(sorted(i for i, types in self.types.items() if self.any_is_a(types, name)))
 
     def depth(self, name: str) -> int:
-        """How specific a class is: the number of its proper superclasses' levels, longest chain."""
+        """Return the depth of a class in the hierarchy: the length of its longest chain of proper superclasses."""
         return self._depth(name, frozenset())
 
     def _depth(self, name: str, below: frozenset[str]) -> int:
@@ -153,15 +156,15 @@ class Taxonomy(Value, dict=True):
         return 1 + max((self._depth(p, below | {name}) for p in above), default=-1)
 
     def fillers(self, name: str, property_: str) -> tuple[str | float, ...]:
-        """What the restrictions of the class and its ancestors say of a property, nearest ancestors first.
+        """Return the fillers of a property in the restrictions of the class and its ancestors, nearest ancestors first.
 
         This is how affordances are asked: ``fillers("soma:Cup", "soma:hasDisposition")``. No OWL-RL
         closure derives them for an individual.
         """
-        return tuple(dict.fromkeys(r.filler for _, r in self.said(name, property_)))
+        return tuple(dict.fromkeys(r.filler for _, r in self.restrictions_on(name, property_)))
 
-    def said(self, name: str, property_: str) -> tuple[tuple[str, Restriction], ...]:
-        """The restrictions of the class and its ancestors on a property, each with the class that it is said of.
+    def restrictions_on(self, name: str, property_: str) -> tuple[tuple[str, Restriction], ...]:
+        """Return the restrictions of the class and its ancestors on a property, each with the class that it is stated for.
 
         The nearest ancestors come first; of one class, what a later file says.
         """
@@ -170,21 +173,21 @@ class Taxonomy(Value, dict=True):
         place = {c: k for k, c in enumerate(order)}
         return tuple(sorted(found, key=lambda cr: (place[cr[0]], -cr[1].order, str(cr[1].filler))))
 
-    def saying(self, property_: str) -> tuple[str, ...]:
-        """The classes of which themselves, not only of an ancestor, something is said by a property; sorted."""
+    def restricted_classes(self, property_: str) -> tuple[str, ...]:
+        """Return the classes that have a restriction on a property themselves, not only inherited from an ancestor; sorted."""
         return tuple(sorted(c for c, found in self.restrictions.items() if any(r.property == property_ for r in found)))
 
     def offers(self, name: str, property_: str, wanted: str) -> bool:
-        """Whether some restriction of the class gives it a filler of class ``wanted``."""
+        """Check whether some restriction of the class on the property has a filler of class ``wanted``."""
         return any(isinstance(f, str) and self.is_a(f, wanted) for f in self.fillers(name, property_))
 
     def affords(self, name: str, disposition: str) -> bool:
-        """Whether things of the class have a disposition, e.g. soma:Graspability."""
+        """Check whether things of the class have a disposition, e.g. soma:Graspability."""
         return self.offers(name, "soma:hasDisposition", disposition)
 
 
 def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Taxonomy:
-    """The taxonomy of some ontology files (a folder stands for the .ttl, .owl and .rdf files in it).
+    """Load the taxonomy of some ontology files (a folder stands for the .ttl, .owl and .rdf files in it).
 
     Args:
         paths: files or folders.
@@ -216,7 +219,7 @@ def load_taxonomy(paths: Iterable[Path | str], cache: Path | None = None) -> Tax
 
 
 def cache_folder() -> Path:
-    """Where parsed files are kept: $CRAMLITE_CACHE, else the platform's cache folder. Deleting it is always safe."""
+    """Return the folder where parsed files are kept: $CRAMLITE_CACHE, else the platform's cache folder. Deleting it is always safe."""
     if "CRAMLITE_CACHE" in os.environ:
         return Path(os.environ["CRAMLITE_CACHE"])
     base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
@@ -234,7 +237,7 @@ def _read_cache(path: Path) -> dict[str, Any] | None:
 
 
 def write_cache(path: Path, data: dict[str, Any]) -> None:
-    """Stores, atomically; a folder that cannot be written only costs time."""
+    """Write a cache file atomically; a folder that cannot be written only costs time."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False, encoding="utf-8") as file:
@@ -245,7 +248,7 @@ def write_cache(path: Path, data: dict[str, Any]) -> None:
 
 
 def ontology_files(paths: Iterable[Path | str]) -> list[Path]:
-    """The files that some paths mean: a folder stands for the ontology files in it.
+    """List the ontology files that some paths mean: a folder stands for those in it.
 
     Raises:
         UserError: there is no such file.

@@ -1,4 +1,4 @@
-"""Looking before planning: what is believed of a scenario's world is what its camera sees of it.
+"""Active perception: the camera is moved to see what a plan needs, and what it sees becomes the believed world.
 
 Furniture is known from the map; things that can be moved are known only as far as they are perceived, and what is seen
 but not recognised is in the way.
@@ -22,7 +22,7 @@ from ..plugin.expert import RELATIONS, Judged
 from ..scenario.scenario import Scenario
 from ..scenario.worlds import camera_of
 from .query import ObjectQuery
-from .recognition import SIGMA, believed, estimate, facts, renamed, surety
+from .recognition import SIGMA, estimate, facts, least_pose_confidence, renamed, thing_from_percept
 from .result import Perceived
 from .runner import perceive
 from .view_queries import HANGING, INSIDE, bears
@@ -40,7 +40,7 @@ wrong (docs/explanation/figures.md)."""
 
 
 class Picture(Value):
-    """A view of the real world.
+    """Camera image of the real world, and where it was taken.
 
     Args:
         view: what the camera saw.
@@ -60,7 +60,7 @@ class Picture(Value):
 
 
 class Look(Value):
-    """What was seen, and what is believed since.
+    """Observations so far, and the world that is believed since.
 
     Args:
         pictures: in the order in which they were taken.
@@ -80,17 +80,17 @@ class Look(Value):
 
     @property
     def world(self) -> World:
-        """All that is believed to be there."""
+        """Believed world: furniture, recognised things and obstacles."""
         return replace(self.known, things=(*self.known.things, *self.obstacles))
 
     @property
     def camera(self) -> Camera | None:
-        """That took the last picture; None where there was nothing to look for."""
+        """Camera that took the last picture; None where there was nothing to look for."""
         return self.pictures[-1].camera if self.pictures else None
 
     @property
     def state(self) -> State | None:
-        """Where the robot stands since the last picture, and the steps that led there."""
+        """Search state of the robot at the last picture, with the steps that led there."""
         return self.pictures[-1].state if self.pictures else None
 
 
@@ -98,8 +98,10 @@ def look(
     scenario: Scenario, wanted: Sequence[Sequence[ObjectQuery]], world: World, real: World, robot: Robot,
     knowledge: Knowledge, seed: int,
 ) -> Look:  # fmt: skip
-    """For each thing that is looked for: bring the camera to where it sees the places that a query names, take a picture
-    of the real world, and believe what the experts say of it.
+    """Look for things with the scenario's camera, and return what is believed then.
+
+    For each thing: bring the camera to where it sees the places that a query names, take a picture of the real world,
+    and believe what the experts say of it.
 
     Args:
         wanted: for each, queries in the order in which they are asked until one is answered.
@@ -129,7 +131,7 @@ def _best(
     best: tuple[float, Picture | None] = (-1.0, None)
     for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
         perceived = ask(query, taken.view, taken.fixtures, knowledge, earlier=earlier, robot=taken.robot)
-        best = max(best, (surety(perceived), replace(taken, perceived=perceived)), key=lambda b: b[0])
+        best = max(best, (least_pose_confidence(perceived), replace(taken, perceived=perceived)), key=lambda b: b[0])
         if best[0] >= SURE:
             break
     assert best[1] is not None  # there is a view, or there was an error
@@ -140,7 +142,7 @@ def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
     """What is believed after one more picture."""
     assert taken.perceived is not None
     answers = taken.perceived.answers
-    found = {n: (t, p) for p in answers if (known := believed(p, knowledge)) for n, t in [known]}
+    found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}
     fixtures, estimates = _fixtures(taken, taken.perceived, before)
     old = {t.name: t for t in before.known.things if t.movable}
     things = (*fixtures, *{**old, **{n: t for n, (t, _) in found.items()}}.values())
@@ -191,8 +193,9 @@ def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple
 def pictures(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Iterator[Picture]:
-    """What the scenario's camera sees of the real world, a flange camera from one place after another from which it sees
-    the places of the query.
+    """Generate pictures of the real world by the scenario's camera.
+
+    A flange camera is brought to one place after another from which it sees the places of the query.
 
     Args:
         seen: what is believed, and the pictures that were taken before: the robot starts from where it took the last.
@@ -219,7 +222,7 @@ def pictures(
 
 
 def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tuple[str, ...]:
-    """The furniture that a query names, by name or class; all that something can hang from or stand in, else."""
+    """Return the furniture that a query names, by name or class; else all that things can hang from or be inside."""
     classes = knowledge.taxonomy
     wanted = [str(c.value) for c in query.conditions if c.key in RELATIONS]
     known = [classes.resolve(w) for w in wanted]
@@ -230,8 +233,9 @@ def places_of(query: ObjectQuery, furniture: World, knowledge: Knowledge) -> tup
 def go_and_look(
     around: tuple[str, ...], seen: Look, robot: Robot, camera: Camera, knowledge: Knowledge, seed: int
 ) -> Iterator[State]:
-    """The task that looks, resolved in a world of which only furniture, and what was seen before, is known: motions to
-    where the camera sees some places, as program steps, one alternative after another.
+    """Generate states in which the camera sees some places, one viewpoint after another.
+
+    The task that looks is resolved in a world of which only furniture, and what was seen before, is known.
 
     Raises:
         NoSolution: it cannot be brought there, with the nearest miss.
@@ -281,7 +285,7 @@ def _looking(knowledge: Knowledge) -> str:
 
 
 def ask(query: ObjectQuery, view: View, fixtures: tuple[Thing, ...], knowledge: Knowledge, **more: Any) -> Perceived:
-    """A query about a view, with what an engine knows beforehand: models, classes, and a map."""
+    """Answer a query about a view, with what the engine knows beforehand: models, classes, and a map."""
     priors = {
         "view": view, "fixtures": fixtures, "models": knowledge.products, "query": query,
         "taxonomy": knowledge.taxonomy, **more,

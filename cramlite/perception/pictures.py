@@ -1,4 +1,4 @@
-"""Pictures for people: a depth image in colours, and what was recognised, drawn over the colour image."""
+"""Images for people: a depth image in colours, and recognised objects drawn over the colour image."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ def colour(number: int) -> tuple[int, int, int]:
 
 
 def overlay(found: Perceived, view: View, models: Sequence[Thing]) -> Any:
-    """The picture, faded, with each object's part, number and, where it has a pose, the boxes of its model."""
+    """Draw the percepts over the faded colour image (rows, columns, 3).
+
+    Each has its segment, its number and, where it is an answer with a pose, the boxes of its model.
+    """
     import numpy as np
     from PIL import Image, ImageDraw
 
@@ -54,7 +57,10 @@ def overlay(found: Perceived, view: View, models: Sequence[Thing]) -> Any:
 
 
 def wires(view: View, pose: Any, model: Thing) -> Iterator[list[tuple[float, float]]]:
-    """The edges of the boxes around a model's geoms, in the image [pixel]; those behind the camera are left out."""
+    """Project the edges of the boxes around a model's geoms into the image [pixel].
+
+    Edges with an end behind the camera are left out.
+    """
     import numpy as np
 
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -78,7 +84,7 @@ def depth_range(view: View) -> tuple[float, float]:
 
 
 def depth_image(view: View) -> Any:
-    """Near is bright, far is dark, nothing measured is a dull red."""
+    """Return a depth image in colours (rows, columns, 3) uint8: near bright, far dark, nothing measured a dull red."""
     import numpy as np
 
     low, high = depth_range(view)

@@ -1,4 +1,4 @@
-"""Which experts can answer a query: backward chaining from what is asked, cheapest first, value domains checked."""
+"""Perception pipelines: experts chosen by backward chaining from a query, cheapest first, value domains checked."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ INFINITE = float("inf")
 
 
 class NoPipeline(CramliteError):
-    """No chain of experts leads to what is asked: says which input of which expert nobody makes."""
+    """No chain of experts answers the query; says which input of which expert nobody makes."""
 
     exit_code = 1
 
 
 class Stage(Value):
-    """One value of a pipeline, and who may make it.
+    """Stage of a pipeline: a value, and the experts that can make it.
 
     Args:
         output: the value.
@@ -36,7 +36,7 @@ class Stage(Value):
 
 
 class Pipeline(Value):
-    """The values on the way to an answer, in the order in which they are made.
+    """Perception pipeline: the values on the way to an answer, in the order in which they are made.
 
     Args:
         query: what is asked.
@@ -53,7 +53,7 @@ class Pipeline(Value):
     reserve: tuple[Stage, ...] = ()
 
     def providers(self, output: str) -> tuple[Expert, ...]:
-        """Who may make a value, in the order of asking; nobody if it cannot be made."""
+        """Return the experts that can make a value, in the order of asking; empty if none can."""
         return next((s.providers for s in (*self.stages, *self.reserve) if s.output == output), ())
 
     def __str__(self) -> str:
@@ -63,7 +63,7 @@ class Pipeline(Value):
 def plan_pipeline(
     query: ObjectQuery, experts: Iterable[Expert], priors: Mapping[str, Any], taxonomy: Any = None
 ) -> Pipeline:
-    """The cheapest pipeline for a query.
+    """Find the cheapest pipeline that answers a query.
 
     Args:
         priors: values known beforehand, by name; among them the view.

@@ -1,4 +1,4 @@
-"""Queries about what a camera sees: conditions on attributes, from an object designator or from text."""
+"""Object queries: conditions on what a camera sees, from an object designator or from text."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ POSSIBLE = 0.05
 
 
 class Condition(Value):
-    """One demand on an object.
+    """Condition on an attribute or a relation of an object.
 
     Args:
         key: an attribute, or a relation.
@@ -48,21 +48,21 @@ class Condition(Value):
 
     @property
     def output(self) -> str:
-        """The value that decides it."""
+        """Name of the value that decides the condition."""
         return "relations" if self.key in RELATIONS else self.key
 
     def holds(self, judged: Judged, taxonomy: Taxonomy) -> bool:
-        """Whether the value itself fits."""
+        """Check whether the value itself satisfies the condition."""
         return _TESTS[self.check](judged.value, self, taxonomy)
 
     def possible(self, judged: Judged, taxonomy: Taxonomy) -> bool:
-        """Whether the value, or a hypothesis that lost against it, fits."""
+        """Check whether the value, or a hypothesis that lost against it, satisfies the condition."""
         rest = (o for o in judged.others if o.confidence >= POSSIBLE)
         return self.holds(judged, taxonomy) or any(self.holds(o, taxonomy) for o in rest)
 
 
 class ObjectQuery(Value):
-    """What to look for.
+    """Object query: conditions on an object, and the values that an answer should have.
 
     Args:
         conditions: all must hold.
@@ -78,17 +78,17 @@ class ObjectQuery(Value):
         return " ".join(map(str, self.conditions)) or "everything"
 
     def value(self, key: str) -> str | float | None:
-        """What is demanded of a key; None where nothing is."""
+        """Return the value that the query demands of a key; None where it demands none."""
         return next((c.value for c in self.conditions if c.key == key), None)
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Every value that an answer takes, those that decide first; the parts of the image if nothing else is asked."""
+        """Names of the values that an answer takes, those that decide first; the segments if nothing else is asked."""
         return tuple(dict.fromkeys((*(c.output for c in self.conditions), *self.wanted))) or (SEGMENTS,)
 
 
 def query_from(designator: Object, **more: str | float) -> ObjectQuery:
-    """The query of an object designator; ``more`` are further conditions, as key=value.
+    """Make the query of an object designator; ``more`` are further conditions, as key=value.
 
     Only the first class is asked for; a designator's features are demanded each.
     """

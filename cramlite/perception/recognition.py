@@ -1,4 +1,4 @@
-"""What is believed of the objects that experts recognised."""
+"""Beliefs from recognised objects: things, pose estimates and relations."""
 
 from __future__ import annotations
 
@@ -23,16 +23,19 @@ SAME = 0.10
 neighbouring products is 70 mm along a peg, 160 mm across."""
 
 
-def surety(perceived: Perceived) -> float:
-    """Of the pose that is least sure; 0 where something that could be an answer has none, 1 where nothing is seen."""
+def least_pose_confidence(perceived: Perceived) -> float:
+    """Return the confidence of the least sure pose.
+
+    0 where something that could be an answer has none, 1 where nothing is seen.
+    """
     conditions = perceived.query.conditions
     open_ = (p for p in perceived.dropped if any(c.output in p.missing for c in conditions))
     things = [p for p in (*perceived.answers, *open_) if p.value("type") != UNKNOWN and not p.value("fixture")]
     return min((p.values["pose"].judged.confidence if "pose" in p.values else 0.0 for p in things), default=1.0)
 
 
-def believed(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
-    """A recognised object as a thing of the world; None for what no model explains, or has no pose."""
+def thing_from_percept(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None:
+    """Return a recognised object's name and thing; None if no model explains it, or it has no pose."""
     model = next((t for t in knowledge.products if t.name == percept.value("model")), None)
     pose, name = percept.value("pose"), percept.value("instance")
     if model is None or pose is None or name is None:
@@ -41,6 +44,7 @@ def believed(percept: Percept, knowledge: Knowledge) -> tuple[str, Thing] | None
 
 
 def estimate(percept: Percept) -> Estimate:
+    """Return the pose estimate of a percept; its standard deviation [m] grows as the confidence falls."""
     said = percept.values["pose"]
     sure = said.judged.confidence
     source = f"camera: {percept.value('model')} by expert {said.expert}, confidence {sure:.2f}"
@@ -48,6 +52,7 @@ def estimate(percept: Percept) -> Estimate:
 
 
 def facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Relation, ...]:
+    """Return the relations of a percept to fixtures."""
     known = {t.name for t in fixtures}
     said = percept.value("relations", ())
     hanging = {n for p, n, _ in said if p == "hangs_on"}
@@ -55,7 +60,7 @@ def facts(name: str, percept: Percept, fixtures: tuple[Thing, ...]) -> tuple[Rel
 
 
 def renamed(real: World, belief: World) -> World:
-    """The real world under the names of the believed one, for judges: a believed thing is the nearest real one.
+    """Return the real world under the names of the believed one, for judges: a believed thing is the nearest real one.
 
     Nobody who decides sees this: physics and controllers do not know names.
     """

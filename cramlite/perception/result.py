@@ -1,4 +1,4 @@
-"""What was perceived: answers to a query about a view, what was dropped, who said what, and what it cost."""
+"""Perception results: answers to a query about a view, dropped objects, annotations by expert, and cost."""
 
 from __future__ import annotations
 
@@ -18,19 +18,20 @@ if TYPE_CHECKING:
 
 
 
-class Said(Value):
-    """A value and the expert that said it."""
+class Annotation(Value):
+    """Annotation: a value and the expert that gave it."""
 
     judged: Judged
     expert: str
 
     @property
     def value(self) -> Any:
+        """Value of the best hypothesis."""
         return self.judged.value
 
 
 class Percept(Value):
-    """An object that was seen.
+    """Percept: an object that was seen, with its annotations.
 
     Args:
         number: among the objects of the view, from 1.
@@ -41,22 +42,23 @@ class Percept(Value):
     """
 
     number: int
-    values: Mapping[str, Said]
+    values: Mapping[str, Annotation]
     confidence: float = 1.0
     dropped: str = ""
     missing: Mapping[str, str] = field(default_factory=dict)
 
     def value(self, name: str, default: Any = None) -> Any:
+        """Return a value by name; ``default`` if nobody gave it."""
         return self.values[name].value if name in self.values else default
 
     @property
     def experts(self) -> tuple[str, ...]:
-        """Who made it what it is."""
+        """Names of the experts that annotated it."""
         return tuple(dict.fromkeys(s.expert for s in self.values.values()))
 
 
 class Run(Value):
-    """One expert that ran, or failed: over how many objects, CPU time [ms], and what went wrong."""
+    """Run of an expert: over how many objects, CPU time [ms], and what went wrong."""
 
     expert: str
     output: str
@@ -66,7 +68,7 @@ class Run(Value):
 
 
 class Perceived(Value):
-    """The answers to a query, best first, and everything that led to them.
+    """Perception result: the answers to a query, best first, and everything that led to them.
 
     Args:
         answers: objects that satisfy every condition.
@@ -80,7 +82,7 @@ class Perceived(Value):
     pipeline: Pipeline
     answers: tuple[Percept, ...]
     dropped: tuple[Percept, ...]
-    scene: Mapping[str, Said]
+    scene: Mapping[str, Annotation]
     runs: tuple[Run, ...]
     remarks: tuple[str, ...] = ()
 
@@ -95,7 +97,7 @@ SHOWN = 3
 
 
 def perceived_text(found: Perceived) -> str:
-    """Answers, what was left out and why, and the pipeline, for people."""
+    """Return the answers, what was left out and why, and the pipeline as text."""
     lines = [f"{len(found.answers)} answers to '{found.query}' in {found.ms:.0f} ms of CPU time"]
     for k, answer in enumerate(found.answers, 1):
         lines.append(f"  {k}. object {answer.number}, confidence {answer.confidence:.2f}")
@@ -119,7 +121,7 @@ def _value_lines(answer: Percept, found: Perceived) -> Iterator[str]:
 
 
 def in_words(value: Any) -> str:
-    """A plain value for people."""
+    """Return a plain value as text."""
     if isinstance(value, dict) and "position" in value:
         x, y, z = value["position"]
         w, *v = value["quaternion"]
@@ -130,7 +132,7 @@ def in_words(value: Any) -> str:
 
 
 def plain(value: Any) -> Any:
-    """A value as JSON knows it; None for images and point clouds."""
+    """Return a value as JSON values; None for images and point clouds."""
     if isinstance(value, str | int | float):
         return value
     if isinstance(value, Pose):
@@ -141,7 +143,7 @@ def plain(value: Any) -> Any:
 
 
 def perceived_json(found: Perceived) -> dict[str, Any]:
-    """All of it that is no image."""
+    """Return the result as JSON values, without images."""
     return {
         "query": str(found.query),
         "answers": [_percept_json(p) for p in found.answers],

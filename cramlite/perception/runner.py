@@ -1,4 +1,4 @@
-"""Asking experts about a view: run a pipeline, drop what does not fit, keep what lost and why."""
+"""Running a perception pipeline: experts are asked about a view, and what does not fit is dropped with its reason."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..ontology.taxonomy import Taxonomy
 from ..plugin.expert import OBJECTS, SEGMENT, SEGMENTS, VIEW, Expert, Inputs, Judged
 from .pipeline import Pipeline, plan_pipeline
 from .query import Condition, ObjectQuery
-from .result import Perceived, Percept, Run, Said
+from .result import Annotation, Perceived, Percept, Run
 
 OnFault = Callable[[str, Exception], str]
 NEAR = 0.1
@@ -37,7 +37,7 @@ def perceive(
         NoPipeline: the experts there are cannot answer it.
     """
     pipeline = plan_pipeline(query, experts, priors, taxonomy)
-    running = _Running(pipeline, taxonomy, on_fault, {k: Said(Judged(v), "given") for k, v in priors.items()})
+    running = _Running(pipeline, taxonomy, on_fault, {k: Annotation(Judged(v), "given") for k, v in priors.items()})
     for stage in pipeline.stages:
         running.make(stage.output)
         running.prune()
@@ -48,7 +48,7 @@ class _Object(Struct):
     """An object while the pipeline runs."""
 
     number: int
-    values: dict[str, Said]
+    values: dict[str, Annotation]
     dropped: str = ""
     passed: int = 0
     missing: dict[str, list[str]] = field(default_factory=dict)
@@ -60,7 +60,7 @@ class _Running(Struct):
     pipeline: Pipeline
     taxonomy: Taxonomy
     on_fault: OnFault
-    scene: dict[str, Said]
+    scene: dict[str, Annotation]
     objects: list[_Object] = field(default_factory=list)
     runs: list[Run] = field(default_factory=list)
     tried: set[tuple[str, int]] = field(default_factory=set)
@@ -117,7 +117,7 @@ class _Running(Struct):
         self.scene |= found
         if SEGMENTS in found and not self.objects:
             parts: Sequence[Any] = found[SEGMENTS].value
-            self.objects = [_Object(k, {SEGMENT: Said(Judged(p), expert.name)}) for k, p in enumerate(parts, 1)]
+            self.objects = [_Object(k, {SEGMENT: Annotation(Judged(p), expert.name)}) for k, p in enumerate(parts, 1)]
         return []
 
     def _object(self, expert: Expert, thing: _Object, output: str) -> list[str]:
@@ -134,20 +134,20 @@ class _Running(Struct):
         """One entry for each object; None where nothing can be said of it."""
         declared = {*expert.inputs, *expert.uses}
         table = tuple({k: s.judged for k, s in o.values.items() if k in declared} for o in self.objects)
-        seen = {**self.scene, OBJECTS: Said(Judged(table), "engine")}
-        of_objects = {k: Said(Judged(None), "engine") for row in table for k in row}
+        seen = {**self.scene, OBJECTS: Annotation(Judged(table), "engine")}
+        of_objects = {k: Annotation(Judged(None), "engine") for row in table for k in row}
         found, why = self._ask(expert, {**of_objects, **seen}, raw=True)
         if found is None:
             return [why]
         for name, said in found.items():
             for thing, entry in zip(self.objects, said.value, strict=True):
                 if entry is not None:
-                    thing.values[name] = Said(_judged(entry), expert.name)
+                    thing.values[name] = Annotation(_judged(entry), expert.name)
         return []
 
     def _ask(
-        self, expert: Expert, known: Mapping[str, Said], *, raw: bool = False
-    ) -> tuple[dict[str, Said] | None, str]:
+        self, expert: Expert, known: Mapping[str, Annotation], *, raw: bool = False
+    ) -> tuple[dict[str, Annotation] | None, str]:
         """What an expert says, given its declared inputs only; or None and why it says nothing."""
         missing = [i for i in expert.inputs if i not in known]
         if missing:
@@ -158,7 +158,7 @@ class _Running(Struct):
             absent = [o for o in expert.outputs if o not in found]
             if absent:
                 raise TypeError(f"made no {', '.join(absent)}, which it declares")
-            entries = {o: Said(Judged(found[o]) if raw else _judged(found[o]), expert.name) for o in expert.outputs}
+            entries = {o: Annotation(Judged(found[o]) if raw else _judged(found[o]), expert.name) for o in expert.outputs}
             if raw and any(len(e.value) != len(self.objects) for e in entries.values()):
                 raise TypeError(f"a scene expert answers with one entry for each of the {len(self.objects)} objects")
             return entries, ""
@@ -220,13 +220,13 @@ def _judged(value: Any) -> Judged:
     return value if isinstance(value, Judged) else Judged(value)
 
 
-def _replacing(said: Said, before: Said | None) -> Said:
+def _replacing(said: Annotation, before: Annotation | None) -> Annotation:
     """A later word on the same value; what it replaces is kept among what lost."""
     if before is None or before.value == said.value:
         return said
     lost = Judged(before.value, before.judged.confidence, f"{before.expert}: {before.judged.reason}")
     judged = said.judged
-    return Said(Judged(judged.value, judged.confidence, judged.reason, (*judged.others, lost)), said.expert)
+    return Annotation(Judged(judged.value, judged.confidence, judged.reason, (*judged.others, lost)), said.expert)
 
 
 def _words(value: Any) -> str:
@@ -237,7 +237,7 @@ def _words(value: Any) -> str:
     return str(value)
 
 
-def _not(condition: Condition, said: Said, how: str) -> str:
+def _not(condition: Condition, said: Annotation, how: str) -> str:
     """Why a condition does not hold; of the relations of an object only those that are asked about."""
     if condition.output != "relations":
         return f"{condition.output} is {_words(said.value)}, {how} {condition}" + _because(said)
@@ -245,7 +245,7 @@ def _not(condition: Condition, said: Said, how: str) -> str:
     return f"it is {condition.key} {', '.join(f[1] for f in near) or 'nothing that is known'}, not {condition}"
 
 
-def _because(said: Said) -> str:
+def _because(said: Annotation) -> str:
     return f" ({said.expert}: {said.judged.reason})" if said.judged.reason else ""
 
 

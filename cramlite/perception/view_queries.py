@@ -1,4 +1,4 @@
-"""What to look for, and where: queries from the object designators of a plan."""
+"""Object queries of a plan: what to look for, and at which furniture."""
 
 from __future__ import annotations
 
@@ -24,8 +24,10 @@ Queries = tuple[tuple[ObjectQuery, ...], ...]
 
 
 def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy) -> Queries:
-    """For each thing that the plan is about and the map does not have, queries in the order in which they are asked
-    until one is answered; before them one for each kind of furniture of which a peg is used, to see where it really is.
+    """Return the queries to a camera for the things of a plan that the map does not have.
+
+    For each thing they stand in the order in which they are asked until one is answered; before them one for each kind
+    of furniture of which a peg is used, to see where it really is.
 
     A thing is looked for at the furniture that tasks name together with it, in the order of the tasks; where they name
     none, everywhere. Its class is not demanded where features or affordances say what will do in its stead.
@@ -70,7 +72,7 @@ def _actions(steps: Iterable[Designator]) -> Iterator[Action]:
 
 
 def bears(thing: Thing, taxonomy: Taxonomy, *ways: str) -> bool:
-    """Whether a part of a thing bears others in one of these ways: "hanging", "standing", "inside"."""
+    """Check whether a part of a thing bears others in one of these ways: "hanging", "standing", "inside"."""
     return _borne((f.type for f in thing.features), taxonomy, *ways)
 
 
@@ -88,4 +90,4 @@ def _views(things: tuple[Thing, ...], taxonomy: Taxonomy) -> Iterator[str]:
 
 
 def _size(thing: Thing) -> float:
-    return max((g.radius for g in thing.geoms), default=0.0)
+    return max((g.bounding_radius for g in thing.geoms), default=0.0)

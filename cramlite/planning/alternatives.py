@@ -1,4 +1,4 @@
-"""Alternatives of one designator, from all plugins: one plugin at a time and lazily, merged by cost."""
+"""Groundings of one designator by all plugins: generated lazily, merged by cost."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.control_flow import Compound, Mark, ways
-from ..model.designator_name import is_inside
+from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
 from ..model.steps import AnyStep
 from ..plugin.grounding import Context, Grounding, Refused
@@ -39,7 +39,7 @@ Alternative = tuple[str, Grounding]
 
 
 class Alternatives(Value):
-    """Whom to ask.
+    """Source of the groundings of designators: registry, task types and context.
 
     Args:
         registry: the plugins.
@@ -54,7 +54,10 @@ class Alternatives(Value):
     context: Context
 
     def of(self, point: ChoicePoint) -> Iterator[Alternative]:
-        """Groundings, the cheapest first; what was refused goes to the trace, its causes to the point's conflict set."""
+        """Generate the groundings of a designator, the cheapest first.
+
+        What was refused goes to the trace, its causes to the point's conflict set.
+        """
         if isinstance(point.item, Compound):
             yield from (("engine", Grounding(way, way.reason, way.cost, key=way.reason)) for way in ways(point.item))
             return
@@ -72,7 +75,7 @@ class Alternatives(Value):
     def _fits(self, point: ChoicePoint, action: Action) -> bool:
         """Whether there is such a task, and it is not made of itself."""
         opened = (i.action for i in point.state.agenda if isinstance(i, Effect))
-        above = [a for a in opened if is_inside(action.name, a.name)]
+        above = [a for a in opened if is_part_of(action.name, a.name)]
         reason = misfit(action, above, self.tasks)
         if reason:
             point.conflict |= {a.name for a in above} | point.domain
@@ -164,7 +167,7 @@ def _check_way(way: Any) -> None:
 
 
 def misfit(action: Action, inside: Iterable[Action], tasks: Mapping[str, object]) -> str:
-    """Why an action cannot be part of what it is to be part of; empty when it can.
+    """Return why an action cannot be part of what it is to be part of; empty when it can.
 
     Args:
         inside: the actions that it is a part of, the innermost first.

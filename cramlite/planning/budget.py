@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Budget(Value):
-    """Counted work: the same seed gives the same program on any machine.
+    """Limits on the work of a search, counted rather than timed: the same seed gives the same program on any machine.
 
     Args:
         asks: designators that plugins may be asked about, over one task sequence.
@@ -37,7 +37,7 @@ class Budget(Value):
 
 
 def budget_of(scenario: Scenario) -> Budget:
-    """The budget that a scenario asks for.
+    """Return the budget that a scenario asks for.
 
     Raises:
         UserError: there is no such budget, or it is below 1; with file and line.
@@ -52,8 +52,17 @@ def budget_of(scenario: Scenario) -> Budget:
 
 
 class BudgetSpent(Exception):
-    """The counted budget of a search is used up."""
+    """End of a search because a counted budget is used up.
+
+    Args:
+        budget: its name in ``Budget``.
+        reason: what was counted, for people.
+    """
+
+    def __init__(self, budget: str, reason: str) -> None:
+        super().__init__(reason)
+        self.budget = budget
 
 
 class Stopped(Exception):
-    """The caller has had enough."""
+    """End of a search because the caller stopped it."""

@@ -1,4 +1,4 @@
-"""A choice point: one designator that is asked about, and what is found out on the way.
+"""Choice points of the search: a designator that is being resolved, its conflict set, and no-goods.
 
 Every designator is a choice point, identified by its name. Its failure depends on other choices, its conflict set,
 which grows while its alternatives are looked at.
@@ -13,7 +13,7 @@ from typing import Any
 from msgspec import Struct, field
 
 from ..model.control_flow import Compound
-from ..model.designator_name import is_inside
+from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object
 from .state import State
 from .trace import Kind, Outcome, Trace
@@ -23,7 +23,7 @@ Conflict = frozenset[str]
 
 
 class Nogoods(Struct):
-    """What failed so far.
+    """Combinations of choices that are known to fail (no-goods).
 
     Args:
         known: combinations by each of their choices.
@@ -32,13 +32,13 @@ class Nogoods(Struct):
     known: dict[Choice, list[frozenset[Choice]]] = field(default_factory=dict)
 
     def made_again(self, choices: tuple[Choice, ...]) -> Conflict | None:
-        """The names of the choices in a combination that failed before and is made again with the last choice."""
+        """Return the names of the choices in a known no-good that the last choice completes; None if there is none."""
         made = set(choices)
         found = next((nogood for nogood in self.known.get(choices[-1], ()) if nogood <= made), None)
         return frozenset(name for name, _ in found) if found is not None else None
 
     def remember(self, conflict: Conflict, choices: tuple[Choice, ...]) -> None:
-        """That those of the choices which a failure depends on do not go together."""
+        """Record that the choices in a conflict set do not go together."""
         nogood = frozenset(c for c in choices if c[0] in conflict)
         for choice in nogood:
             self.known.setdefault(choice, []).append(nogood)
@@ -55,7 +55,7 @@ KINDS: dict[type, Kind] = {
 
 
 class ChoicePoint(Struct):
-    """A designator that is asked about.
+    """Choice point: a designator that is being resolved in a state.
 
     Args:
         item: the designator.
@@ -78,19 +78,19 @@ class ChoicePoint(Struct):
 
     @classmethod
     def asked(cls, item: Designator, state: State, trace: Trace, parent: int, numbers: Mapping[str, int]) -> ChoicePoint:
-        """The choice point of a designator that comes up, which the trace is told below the entry ``parent``."""
+        """Make the choice point of a designator, and record it in the trace below the entry ``parent``."""
         what = item.wanted if isinstance(item, Object) else str(item)
         node = trace.add(parent, item.name, what, "asked", "engine", "", kind=KINDS[type(item)], numbers=numbers)
         return cls(item, state, trace, node)
 
     @property
     def cap(self) -> int:
-        """How many alternatives are tried; those of a compound were written down and are all meant."""
+        """Largest number of alternatives that are tried; all branches of a compound."""
         return len(self.item.branches) if isinstance(self.item, Compound) else CAPS[type(self.item)]
 
     @property
     def domain(self) -> set[str]:
-        """The choices that the set of alternatives itself depends on: places do not depend on how the arm got there."""
+        """Choices that the set of alternatives itself depends on: places do not depend on how the arm got there."""
         item, made = self.item, {name for name, _ in self.state.choices}
         if isinstance(item, Object | Late):
             part_of = item.part_of if isinstance(item, Object) else None
@@ -101,14 +101,14 @@ class ChoicePoint(Struct):
 
     @property
     def asked_by(self) -> set[str]:
-        """Choices that what is asked for is part of."""
-        return {name for name, _ in self.state.choices if is_inside(self.item.name, name)}
+        """Choices that the designator is part of."""
+        return {name for name, _ in self.state.choices if is_part_of(self.item.name, name)}
 
     def say(
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,
         numbers: Mapping[str, float] | None = None,
     ) -> int:  # fmt: skip
-        """Add to the trace what became of the designator, or of the alternative that ``text`` stands for."""
+        """Record in the trace the outcome of the designator, or of the alternative that ``text`` stands for."""
         text = str(self.item) if text is None else text
         kind = KINDS[type(self.item)]
         return self.trace.add(
@@ -116,13 +116,13 @@ class ChoicePoint(Struct):
         )
 
     def exhausted(self, tried: int) -> None:
-        """Say that none of its alternatives led on."""
+        """Record in the trace that none of the alternatives led to a solution."""
         causes = ", ".join(sorted(self.conflict)) or "nothing before it"
         what = "1 alternative" if tried == 1 else f"{tried} alternatives"
         self.say("failed", "engine", f"{what} failed; it depends on {causes}", numbers={"tried": tried})
 
 
 def key_of(value: Any) -> str:
-    """The key of an alternative that has none of its own."""
+    """Return the key of an alternative that has none of its own: its text, hashed if it is long."""
     text = str(value)
     return text if len(text) <= 60 else hashlib.blake2b(text.encode(), digest_size=6).hexdigest()

@@ -1,4 +1,4 @@
-"""How control steps are folded: the one place where the plan language meets the agenda.
+"""Folding of compounds into control steps: the one place where the plan language meets the agenda.
 
 A compound that is decided at run time lies between marks (``cramlite.model.control_flow``): where a branch begins a frame remembers the
 steps and the belief, and at the end what came since becomes one control step. What a branch needs beyond that, a way back
@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from ..base.errors import Unresolvable
 from ..model.control_flow import Mark, touched
 from ..model.designators import Motion
-from ..model.steps import Monitor, Parallel, Repeat, TryInOrder, clash
+from ..model.steps import Monitor, Parallel, Repeat, TryInOrder, branch_conflict
 from .state import Frame, Item, State
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ SAME = 0.02  # joint positions that are the same for what comes after [rad]: a m
 MOVED = 0.005  # things that are at the same place [m]: the accuracy with which let go things are known
 
 
-def passed(state: State, mark: Mark) -> State:
-    """The state behind a mark that was at the front of the agenda.
+def state_after_mark(state: State, mark: Mark) -> State:
+    """Return the state behind a mark at the front of the agenda.
 
     Raises:
         Unresolvable: branches do not end at the same place, or need the same device at the same time.
@@ -96,7 +96,7 @@ def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Cont
     if compound.kind == "monitor":
         watched = (p.get("force_n"), p.get("slip_m"), p.get("time_s"))
         return Monitor(parts[0], *watched, origin=name, comment=comment)
-    if wrong := clash(parts):
+    if wrong := branch_conflict(parts):
         raise Unresolvable(f"'{name}' cannot be done at the same time: {wrong}")
     return Parallel(parts, "all" if compound.kind == "parallel" else "first", origin=name, comment=comment)
 

@@ -1,4 +1,4 @@
-"""Diagnose a search without a solution: how it ended, and the nearest miss."""
+"""Diagnosis of a search without a solution: how it ended, and the nearest miss."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def failure_text(trace: Trace, faults: Iterable[object]) -> str:
-    """Why nothing was found: the nearest miss of all, and the one of each candidate."""
+    """Return why nothing was found: the nearest miss of all, and the one of each candidate."""
     lines = [f"No solution: {how_it_ended(trace.entries)}."]
     lines += [f"  Fault: {f}" for f in dict.fromkeys(str(f) for f in faults)]
     nearest = nearest_miss(trace.entries)
@@ -27,7 +27,7 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
 
 
 def how_it_ended(entries: Sequence[Entry]) -> str:
-    """Whether all alternatives were refused, or what ended the search before, and how to raise it."""
+    """Return whether all alternatives were refused, or what ended the search before, and how to raise it."""
     capped = [e for e in entries if e.outcome == "capped"]
     if any(e.kind == "stop" for e in capped):
         return f"the search was {STOPPED} before every alternative was tried"
@@ -50,7 +50,7 @@ def _miss(entry: Entry) -> str:
 
 
 def nearest_miss(entries: Sequence[Entry]) -> Entry | None:
-    """The refusal that came after the most choices; a program whose text ran comes nearer than any."""
+    """Return the refusal that came after the most choices; a program whose text ran comes nearer than any."""
     known = {e.number: e for e in entries}
     reasons = [
         e

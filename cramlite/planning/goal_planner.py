@@ -1,4 +1,4 @@
-"""Goals that say what should hold, "coffee in basket": which tasks achieve it, found by what their rules need and change.
+"""Goal planner: task sequences that achieve goals such as "coffee in basket", found over ground operators.
 
 Breadth first over the facts that rules speak of (``operators``), so that the shortest sequences come first. This only
 chooses tasks and fillers; grasps, places, paths and the proof are the search's, and a sequence that it refuses is
@@ -40,7 +40,7 @@ NEEDLESS = "no step asks for what it changes"
 
 
 class Spot(Value):
-    """A place that a goal wants chosen beside something.
+    """Placement that a goal asks for beside another thing.
 
     Args:
         where: of the task that chooses it.
@@ -51,8 +51,8 @@ class Spot(Value):
     makes: frozenset[Fact]
 
 
-class Wanted(Value):
-    """What must hold in the end, and what may not.
+class GoalFacts(Value):
+    """Goal facts: what must hold in the end, and what may not.
 
     Args:
         sides: fact that a thing was placed -> the spot.
@@ -63,18 +63,19 @@ class Wanted(Value):
     sides: Mapping[Fact, Spot] = field(default_factory=dict)
 
     def met(self, facts: frozenset[Fact]) -> bool:
+        """Check whether facts satisfy the goal."""
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
 
 
 class TaskPlan(Value):
-    """Operators that lead to a goal, each with why it is there."""
+    """Sequence of operators that achieves a goal, each with why it is there."""
 
     steps: tuple[Operator, ...]
     reasons: tuple[str, ...]
 
 
-class Said(Value):
-    """A goal as it was read.
+class ParsedGoal(Value):
+    """Parsed goal.
 
     Args:
         phrase: whose form it has.
@@ -88,8 +89,8 @@ class Said(Value):
     other: str = ""
 
 
-def wanted(goals: Iterable[str], grounder: Grounder, where: str = "") -> Wanted:
-    """The facts of goals such as "coffee on hook", "tin in basket near cup", "tea off hanger", "drawer open".
+def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> GoalFacts:
+    """Parse goals such as "coffee on hook", "tin in basket near cup", "tea off hanger", "drawer open" into facts.
 
     Raises:
         UserError: a goal that is none of these, or names what there is not.
@@ -106,17 +107,17 @@ def wanted(goals: Iterable[str], grounder: Grounder, where: str = "") -> Wanted:
             sides[(PLACED, *said.things[::-1])] = Spot({said.side: said.other}, meaning.needs)
         needs |= meaning.needs
         without |= meaning.without
-    return Wanted(frozenset(needs | set(sides)), frozenset(without), sides)
+    return GoalFacts(frozenset(needs | set(sides)), frozenset(without), sides)
 
 
-def _read(text: str, phrases: Iterable[GoalPhrase], where: str) -> Said:
+def _read(text: str, phrases: Iterable[GoalPhrase], where: str) -> ParsedGoal:
     """What a goal says, by the forms that predicates declare."""
     for phrase in phrases:
         found = re.fullmatch(_pattern(phrase), " ".join(text.split()))
         if found is not None:
             words, count = [g or "" for g in found.groups()], len(_places(phrase))
             side, other = words[count:] or ("", "")
-            return Said(phrase, tuple(words[:count]), SIDES.get(side, ""), other)
+            return ParsedGoal(phrase, tuple(words[:count]), SIDES.get(side, ""), other)
     forms = [f"'{p.form}'" for p in sorted(phrases, key=lambda p: -len(_places(p)))]
     said = f"say {', '.join(forms[:-1])} or {forms[-1]}" if forms[1:] else "no plugin declares a phrase for goals"
     sides = ", ".join(f"'{s}'" for s in SIDES)
@@ -135,7 +136,7 @@ def _pattern(phrase: GoalPhrase) -> str:
     return f"{first} {verbs}{' '.join(words)}{beside}"
 
 
-def _meaning(said: Said, grounder: Grounder, what: str) -> GoalCondition:
+def _meaning(said: ParsedGoal, grounder: Grounder, what: str) -> GoalCondition:
     """What the phrase makes of things that there are."""
     for name in filter(None, (*said.things, said.other)):
         if name not in grounder.things:
@@ -146,7 +147,7 @@ def _meaning(said: Said, grounder: Grounder, what: str) -> GoalCondition:
         raise UserError(f"{what}: {error}") from error
 
 
-def _check_side(said: Said, meaning: GoalCondition, what: str) -> None:
+def _check_side(said: ParsedGoal, meaning: GoalCondition, what: str) -> None:
     side = next(words for words, key in SIDES.items() if key == said.side)
     if not meaning.spot:
         raise UserError(f"{what}: '{side}' chooses a spot on a surface or in a container, and there is none here.")
@@ -155,19 +156,19 @@ def _check_side(said: Said, meaning: GoalCondition, what: str) -> None:
         raise UserError(f"{what}: what it is '{side}' must be another thing than {own}.")
 
 
-def with_sides(goal: Wanted, operators: Iterable[Operator], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
-    """Operators that also say where they put what the goal wants beside something: those whose tasks choose the spot."""
+def with_sides(goal: GoalFacts, operators: Iterable[Operator], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
+    """Return the operators, with the fact that a thing was placed beside another where their tasks choose the spot."""
     return tuple(replace(o, adds=o.adds | _placed(o, goal)) if tasks[o.task].places else o for o in operators)
 
 
-def _placed(operator: Operator, goal: Wanted) -> set[Fact]:
+def _placed(operator: Operator, goal: GoalFacts) -> set[Fact]:
     return {fact for fact, spot in goal.sides.items() if spot.makes & operator.adds}
 
 
 def task_plans(
-    goal: Wanted, facts: frozenset[Fact], operators: Iterable[Operator], most: int = 6
+    goal: GoalFacts, facts: frozenset[Fact], operators: Iterable[Operator], most: int = 6
 ) -> Iterator[TaskPlan]:
-    """Sequences of tasks that achieve a goal, the shortest first, lazily.
+    """Search task sequences that achieve a goal, breadth first and lazily, the shortest first.
 
     Args:
         most: of them. States are not visited twice in one sequence, and at most twice in all, so that sequences differ.
@@ -199,7 +200,7 @@ def _within(short: tuple[Operator, ...], long: tuple[Operator, ...]) -> bool:
     return all(any(step is other for other in rest) for step in short)
 
 
-def _relevant(goal: Wanted, operators: tuple[Operator, ...]) -> tuple[Operator, ...]:
+def _relevant(goal: GoalFacts, operators: tuple[Operator, ...]) -> tuple[Operator, ...]:
     """Operators that change something which the goal, or a relevant operator, asks about."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     while True:
@@ -210,7 +211,7 @@ def _relevant(goal: Wanted, operators: tuple[Operator, ...]) -> tuple[Operator, 
         asked = more
 
 
-def _reasons(goal: Wanted, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
+def _reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
     """Why each step is there: the first thing that it makes so and that a later one, or the goal, asks for."""
     for k, step in enumerate(steps):
         after = step.apply(facts)
@@ -231,8 +232,8 @@ def _say(fact: Fact) -> str:
     return f"{fact[0]}({', '.join(fact[1:])})"
 
 
-def impossible(goal: Wanted, operators: Iterable[Operator]) -> str:
-    """Why no sequence was found: what no task brings about, or that none is short enough."""
+def explain_unreachable(goal: GoalFacts, operators: Iterable[Operator]) -> str:
+    """Return why no sequence was found: a fact that no task brings about, or that none is short enough."""
     made = {f for o in operators for f in o.adds}
     missing = [_say(f) for f in sorted(goal.needs) if f not in made]
     if missing:
@@ -240,8 +241,8 @@ def impossible(goal: Wanted, operators: Iterable[Operator]) -> str:
     return f"no sequence of at most {LONGEST} tasks achieves it"
 
 
-def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: Wanted | None = None) -> list[TaskSpec]:
-    """The tasks of a plan as a scenario would list them; those that the goal wants beside something with their ``where``."""
+def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: GoalFacts | None = None) -> list[TaskSpec]:
+    """Return the tasks of a plan as a scenario lists them, with ``where`` for placements beside other things."""
     sides = goal.sides if goal else {}
     chosen = [
         next((WhereSpec.model_validate(sides[f].where) for f in sorted(s.adds) if f in sides), None) for s in plan.steps
@@ -256,8 +257,8 @@ def _fillers(step: Operator, task: TaskType) -> dict[str, str]:
     return {r: e for r, e in step.roles.items() if e != EFFECTOR and task.role(r) is not None}
 
 
-def meant(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounder) -> Iterator[Goal]:
-    """The goal with described objects replaced by things of the world, one choice after another, best first."""
+def ground_goal(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounder) -> Iterator[Goal]:
+    """Generate the goal with described objects replaced by things of the world, the best choice first."""
     words = {w for g in goal.says for w in g.split()}
     names = [n for n in objects if n in words]
     for choice in product(*(_things(objects[n], grounder) for n in names)):

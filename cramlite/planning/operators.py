@@ -1,4 +1,4 @@
-"""Task rules as planning operators: what a task needs before, and what it changes, over the things of one world.
+"""Planning operators: task rules grounded over the things of one world, with preconditions and effects.
 
 The rules that interpret demonstrations say both (``pre`` and ``post``). They are grounded here: conditions on classes and
 parts choose the fillers of roles, relations become facts that are needed, forbidden, added or removed. What is measured
@@ -21,7 +21,7 @@ from ..plugin.task_type import TaskType
 
 
 class Operator(Value):
-    """One task with fillers: what must hold, what may not, and what changes.
+    """Ground planning operator: a task with fillers, its preconditions and its effects.
 
     Args:
         task: class.
@@ -45,15 +45,16 @@ class Operator(Value):
         return f"{self.task.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
     def applies(self, facts: frozenset[Fact]) -> bool:
+        """Check whether the preconditions hold."""
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
 
     def apply(self, facts: frozenset[Fact]) -> frozenset[Fact]:
-        """The facts afterwards, with all that follows from the change as predicates declare it."""
+        """Return the facts afterwards, with all that follows from the change as predicates declare it."""
         return self.fluents.after(facts, self.adds, self.removes)
 
 
 class Grounder:
-    """Rules over the things of one world become operators.
+    """Grounding of task rules over the things of one world into planning operators.
 
     Args:
         scene: whose things and features fill roles.
@@ -69,11 +70,11 @@ class Grounder:
         self.contents = [contents(t.name) for t in scene.filled()]
 
     def initial(self) -> frozenset[Fact]:
-        """What holds at the start, as predicates declare it; the hand is empty."""
+        """Return the facts that hold at the start, as predicates declare them; the hand is empty."""
         return self.fluents.initial(self.scene)
 
     def ground(self, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
-        """The operators of those rules whose tasks a plugin offers."""
+        """Return the ground operators of those rules whose tasks a plugin offers."""
         return tuple(o for rule in rules if rule.task in tasks for o in self._ground(rule, tasks[rule.task]))
 
     def _ground(self, rule: Rule, task: TaskType) -> Iterator[Operator]:

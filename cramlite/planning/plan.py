@@ -1,4 +1,4 @@
-"""Make a plan of an interpreted task sequence, or of a scenario's tasks and rules."""
+"""Plans from interpreted task sequences, or from a scenario's tasks and rules."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..model.control_flow import Compound, Kind, compound, retry
-from ..model.designator_name import inside
+from ..model.designator_name import part_name
 from ..model.designators import Action, Designator, Location, Object
 from ..model.episode import Entity, Episode
 from ..model.plan import HOME, Plan
@@ -18,7 +18,7 @@ from ..plugin.task_type import TaskType
 
 
 class TaskCall(Value):
-    """A task with fillers for its roles: one step of an interpreted sequence or of a scenario."""
+    """Task with fillers for its roles: one step of an interpreted sequence or of a scenario."""
 
     task: TaskType
     roles: Mapping[str, str]
@@ -27,7 +27,7 @@ class TaskCall(Value):
 
 
 class RuleCall(Value):
-    """Calls under a rule of the plan language.
+    """Rule of the plan language over calls.
 
     Args:
         rule: as the scenario has it; it becomes part of the compound's name.
@@ -46,7 +46,7 @@ Call = TaskCall | RuleCall
 
 
 def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[TaskCall]:
-    """The tasks, those under rules included, in order; with or without those that the search may leave out."""
+    """Return the tasks in order, those under rules included; with or without those that the search may leave out."""
     for call in calls:
         if isinstance(call, TaskCall):
             yield call
@@ -56,7 +56,7 @@ def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[
 
 
 def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode) -> Plan:
-    """Generalise an interpreted task sequence.
+    """Generalise an interpreted task sequence into a plan.
 
     Entities become variables that keep their classes; what the tasks need of them (features,
     affordances) is added; poses, times, sizes and instance names stay behind.
@@ -70,7 +70,7 @@ def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode) ->
 
 
 def build_plan(name: str, calls: Sequence[Call], objects: Mapping[str, Object]) -> Plan:
-    """A plan of task calls whose fillers are keys of ``objects``; other fillers (the effector) are left out."""
+    """Build a plan of task calls whose fillers are keys of ``objects``; other fillers (the effector) are left out."""
     constrained = dict(objects)
     for call in task_calls(calls):
         for role, filler in call.roles.items():
@@ -94,10 +94,10 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], w
     """The designator of a call, numbered in order; parts of attempts belong to their compound."""
     if isinstance(call, TaskCall):
         roles = {r: objects[f] for r, f in call.roles.items() if f in objects}
-        name = inside(whole, f"{next(numbers)}.{call.task.task.split(':')[-1]}")
+        name = part_name(whole, f"{next(numbers)}.{call.task.task.split(':')[-1]}")
         where = {"where": call.where} if call.where else {}
         return Action(name, call.task.task, roles, parameters={**(call.parameters or {}), **where})
-    name = inside(whole, f"{next(numbers)}.{call.rule}")
+    name = part_name(whole, f"{next(numbers)}.{call.rule}")
     within = name if call.kind == "attempts" and not call.changes else whole
     branches: tuple[tuple[Designator, ...], ...]
     branches = tuple(tuple(_action(c, objects, numbers, within) for c in branch) for branch in call.branches)

@@ -1,4 +1,4 @@
-"""A goal in a setting as a symbolic planning problem: facts, a goal condition and ground operators, for planners of others."""
+"""Symbolic planning problems, for external planners: facts, goal condition and ground operators."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..base.value import Value
 from ..interpretation.fluents import Fact, Pattern, SymbolicWorld, matches
-from .goal_planner import TaskPlan, Wanted, as_tasks, meant, wanted, with_sides
+from .goal_planner import GoalFacts, TaskPlan, as_tasks, ground_goal, parse_goals, with_sides
 from .operators import Grounder, Operator
 
 if TYPE_CHECKING:
@@ -27,13 +27,13 @@ class PlanningProblem(Value):
     """
 
     facts: frozenset[Fact]
-    wanted: Wanted
+    wanted: GoalFacts
     operators: tuple[Operator, ...]
     knowledge: Knowledge
 
     @property
     def universe(self) -> frozenset[Fact]:
-        """Every fact that the problem speaks of."""
+        """Every fact that the problem mentions."""
         return self.facts | {fact for operator in self.operators for fact in operator.adds} | self.wanted.needs
 
     def forbidden(self, patterns: Iterable[Pattern]) -> set[Fact]:
@@ -41,7 +41,7 @@ class PlanningProblem(Value):
         return {fact for fact in self.universe for pattern in patterns if matches(fact, pattern)}
 
     def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:
-        """Return the tasks of a plan, as a scenario would list them, for ``Engine.resolve``."""
+        """Return the tasks of a plan as a scenario lists them, for ``Engine.resolve``."""
         return as_tasks(TaskPlan(tuple(steps), ()), self.knowledge.tasks, self.wanted)
 
 
@@ -57,6 +57,6 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
     """
     grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
-    (meaning,) = meant(goal, {}, grounder)
-    target = wanted(meaning.says, grounder)
+    (meaning,) = ground_goal(goal, {}, grounder)
+    target = parse_goals(meaning.says, grounder)
     return PlanningProblem(grounder.initial(), target, with_sides(target, operators, knowledge.tasks), knowledge)

@@ -21,8 +21,8 @@ from ..plugin.task_type import TaskType
 from .alternatives import Alternatives
 from .budget import Budget, BudgetSpent, Stopped
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
-from .control_steps import passed
-from .state import Effect, State, chosen, closed, renewed
+from .control_steps import state_after_mark
+from .state import Effect, State, renewed, state_after_action, state_after_choice
 from .trace import Trace
 
 Below = Generator[State, Conflict | None, Conflict]
@@ -30,7 +30,7 @@ Below = Generator[State, Conflict | None, Conflict]
 
 
 class Search(Struct, dict=True):
-    """One search over one plan.
+    """Conflict-directed backjumping search over one plan.
 
     Args:
         registry: whom to ask.
@@ -56,12 +56,15 @@ class Search(Struct, dict=True):
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
 
     def solve(self, state: State) -> Generator[State, Conflict | None, None]:
-        """Fully grounded states, lazily. Send the conflict of one that could not be proven, or nothing to go on."""
+        """Generate fully grounded states lazily.
+
+        Send the conflict of one that could not be proven, or nothing to go on.
+        """
         self._planned = sum(isinstance(i, Action) for i in state.agenda)
         try:
             yield from self._descend(state, 0)
         except BudgetSpent as spent:
-            self.trace.spent("asks", self.budget.asks, str(spent))
+            self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
         except Stopped:
             self.trace.stopped()
 
@@ -85,7 +88,7 @@ class Search(Struct, dict=True):
         """Go on behind an action; a task type whose effects break is to blame for all that was chosen."""
         action = effect.action
         try:
-            after = closed(state, action, self.tasks)
+            after = state_after_action(state, action, self.tasks)
         except Exception as error:
             fault = self.registry.fault(self.owners.get(action.task, "engine"), "effects", action.name, error)
             self.trace.add(parent, action.name, str(action), "fault", fault.plugin, str(fault), kind="action")
@@ -95,7 +98,7 @@ class Search(Struct, dict=True):
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
         """Go on behind a mark; how branches end depends on everything in them."""
         try:
-            after = passed(state, mark)
+            after = state_after_mark(state, mark)
         except Unresolvable as impossible:
             name, said = mark.compound.name, impossible.reason
             self.trace.add(parent, name, str(mark.compound), "impossible", "engine", said, kind="compound")
@@ -121,7 +124,7 @@ class Search(Struct, dict=True):
             tried += 1
             node = point.say("chosen", plugin, answer.reason, key, answer.cost)
             self.progress(f"{item.name}: {answer.reason}")
-            below = yield from self._descend(chosen(state, item, answer, choices), node)
+            below = yield from self._descend(state_after_choice(state, item, answer, choices), node)
             if item.name not in below:
                 return below
             point.conflict |= below - {item.name}
@@ -150,4 +153,5 @@ class Search(Struct, dict=True):
         if self.stop():
             raise Stopped
         if self._asks > self.budget.asks:
-            raise BudgetSpent(f"{self.budget.asks} designators were asked about, the budget of one task sequence")
+            reason = f"{self.budget.asks} designators were asked about, the budget of one task sequence"
+            raise BudgetSpent("asks", reason)

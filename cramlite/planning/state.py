@@ -1,4 +1,4 @@
-"""A node of the search, and what becomes of it: a choice is made, an action ends.
+"""Search states, and their successors after a choice, an action or a change of grip.
 
 The search works off the agenda from the front and appends steps.
 """
@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..model.control_flow import Compound, Mark
-from ..model.designator_name import top_of
+from ..model.designator_name import task_of
 from ..model.designators import Action, Designator, Location, Motion, Place, Stand
 from ..model.program import Section
 from ..model.steps import SetGripper, walk
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Effect(Value):
-    """Stands in the agenda behind an action's steps: its effects on the belief come about here."""
+    """Agenda item behind an action's steps, at which its effects on the belief are applied."""
 
     action: Action
 
@@ -36,7 +36,7 @@ Item = Designator | Effect | Mark
 
 
 class Frame(Value):
-    """A compound that is open: where the steps of each branch begin, and the beliefs before and after them."""
+    """Open compound: where the steps of each branch begin, and the beliefs before and after them."""
 
     compound: Compound
     starts: tuple[int, ...]
@@ -45,7 +45,7 @@ class Frame(Value):
 
 
 class State(Value):
-    """A node of the search: what is done, and what is still to do.
+    """Search state: what is done, and what is still to do.
 
     Args:
         grip: what was held when the last action of the plan ended.
@@ -71,12 +71,15 @@ class State(Value):
 
     @property
     def folding(self) -> bool:
-        """Whether what is resolved now will be part of a control step."""
+        """True while steps are collected that will be part of a control step."""
         return any(f.compound.decided_at_run_time for f in self.frames)
 
 
-def chosen(state: State, item: Designator, answer: Grounding, choices: tuple[tuple[str, str], ...]) -> State:
-    """The state with an alternative of a designator: an action's steps are next on the agenda, all else is bound."""
+def state_after_choice(state: State, item: Designator, answer: Grounding, choices: tuple[tuple[str, str], ...]) -> State:
+    """Return the state after choosing an alternative.
+
+    An action's steps come next on the agenda; all else is bound.
+    """
     after = replace(state, choices=choices, belief=answer.belief or state.belief)
     if isinstance(item, Action):
         opened = {**state.opened, item.name: len(state.steps)}
@@ -90,9 +93,9 @@ def chosen(state: State, item: Designator, answer: Grounding, choices: tuple[tup
     return replace(after, bindings=bindings)
 
 
-def closed(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
-    """The state behind an action: with its effects on the belief, and its section of the program."""
-    action, first, top = ground_roles(done, state.bindings), state.opened[done.name], top_of(done.name) == done.name
+def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
+    """Return the state after an action: its effects applied to the belief, its section of the program closed."""
+    action, first, top = ground_roles(done, state.bindings), state.opened[done.name], task_of(done.name) == done.name
     if top and not state.folding and not (isinstance(action, Compound) and not action.decided_at_run_time):
         section = Section(action.name, describe(action), first, len(state.steps))
         state = replace(state, sections=(*state.sections, section))
@@ -100,27 +103,28 @@ def closed(state: State, done: Action, tasks: Mapping[str, TaskType]) -> State:
         return state
     belief = tasks[action.task].effects(action, state.belief)
     after = replace(state, belief=belief, actions=(*state.actions, action) if top else state.actions)
-    return gripped(after, first) if top else after
+    return renew_places(after, first) if top else after
 
 
 def ground_roles(action: Action, bindings: Mapping[str, Any]) -> Action:
-    """The action with the entity that each role was bound to."""
+    """Return the action with the entity that each role was bound to."""
     roles = {k: replace(v, entity=bindings.get(v.name, v.entity)) for k, v in action.roles.items()}
     return replace(action, roles=roles)
 
 
 def describe(action: Action) -> str:
-    """A line for people: the task and its objects."""
+    """Return an action as a line for people: the task and its objects."""
     fillers = ", ".join(f"{k} {v.entity or v.name}" for k, v in action.roles.items())
     if isinstance(action, Compound):
         return str(action)
     return f"{action.task.split(':')[-1]}" + (f": {fillers}" if fillers else "")
 
 
-def gripped(state: State, first: int = 0) -> State:
-    """The state behind an action of the plan. If it took or let go of something, or drove, the places bound so far are
-    history: the same thing stands elsewhere, or is held in another way, and whoever asks for its grasp again gets a new
-    answer.
+def renew_places(state: State, first: int = 0) -> State:
+    """Return the state after an action of the plan, in which places are numbered anew if the grip or the stand changed.
+
+    If it took or let go of something, or drove, the places bound so far are history: the same thing stands elsewhere,
+    or is held in another way, and whoever asks for its grasp again gets a new answer.
 
     Args:
         first: where the action's steps begin: it may have taken something and let go of it again.
@@ -135,7 +139,7 @@ def gripped(state: State, first: int = 0) -> State:
 
 
 def renewed(item: Item, state: State) -> Item:
-    """A place, or a motion to one, under the name that it has since the grip changed."""
+    """Return a place, or a motion to one, under the name that it has since the grip changed."""
     if isinstance(item, Location):
         return _renewed(item, state)
     if isinstance(item, Motion) and item.to is not None:

@@ -1,4 +1,4 @@
-"""Goals that name their tasks: a scenario's task list, a list of tasks, or a single one become a plan."""
+"""Goals given as tasks: a scenario's task list, a list of tasks, or a single one become a plan."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Tasks = Scenario | Sequence[Entry] | Entry
 
 
 class Goal(Value):
-    """What should hold, in words, for ``Engine.resolve``.
+    """Goal as facts that should hold, in words, for ``Engine.resolve``.
 
     Args:
         says: such as "coffee on hook", "tin in basket", "cup held", "drawer open"; all of it.
@@ -40,7 +40,7 @@ class Goal(Value):
 
 
 def plan_from_tasks(name: str, goal: Tasks, tasks: Mapping[str, TaskType], world: World) -> Plan:
-    """The plan of a goal, its names checked against task types and world.
+    """Build the plan of a goal that lists tasks, its names checked against task types and world.
 
     Raises:
         UserError: no task, an unknown task, role, parameter or object; a scenario's with file and line.

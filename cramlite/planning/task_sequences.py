@@ -27,7 +27,9 @@ LISTED = 1000
 def plans_from_interpretation(
     name: str, found: Interpretation, episode: Episode, tasks: Mapping[str, TaskType], trace: Trace
 ) -> Iterator[tuple[Plan, TaskSequence]]:
-    """Plans of what a demonstration may have shown; those with a task type that nobody offers are refused.
+    """Generate plans of the task sequences that a demonstration may have shown, best first.
+
+    Those with a task type that nobody offers are refused. Where every reading contradicts itself, the trace says so.
 
     Where every reading contradicts itself, the trace says so."""
     from .plan import TaskCall, plan_from_episode
@@ -43,14 +45,14 @@ def plans_from_interpretation(
         calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
         yield plan_from_episode(name, calls, episode), sequence
     if not listed:
-        said = f"{found.count()} readings, none agrees with itself; {len(found.holes)} actions unexplained"
+        said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
 
 
 def plans_for_goal(
     name: str, goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace
 ) -> Iterator[Plan]:
-    """Find task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+    """Generate task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
 
     Args:
         name: of the plans.
@@ -60,7 +62,7 @@ def plans_for_goal(
         UserError: the goal is none, names what there is not, or holds already.
     """
     from ..scenario.scenario import Scenario
-    from .goal_planner import as_tasks, impossible, meant, task_plans, wanted, with_sides
+    from .goal_planner import as_tasks, explain_unreachable, ground_goal, parse_goals, task_plans, with_sides
     from .operators import Grounder
     from .task_goals import Goal, plan_from_tasks
 
@@ -70,8 +72,8 @@ def plans_for_goal(
     grounder = Grounder(scene, knowledge.predicates)
     operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
     facts = grounder.initial()
-    for choice in meant(goal, objects, grounder):
-        target, found = wanted(choice.says, grounder, where), False
+    for choice in ground_goal(goal, objects, grounder):
+        target, found = parse_goals(choice.says, grounder, where), False
         if target.met(facts):
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
         fit = with_sides(target, operators, knowledge.tasks)
@@ -82,4 +84,4 @@ def plans_for_goal(
             specs = as_tasks(plan, knowledge.tasks, target)
             yield plan_from_tasks(name, specs, knowledge.tasks, scene.world)
         if not found:
-            trace.add(0, "goal", str(choice), "refused", "engine", impossible(target, fit), kind="goal")
+            trace.add(0, "goal", str(choice), "refused", "engine", explain_unreachable(target, fit), kind="goal")

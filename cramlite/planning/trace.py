@@ -19,7 +19,7 @@ STOPPED = "stopped by the caller"
 
 
 class Entry(Value):
-    """One line of the trace.
+    """Entry of the trace: what was asked, chosen or refused, by whom and why.
 
     Args:
         number: position in the trace.
@@ -60,7 +60,7 @@ class Entry(Value):
 
 
 class Trace(Struct):
-    """An append-only list of entries, filled while a search runs.
+    """Trace of a search: an append-only list of entries, filled while it runs.
 
     Args:
         entries: in the order in which things were decided.
@@ -83,7 +83,7 @@ class Trace(Struct):
         return number
 
     def spent(self, budget: str, limit: int, reason: str) -> None:
-        """Add that a budget is used up.
+        """Append an entry that a budget is used up.
 
         Args:
             budget: its name in ``Budget``.
@@ -93,19 +93,20 @@ class Trace(Struct):
         self.add(0, "budget", text, "capped", "engine", reason, kind="budget", numbers={budget: limit})
 
     def stopped(self) -> None:
-        """Add that the caller ended the search."""
+        """Append an entry that the caller stopped the search."""
         self.add(0, "budget", "", "capped", "engine", STOPPED, kind="stop")
 
     def about(self, designator: str) -> Iterator[Entry]:
-        """Entries of designators whose name contains the text."""
+        """Return the entries of designators whose name contains the text."""
         return (e for e in self.entries if designator.lower() in e.designator.lower())
 
     def to_json(self) -> list[dict[str, Any]]:
+        """Return the entries as JSON values."""
         return [to_builtins(e) for e in self.entries]
 
     @classmethod
     def from_json(cls, rows: list[dict[str, Any]]) -> Trace:
-        """The trace that ``to_json`` wrote.
+        """Read the trace that ``to_json`` wrote.
 
         Raises:
             msgspec.ValidationError: an entry has no kind, or another field that is missing or wrong.

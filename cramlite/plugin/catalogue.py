@@ -1,4 +1,4 @@
-"""What an engine knows from its plugins: task types, robots, object models, backends, judges, classes, rules."""
+"""Knowledge of an engine, from its plugins: task types, robots, object models, backends, validators, classes, rules."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Knowledge:
-    """Collected from one registry, each kind when it is first needed.
+    """Declarations of all plugins of one registry, each kind collected when it is first needed.
 
     Args:
         registry: whose plugins are asked.
@@ -55,38 +55,44 @@ class Knowledge:
 
     @cached_property
     def tasks(self) -> Mapping[str, TaskType]:
+        """Task class -> task type."""
         _ = self.task_owners
         return {task.task: task for _, task in self.registry.collect("task_types")}
 
     @cached_property
     def robots(self) -> Mapping[str, Robot]:
+        """Type -> robot model."""
         return self.registry.named("robots", "type")
 
     @cached_property
     def models(self) -> Mapping[str, ModelMaker]:
+        """Name -> parametric object model."""
         return self.registry.named("object_models", "name")
 
     @cached_property
     def products(self) -> tuple[Thing, ...]:
-        """What perception can recognise, each at the origin, its name that of its model."""
+        """Products that perception can recognise, each at the origin, its name that of its model."""
         return tuple(m.make(name=n, pose=Pose()) for n, m in self.models.items() if m.product)
 
     @cached_property
     def backends(self) -> Mapping[str, Backend]:
+        """Name -> backend."""
         return self.registry.named("backends", "name")
 
     @cached_property
     def validators(self) -> tuple[Validator, ...]:
+        """Validators of programs and rollouts."""
         return tuple(self.registry.named("validators", "name").values())
 
     @cached_property
     def left_out(self) -> tuple[str, ...]:
-        """Names of shipped validators that nobody asks, because their plugins are blocked and no other has one of that name."""
+        """Names of shipped validators that are not asked, because their plugins are blocked and no other has that name."""
         asked = {v.name for v in self.validators}
         return tuple(v.name for v in self.registry.left_out("validators") if v.name not in asked)
 
     @cached_property
     def experts(self) -> tuple[Expert, ...]:
+        """Perception experts."""
         return tuple(self.registry.named("experts", "name").values())
 
     @cached_property
@@ -96,12 +102,14 @@ class Knowledge:
 
     @cached_property
     def simulator(self) -> Simulator:
+        """First simulator that is declared."""
         for _, simulator in self.registry.collect("simulators"):
             return simulator  # type: ignore[no-any-return]
         raise UserError("No plugin offers a simulator, and nothing can be proven without one; see 'cramlite plugins'.")
 
     @cached_property
     def episodes(self) -> EpisodeHooks:
+        """Reading, repair, detection and writing of episodes by plugins."""
         from .episode_hooks import EpisodeHooks
 
         return EpisodeHooks(self.registry)
@@ -115,7 +123,7 @@ class Knowledge:
 
     @cached_property
     def taxonomy(self) -> Taxonomy:
-        """All classes; a plugin's task that no ontology has is one below ``TaskType.above``."""
+        """Taxonomy of all classes; a plugin's task that no ontology has is one below ``TaskType.above``."""
         from ..ontology.taxonomy import load_taxonomy
 
         found = load_taxonomy(self.ontology_paths)
@@ -124,10 +132,12 @@ class Knowledge:
 
     @property
     def predicates(self) -> list[Predicate]:
+        """Predicates that rules may ask for."""
         return [p for _, p in self.registry.collect("predicates")]
 
     @cached_property
     def rules(self) -> tuple[Rule, ...]:
+        """Task rules, sorted by task."""
         from ..interpretation.rules import load_rules
 
         if self._rules is not None:
@@ -138,8 +148,10 @@ class Knowledge:
 
     @property
     def goal_rules(self) -> tuple[Rule, ...]:
-        """The rules in the order in which goals try their tasks: the shipped ones first, so that where sequences are equally
-        long, the installation of a further plugin changes none of them."""
+        """Rules in the order in which goals try their tasks: the shipped ones first.
+
+        So where sequences are equally long, the installation of a further plugin changes none of them.
+        """
         from .entry_points import OWN_DISTRIBUTION
 
         own = {i.name for i in self.registry.infos if i.distribution == OWN_DISTRIBUTION}
@@ -147,7 +159,7 @@ class Knowledge:
 
 
 def pick(kind: str, table: Mapping[str, Any], name: str, where: str = "") -> Any:
-    """An entry by name.
+    """Return an entry by name.
 
     Raises:
         UserError: there is none; the nearest valid names are listed.

@@ -1,4 +1,4 @@
-"""Where plugins come from: the entry points of installed packages, and files that somebody names."""
+"""Discovery of plugins: entry points of installed packages, and files that somebody names."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OWN_DISTRIBUTION = "cramlite"
 
 
 class Point(Value):
-    """An entry point with the name and version of its distribution, which takes long to read."""
+    """Entry point with the name and version of its distribution, which takes long to read."""
 
     name: str
     value: str
@@ -28,25 +28,25 @@ class Point(Value):
     load: Callable[[], Any]
 
     def defines(self, function: str) -> bool:
-        """Whether its module's text defines a function; the module is not loaded to find out."""
+        """Check whether the text of its module defines a function; the module is not loaded to find out."""
         spec = importlib.util.find_spec(self.value)
         text = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin else ""
         return f"\ndef {function}(" in text
 
     def taken(self) -> str:
-        """Why a file cannot have this name too."""
+        """Return why a file cannot have this name too."""
         return (
             f"there is a plugin '{self.name}' already, of {self.distribution} {self.version} ({self.value}), and two of one name "
             f"cannot be told apart; rename the file, and if it is to stand for that one, add --block {self.name}"
         )
 
     def outdated(self) -> str:
-        """Why its distribution is not for this version; empty if it is."""
+        """Return why its distribution is not for this version; "" if it is."""
         return "" if self.dist is None or self.distribution == OWN_DISTRIBUTION else made_for_another_version(self.dist)
 
 
 def entry_points() -> list[Point]:
-    """Sorted, because the order in which a file system lists distributions is no order; third parties first."""
+    """List the entry points of all plugins, third parties first; sorted, because a file system lists distributions in no order."""
     known: dict[int, tuple[str, str]] = {}
     found: dict[tuple[str, str], Point] = {}
     for point in importlib.metadata.entry_points(group=GROUP):
@@ -58,12 +58,12 @@ def entry_points() -> list[Point]:
 
 
 def plugin_names(files: Iterable[Path] = ()) -> set[str]:
-    """The names of all plugins: installed ones, and files."""
+    """Return the names of all plugins: installed ones, and files."""
     return {p.name for p in importlib.metadata.entry_points(group=GROUP)} | {f.stem for f in files}
 
 
 def module_from(file: Path) -> ModuleType:
-    """The module in a file.
+    """Import the module in a file.
 
     Raises:
         NoModule: by its name it is none.

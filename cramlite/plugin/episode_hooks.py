@@ -1,4 +1,4 @@
-"""Episodes by the hooks of plugins: read and repaired, detected in rollouts, written."""
+"""Reading, repair, detection and writing of episodes by the hooks of plugins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .validation import check_answer
 
 
 class EpisodeHooks:
-    """Read, repair, detect and write episodes: plugins do the work, and what they answer is checked.
+    """Reading, repair, detection and writing of episodes: plugins do the work, and what they answer is checked.
 
     Args:
         registry: whose plugins are asked.

@@ -1,4 +1,4 @@
-"""Perception experts: what a plugin declares that can say something about a view.
+"""Perception experts: declarations by plugins of what can be computed from a view.
 
 An expert is a function from named values to named values. The engine chains experts backwards from what is asked
 (``expert_plan``), runs them cheapest first and falls back when one fails (``perception``).
@@ -29,7 +29,7 @@ Domain = tuple[str, ...] | Callable[[Mapping[str, Any]], tuple[str, ...]]
 
 
 class Judged(Value):
-    """A value that an expert says, how sure it is, and what it was weighed against.
+    """Value with its confidence, its reason and the alternative hypotheses.
 
     Args:
         value: any; words and CURIEs are compared with queries, numbers are in SI units.
@@ -49,7 +49,7 @@ class Judged(Value):
 
 
 class Inputs(Value):
-    """What an expert is given: the values it declared, and nothing else.
+    """Inputs of an expert: the values it declared, and nothing else.
 
     Args:
         values: by name; those under ``uses`` may be missing.
@@ -65,16 +65,17 @@ class Inputs(Value):
         return found.value if isinstance(found, Judged) else found
 
     def get(self, name: str, default: Any = None) -> Any:
+        """Return a value by name, or ``default``."""
         return self[name] if name in self.values else default
 
     def judged(self, name: str) -> Judged:
-        """A value with its confidence and the hypotheses that lost."""
+        """Return a value with its confidence and the alternative hypotheses."""
         found = self.values[name]
         return found if isinstance(found, Judged) else Judged(found)
 
 
 class Expert(Value):
-    """Something that can be said about a view, and what it takes.
+    """Perception expert: a function on views, with its declared inputs and outputs.
 
     Args:
         name: unique.
@@ -102,13 +103,16 @@ class Expert(Value):
     parameters: tuple[Parameter, ...] = ()
 
     def domain(self, output: str, priors: Mapping[str, Any]) -> tuple[str, ...] | None:
-        """What it may say for an output; None for anything."""
+        """Return the values that an output may have; None for any."""
         declared = self.domains.get(output)
         return declared(priors) if callable(declared) else declared
 
     def defaults(self) -> dict[str, float]:
+        """Return the default values of the parameters, by name."""
         return {p.name: p.default for p in self.parameters}
 
 
 RELATIONS = ("on", "in", "hangs_on", "left_of", "right_of", "above", "below")
+"""Spatial relations between objects that scene experts may state."""
 UNKNOWN = "unknown"
+"""Value that an expert gives where the true one is none of those that it knows."""

@@ -1,4 +1,4 @@
-"""What plugins answer when they are asked to ground a designator."""
+"""Answers of plugins that ground a designator."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Grounding(Value):
-    """One alternative.
+    """One alternative that grounds a designator.
 
     Args:
         value: for an object its entity name; for a location a Place; for an action its
@@ -39,7 +39,7 @@ class Grounding(Value):
 
 
 class Refused(Value):
-    """An alternative that was considered and dropped: it appears in explanations.
+    """Rejected alternative: it appears in explanations.
 
     Args:
         value: the alternative in words.
@@ -62,10 +62,11 @@ class Refused(Value):
 
 Answer = Grounding | Refused
 Answers = Iterable[Answer] | None
+"""Answers of a ``resolve_...`` hook: ``Grounding`` and ``Refused``, best first, or None for "not mine"."""
 
 
 class Context(Value):
-    """What a plugin may know besides the designator and the belief.
+    """Context of a query: what a plugin may know besides the designator and the belief.
 
     Args:
         robot: the acting robot's model.

@@ -1,4 +1,4 @@
-"""THE contract between the engine and its plugins: every hook, typed.
+"""Hook specifications: THE contract between the engine and its plugins, every hook typed.
 
 Three chainings: *collect* (all answers together), *first* (one right answer),
 *alternatives* (several right answers, asked one plugin at a time and lazily).
@@ -8,7 +8,7 @@ Three answers to a resolve hook: ``None`` = not mine; an iterable, possibly empt
 other exception is that plugin's bug: it is isolated, named and reported.
 
 A plugin is a module (or object) with functions of these names, marked with
-``cramlite.hookimpl`` and declared in the entry-point group "cramlite".
+``cramlite.plugin.hookimpl`` and declared in the entry-point group "cramlite".
 """
 
 from __future__ import annotations
@@ -35,67 +35,71 @@ if TYPE_CHECKING:
 
 hookspec = pluggy.HookspecMarker("cramlite")
 hookimpl = pluggy.HookimplMarker("cramlite")
+"""Decorator that marks a function of a plugin as the implementation of the hook of its name."""
 
 
 @hookspec
 def task_types() -> Iterable[TaskType]:  # type: ignore[empty-body]
-    """Task types that this plugin defines. Called once at load; collected; two of one name or alias are an error."""
+    """Declare task types. Called once at load; collected; two of one name or alias are an error."""
 
 
 @hookspec
 def predicates() -> Iterable[Predicate]:  # type: ignore[empty-body]
-    """Predicates that rule files may use. Called once, before rules are loaded; collected."""
+    """Declare predicates that rule files may use. Called once, before rules are loaded; collected."""
 
 
 @hookspec
 def experts() -> Iterable[Expert]:  # type: ignore[empty-body]
-    """Perception experts with declared inputs and outputs. Called once at load; collected by ``name``."""
+    """Declare perception experts with inputs and outputs. Called once at load; collected by ``name``."""
 
 
 @hookspec
 def robots() -> Iterable[Robot]:  # type: ignore[empty-body]
-    """Robot models. Called once at load; collected by ``type``."""
+    """Declare robot models. Called once at load; collected by ``type``."""
 
 
 @hookspec
 def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
-    """Parametric object models that scenarios may name. Called once at load; collected by ``name``."""
+    """Declare parametric object models that scenarios may name. Called once at load; collected by ``name``."""
 
 
 @hookspec
 def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
-    """Simulators that demonstrate and execute. Called once at load; the first one is used unless preferred."""
+    """Declare simulators that demonstrate and execute. Called once at load; the first one is used unless preferred."""
 
 
 @hookspec
 def episode_repairs() -> Iterable[EpisodeRepair]:  # type: ignore[empty-body]
-    """Repairs of recorded episodes. Called once at load; collected by ``name``; each episode that any plugin reads passes
-    through all of them, in order of their ``order``. Episodes that were detected in a rollout do not."""
+    """Declare repairs of recorded episodes. Called once at load; collected by ``name``.
+
+    Each episode that any plugin reads passes through all of them, in order of their ``order``. Episodes that were
+    detected in a rollout do not.
+    """
 
 
 @hookspec
 def validators() -> Iterable[Validator]:  # type: ignore[empty-body]
-    """Judges of programs and rollouts. Called once at load; everybody may object."""
+    """Declare validators of programs and rollouts. Called once at load; everybody may object."""
 
 
 @hookspec
 def backends() -> Iterable[Backend]:  # type: ignore[empty-body]
-    """Code writers. Called once at load; collected by ``name``."""
+    """Declare code generators. Called once at load; collected by ``name``."""
 
 
 @hookspec
 def ontologies() -> Iterable[Path]:  # type: ignore[empty-body]
-    """Ontology files (Turtle, RDF/XML) to load beside the shipped ones. Called once at load."""
+    """Declare ontology files (Turtle, RDF/XML) to load beside the shipped ones. Called once at load."""
 
 
 @hookspec
 def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
-    """Sections of the report page. Called once at load; shown in order of their ``order``."""
+    """Declare sections of the report page. Called once at load; shown in order of their ``order``."""
 
 
 @hookspec(firstresult=True)
 def read_episode(path: Path) -> Episode | None:
-    """The episode in a file or folder, as it was recorded, or None if it is not of this reader's format. First answer wins.
+    """Read the episode in a file or folder, as it was recorded; None if it is of another format. First answer wins.
 
     A reader smooths nothing: the engine applies the ``episode_repairs`` to what any reader answers, and then says foreign
     classes in the words of the loaded ontologies.
@@ -107,7 +111,7 @@ def read_episode(path: Path) -> Episode | None:
 
 @hookspec(firstresult=True)
 def detect_events(rollout: Rollout, name: str) -> Episode | None:
-    """The episode of a rollout: entities, states and tracks, called ``name``; None leaves it to others. First answer wins.
+    """Detect the events of a rollout as an episode ``name``: entities, states and tracks; None leaves it to others. First answer wins.
 
     Asked for demonstrations and for runs of programs alike, so that a run is judged by what demonstrations are read by.
     """
@@ -115,8 +119,9 @@ def detect_events(rollout: Rollout, name: str) -> Episode | None:
 
 @hookspec(firstresult=True)
 def write_episode(episode: Episode, path: Path) -> Path | None:
-    """Write an episode to a file or folder that does not exist yet, and return what was written; None if this writer does
-    not write to such a path. First answer wins.
+    """Write an episode to a file or folder that does not exist yet, and return its path. First answer wins.
+
+    None if this writer does not write to such a path.
 
     Raises:
         UserError: it cannot be written.
@@ -125,7 +130,7 @@ def write_episode(episode: Episode, path: Path) -> Path | None:
 
 @hookspec(firstresult=True)
 def read_view(path: Path) -> View | None:
-    """The recorded view of a depth camera, or None if it is not of this reader's format. First answer wins.
+    """Read the recorded view of a depth camera; None if it is of another format. First answer wins.
 
     Raises:
         UserError: it is of this format and cannot be used.
@@ -134,12 +139,12 @@ def read_view(path: Path) -> View | None:
 
 @hookspec(firstresult=True)
 def episode_triples(episode: Episode) -> Iterable[str] | None:
-    """The episode as lines of N-Triples, for queries; None if this plugin cannot say it. First answer wins."""
+    """Export the episode as lines of N-Triples, for queries; None if this plugin cannot. First answer wins."""
 
 
 @hookspec
 def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
-    """Ways to do an action: Groundings whose value is a Decomposition, best first. Alternatives.
+    """Decompose an action: Groundings whose value is a Decomposition, best first. Alternatives.
 
     A task type's own decomposition is one of the alternatives; plugins' overrides come before it.
     """
@@ -147,19 +152,19 @@ def resolve_action(action: Action, belief: Belief, context: Context) -> Answers:
 
 @hookspec
 def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
-    """Entities that a designator may mean: Groundings whose value is an entity name. Alternatives."""
+    """Ground an object designator: Groundings whose value is an entity name. Alternatives."""
 
 
 @hookspec
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Places that satisfy a location: Groundings whose value is a Place. Alternatives."""
+    """Ground a location: Groundings whose value is a Place that satisfies it. Alternatives."""
 
 
 @hookspec
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
-    """Program steps for a motion: Groundings whose value is a tuple of steps, with the belief after. Alternatives."""
+    """Plan a motion: Groundings whose value is a tuple of program steps, with the belief after. Alternatives."""
 
 
 @hookspec
 def on_step(step: AnyStep, candidate: Candidate) -> None:
-    """A step was added to a candidate that is about to be proven. Notification; the answer is ignored."""
+    """Observe a step that was added to a candidate that is about to be proven. Notification; the answer is ignored."""

@@ -1,4 +1,4 @@
-"""The protocols of what plugins declare: simulators, validators, backends, object models, report sections."""
+"""Protocols and values that plugins declare: simulators, validators, backends, object models, report sections."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Candidate(Value):
-    """A fully grounded plan on its way to being proven.
+    """Fully grounded plan on its way to being proven.
 
     Args:
         plan: what was asked for.
@@ -54,34 +54,48 @@ class Candidate(Value):
 
 
 class Validator(Protocol):
-    """Judges a candidate. Validators of cost "rollout" are asked after its text ran, the others before."""
+    """Check of a candidate. Validators of cost "rollout" are asked after its text ran, the others before."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name, unique among validators."""
+        ...
     @property
-    def cost(self) -> Cost: ...
-    def check(self, candidate: Candidate) -> Iterable[Finding]: ...
+    def cost(self) -> Cost:
+        """Stage at which it is asked, cheapest first: "facts", "ik", "path" or "rollout"."""
+        ...
+    def check(self, candidate: Candidate) -> Iterable[Finding]:
+        """Check a candidate, and yield what was found."""
+        ...
 
 
 class Backend(Protocol):
-    """Writes a program as code. ``executable`` says whether a simulator here runs that text.
+    """Code generator for one robot language. ``executable`` says whether a simulator here runs that text.
 
     A backend may also have ``remark``, a clause about its text that every result repeats, e.g. what was not checked; and
     ``typed_stands_in``: where its text cannot be run, the typed program runs on the controller model in its place.
     """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name, unique among backends."""
+        ...
     @property
-    def executable(self) -> bool: ...
-    def emit(self, program: Program, robot: Robot) -> Code: ...
+    def executable(self) -> bool:
+        """Whether a simulator here runs its text."""
+        ...
+    def emit(self, program: Program, robot: Robot) -> Code:
+        """Generate the text of a program for a robot."""
+        ...
 
 
 class Simulator(Protocol):
-    """Runs code and demonstrations in physics."""
+    """Physics simulator that runs code and demonstrations."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name, unique among simulators."""
+        ...
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
         """Raise UserError if the world cannot be simulated."""
         ...
@@ -91,7 +105,7 @@ class Simulator(Protocol):
         ...
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
-        """Lines of a program's text that are doubtful, and why; raise UserError if it cannot run at all."""
+        """Return the doubtful lines of a program's text, and why; raise UserError if it cannot run at all."""
         ...
 
     def serve(
@@ -110,24 +124,24 @@ class Simulator(Protocol):
         ...
 
     def look(self, world: World, robots: Mapping[str, Robot], camera: Camera, *, seed: int) -> View:
-        """What a depth camera sees of a world in which nothing moves; raises UserError if there is no such camera."""
+        """Render what a depth camera sees of a world in which nothing moves; raise UserError if there is no such camera."""
         ...
 
     def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
-        """Let a simulated person act."""
+        """Simulate a person who acts by a script."""
         ...
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
-        """A picture of one sample of a rollout: (height, width, 3) uint8."""
+        """Render one sample of a rollout: (height, width, 3) uint8."""
         ...
 
     def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
-        """The shapes of a rollout's world, and where they are at some of its samples."""
+        """Return the shapes of a rollout's world, and their poses at some of its samples."""
         ...
 
 
 class ModelMaker(Value):
-    """A parametric object model.
+    """Parametric object model.
 
     Args:
         name: what scenarios write under ``model``.
@@ -146,7 +160,7 @@ class ModelMaker(Value):
 
 
 class EpisodeRepair(Value):
-    """A repair of recorded episodes, applied to what any reader answers.
+    """Repair of recorded episodes, applied to what any reader answers.
 
     Args:
         name: unique, for people.
@@ -161,7 +175,7 @@ class EpisodeRepair(Value):
 
 
 class ReportSection(Value):
-    """A part of the report page.
+    """Section of the report page.
 
     Args:
         title: heading.

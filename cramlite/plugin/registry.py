@@ -1,4 +1,4 @@
-"""The registry: the only module that touches pluggy. Loads, orders, isolates and asks plugins."""
+"""Registry of plugins: loads, orders, isolates and asks them. The only module that touches pluggy."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ..base.errors import PluginError, Unresolvable, UserError, nearest
 from ..base.value import Value
 from . import hookspecs
 from .entry_points import GROUP, OWN_DISTRIBUTION, Point, entry_points, module_from
-from .validation import NAMED_BY, check_answer, check_declared, check_hooks, said_with_place, why_not_loaded
+from .validation import NAMED_BY, check_answer, check_declared, check_hooks, error_with_location, why_not_loaded
 
 
 class PluginInfo(Value):
-    """What is known of a plugin: for ``cramlite plugins`` and for messages."""
+    """Name, origin and state of a plugin: for ``cramlite plugins`` and for messages."""
 
     name: str
     distribution: str
@@ -31,7 +31,7 @@ class PluginInfo(Value):
 
 
 class Fault(Value):
-    """A plugin's bug: where it happened and what it was."""
+    """Defect of a plugin: where it happened and what it was."""
 
     plugin: str
     version: str
@@ -54,7 +54,7 @@ class _Manager(pluggy.PluginManager):
 
 
 class Registry(Struct, dict=True):
-    """The plugins of one engine. Two registries share nothing.
+    """Plugins of one engine. Two registries share nothing.
 
     Args:
         files: plugin modules to load by path, before all others.
@@ -159,7 +159,7 @@ class Registry(Struct, dict=True):
         )
 
     def collect(self, hook: str) -> Iterator[tuple[str, Any]]:
-        """(plugin name, object) for everything that plugins declare under a hook; a broken plugin is skipped and named."""
+        """Yield (plugin name, object) for everything that plugins declare under a hook; a broken plugin is skipped and named."""
         for impl in self._implementations(hook):
             try:
                 answers = list(impl.function())
@@ -171,13 +171,13 @@ class Registry(Struct, dict=True):
             yield from ((impl.plugin_name, answer) for answer in answers)
 
     def left_out(self, hook: str) -> Iterator[Any]:
-        """What blocked shipped plugins would have declared under a hook; no other is loaded to find out."""
+        """Yield what blocked shipped plugins would have declared under a hook; no other is loaded to find out."""
         for point in entry_points() if self.blocked else ():
             if point.name in self.blocked and point.distribution == OWN_DISTRIBUTION and point.defines(hook):
                 yield from getattr(point.load(), hook)()
 
     def examine(self) -> None:
-        """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, names that clash included."""
+        """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, name conflicts included."""
         for hook, (key, *_) in NAMED_BY.items():
             first: dict[str, str] = {}
             for plugin, item in self.collect(hook):
@@ -195,7 +195,7 @@ class Registry(Struct, dict=True):
         return next((i.version for i in self.infos if i.name == plugin), "?")
 
     def named(self, hook: str, key: str) -> Mapping[str, Any]:
-        """The declared objects of a hook by their ``key`` attribute.
+        """Return the declared objects of a hook by their ``key`` attribute.
 
         Raises:
             PluginError: two plugins declare one name; both are named.
@@ -212,7 +212,7 @@ class Registry(Struct, dict=True):
         return {name: item for name, (_, item) in found.items()}
 
     def first(self, hook: str, **arguments: Any) -> Any:
-        """The first answer that is not None; user errors pass through, bugs and wrong answers are isolated."""
+        """Return the first answer that is not None; user errors pass through, bugs and wrong answers are isolated."""
         about = next(iter(arguments.values()), "")
         about = str(about) if isinstance(about, str | Path) else getattr(about, "name", "")
         for impl in self._implementations(hook):
@@ -232,7 +232,7 @@ class Registry(Struct, dict=True):
     def alternatives(
         self, hook: str, designator: Any, **arguments: Any
     ) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
-        """(plugin, its answers) for every plugin that says "mine", one at a time; answers stay lazy."""
+        """Yield (plugin, its answers) for every plugin that says "mine", one at a time; answers stay lazy."""
         name = getattr(designator, "name", str(designator))
         for impl in self._implementations(hook):
             values = [arguments.get(a, designator) for a in impl.argnames]
@@ -250,7 +250,7 @@ class Registry(Struct, dict=True):
                 yield impl.plugin_name, self.guarded(impl.plugin_name, hook, name, answer)
 
     def guarded(self, plugin: str, hook: str, designator: str, answers: Iterable[Any]) -> Iterator[Any]:
-        """The answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""
+        """Yield the answers of one plugin; a bug while yielding ends that plugin's answers and nobody else's."""
         try:
             yield from answers
         except (Unresolvable, UserError, GeneratorExit):
@@ -259,6 +259,7 @@ class Registry(Struct, dict=True):
             self.fault(plugin, hook, designator, error)
 
     def notify(self, hook: str, **arguments: Any) -> None:
+        """Notify every plugin under a hook; answers are ignored."""
         for impl in self._implementations(hook):
             try:
                 impl.function(*[arguments[a] for a in impl.argnames])
@@ -266,13 +267,13 @@ class Registry(Struct, dict=True):
                 self.fault(impl.plugin_name, hook, "", error)
 
     def owner(self, hook: str, name: str) -> str:
-        """The plugin that declares a thing of that name under a hook; the name itself if none does."""
+        """Return the plugin that declares a thing of that name under a hook; the name itself if none does."""
         key = NAMED_BY[hook][0]
         return next((plugin for plugin, item in self.collect(hook) if getattr(item, key) == name), name)
 
     def fault(self, plugin: str, hook: str, designator: str, error: BaseException) -> Fault:
         """Record a plugin's bug with the place in its own code."""
-        fault = Fault(plugin, self._version(plugin), hook, designator, said_with_place(error))
+        fault = Fault(plugin, self._version(plugin), hook, designator, error_with_location(error))
         if fault not in self.faults:
             self.faults.append(fault)
         return fault

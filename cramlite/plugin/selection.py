@@ -1,4 +1,4 @@
-"""Which plugins an engine has, as the command line or an embedder chooses them."""
+"""Selection of an engine's plugins, by the command line or an embedder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class PluginChoice(Value):
-    """A choice among plugins; a plain value that any process can be given.
+    """Selection of plugins; a plain value that any process can be given.
 
     Args:
         files: plugin modules to load by path.
@@ -25,12 +25,12 @@ class PluginChoice(Value):
     blocked: tuple[str, ...] = ()
     preferred: tuple[str, ...] = ()
 
-    def but(self, blocked: tuple[str, ...], preferred: tuple[str, ...]) -> PluginChoice:
-        """This choice, and those of the names that it does not have yet."""
+    def extended(self, blocked: tuple[str, ...], preferred: tuple[str, ...]) -> PluginChoice:
+        """Return this selection extended by further names to block and to prefer."""
         return PluginChoice(self.files, _joined(self.blocked, blocked), _joined(self.preferred, preferred))
 
     def registry(self, *, strict: bool = True) -> Registry:
-        """A registry of these plugins.
+        """Return a registry of these plugins.
 
         Args:
             strict: a file that cannot be used is refused; False: it is listed with what is wrong.

@@ -1,4 +1,4 @@
-"""Task types: what a task plugin subclasses."""
+"""Task types: base classes of task plugins."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..ontology.foundation import TASK
 
 
 class Role(Value):
-    """A role of a task type.
+    """Role of a task type.
 
     Args:
         name: "Patient", "Locatum", "Relatum", "Agent", ...
@@ -34,7 +34,7 @@ class Role(Value):
     effector: bool = False
 
     def constrain(self, designator: Object) -> Object:
-        """The designator with what this role needs added."""
+        """Return the designator with what this role requires added."""
         return designator.merged(Object(designator.name, (), self.features, self.affords))
 
 
@@ -53,7 +53,7 @@ class Decomposition(Value):
 
 
 class Parameter(Value):
-    """A number that a task uses.
+    """Numeric parameter of a task.
 
     Args:
         name: with its unit, e.g. "speed_m_s".
@@ -67,7 +67,7 @@ class Parameter(Value):
 
 
 class TaskType(ABC):
-    """What a kind of task is, and how it can be done.
+    """Kind of task, and how it can be done.
 
     A plugin subclasses this and overrides ``decompose`` and ``effects``; fields have class defaults.
     """
@@ -95,22 +95,22 @@ class TaskType(ABC):
 
     @abstractmethod
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        """The ways to do ``action``, best first.
+        """Yield the ways to do ``action``, best first.
 
         Raises:
             Unresolvable: it cannot be done in this belief, with the reason.
         """
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """The belief after the task succeeded, beyond what its motions already changed."""
+        """Return the belief after the task succeeded, beyond what its motions already changed."""
         return belief
 
     def begins_at(self, action: Action) -> Location | None:
-        """Where the arm stands when the task begins: the goal of a free motion that leads to it."""
+        """Return where the arm stands when the task begins: the goal of a free motion that leads to it; None if anywhere."""
         return None
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """Where a free motion goes: to ``goal``, where the task that follows begins, unless its own roles say else.
+        """Return the goal of a free motion: ``goal``, where the next task begins, unless the motion's own roles say else.
 
         Args:
             following: the next task that says where it begins; None if no other follows, and ``goal`` is home.
@@ -118,17 +118,17 @@ class TaskType(ABC):
         return goal
 
     def role(self, name: str) -> Role | None:
-        """The role of that name, or None."""
+        """Return the role of that name, or None."""
         return next((r for r in self.roles if r.name == name), None)
 
     def parameter(self, action: Action, name: str) -> float:
-        """The value of a parameter: the action's own, else the declared default."""
+        """Return the value of a parameter: the action's own, else the declared default."""
         declared = next(p for p in self.parameters if p.name == name)
         return float(action.parameters.get(name, declared.default))
 
 
 def task_type(tasks: Mapping[str, TaskType], name: str) -> TaskType:
-    """A task type by class, local name or alias.
+    """Find a task type by class, local name or alias.
 
     Raises:
         UserError: there is none; the nearest valid names are listed.

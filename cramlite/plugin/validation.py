@@ -1,4 +1,4 @@
-"""What can be wrong with a plugin before it is asked anything, in words for the person who has it installed."""
+"""Validation of plugins before they are asked anything, with messages for the person who has them installed."""
 
 from __future__ import annotations
 
@@ -44,23 +44,23 @@ _TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
 
 
 class NoModule(Exception):
-    """A file that was given as a plugin and is no Python module."""
+    """Error: a file that was given as a plugin is no Python module."""
 
 
 class WrongHook(Exception):
-    """A function that is marked as a hook and is none, or takes arguments that the hook does not have."""
+    """Error: a function that is marked as a hook is none, or takes arguments that the hook does not have."""
 
 
 class WrongDeclaration(Exception):
-    """Something declared under a hook that is not what the hook is for."""
+    """Error: something declared under a hook is not what the hook is for."""
 
 
 class WrongAnswer(Exception):
-    """Something that a plugin answered and that is no answer."""
+    """Error: a plugin's answer has the wrong type or contents."""
 
 
 def check_hooks(plugin: ModuleType | object) -> None:
-    """Every function marked with ``hookimpl`` is a hook, and takes only arguments that it has.
+    """Check that every function marked with ``hookimpl`` is a hook, and takes only arguments that it has.
 
     Raises:
         WrongHook: names the function, what is wrong, and the nearest right name.
@@ -80,7 +80,7 @@ def check_hooks(plugin: ModuleType | object) -> None:
 
 
 def check_declared(hook: str, item: object) -> None:
-    """A declared thing has what its hook is for.
+    """Check that a declared thing has what its hook is for.
 
     Raises:
         WrongDeclaration: names what it has not, or what of it is not possible.
@@ -100,7 +100,7 @@ def check_declared(hook: str, item: object) -> None:
 
 
 def check_answer(hook: str, answer: object) -> None:
-    """An answer that is not None has the type that its hook, or what was declared under it, has to give.
+    """Check that an answer that is not None has the type that its hook, or what was declared under it, has to give.
 
     Raises:
         WrongAnswer: it has not; names what it is, or what is in it that does not belong there.
@@ -201,7 +201,7 @@ def _words(hook: str) -> Mapping[str, tuple[str, ...]]:
 
 
 def why_not_loaded(error: BaseException, distribution: str) -> str:
-    """Why a plugin could not be imported, and what to do."""
+    """Explain why a plugin could not be imported, and what to do."""
     if isinstance(error, ModuleNotFoundError) and error.name:
         package = error.name.split(".")[0]
         if package in ("cramlite", "cramlite_plugins"):
@@ -215,11 +215,11 @@ def why_not_loaded(error: BaseException, distribution: str) -> str:
         return f"it ends the process when it is imported (exit {error.code}); a plugin declares, and does nothing at import"
     if isinstance(error, SyntaxError):
         return f"line {error.lineno} is no Python: {error.msg}" if error.lineno else f"it is no Python text: {error.msg}"
-    return said_with_place(error)
+    return error_with_location(error)
 
 
-def said_with_place(error: BaseException) -> str:
-    """An error with the place in a file at which it was raised; what the engine says of a plugin has none."""
+def error_with_location(error: BaseException) -> str:
+    """Return an error's text with file and line of where it was raised; what the engine says of a plugin has none."""
     if isinstance(error, NoModule | WrongHook | WrongDeclaration | WrongAnswer):
         return str(error)
     trace, place = error.__traceback__, ""
@@ -232,7 +232,7 @@ def said_with_place(error: BaseException) -> str:
 
 
 def made_for_another_version(distribution: importlib.metadata.Distribution) -> str:
-    """Why a distribution is not for this version, by the versions of cramlite that its metadata asks for; empty if it is."""
+    """Explain why a distribution is not for this version, by the cramlite versions that its metadata asks for; "" if it is."""
     from packaging.requirements import InvalidRequirement, Requirement
 
     for text in distribution.requires or ():

@@ -27,7 +27,7 @@ __all__ = ["Finished", "Part", "write_page", "write_report"]
 
 
 class Finished(Value):
-    """What the ``render`` of a ReportSection is given.
+    """Finished search: what the ``render`` of a ReportSection is given.
 
     Args:
         engine: that searched; its knowledge draws pictures and names classes.
@@ -48,6 +48,7 @@ class Finished(Value):
 
     @property
     def proven(self) -> bool:
+        """True if the shown program passed the validators."""
         return self.shown is not None and self.shown.verdict.passed
 
     @property
@@ -61,23 +62,23 @@ class Finished(Value):
 
     @property
     def solution(self) -> Solution:
-        """What there is to show; only sections that are marked ``refused`` are asked where there is nothing."""
+        """Solution that is shown; only sections that are marked ``refused`` are asked where there is none."""
         assert self.shown is not None
         return self.shown
 
     def picture(self, sample: int, size: tuple[int, int]) -> Any:
-        """The run at one sample: (height, width, 3) uint8; ``size`` is (width, height) in pixels."""
+        """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
         knowledge = self.engine.knowledge
         return knowledge.simulator.picture(self.solution.candidate.rollout, sample, knowledge.robots, size)  # type: ignore[arg-type]
 
     def scene(self, samples: Sequence[int]) -> Scene:
-        """The run's shapes, and where they are at some samples."""
+        """Return the shapes of the run, and their poses at some samples."""
         knowledge = self.engine.knowledge
         return knowledge.simulator.scene(self.solution.candidate.rollout, knowledge.robots, samples)  # type: ignore[arg-type]
 
 
 class Part(Value):
-    """A rendered section: ``html`` is empty when its plugin broke, and ``fault`` then says how."""
+    """Rendered section: ``html`` is empty when its plugin broke, and ``fault`` then says how."""
 
     anchor: str
     title: str

@@ -1,4 +1,4 @@
-"""The page about a query: image with overlays, depth, cloud, pipeline, hypotheses; one file that needs no network."""
+"""The page about a query: image with overlays, depth, point cloud, pipeline, hypotheses; it needs no network."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _png(image: Any) -> str:
 
 
 def cloud(found: Perceived, view: View) -> dict[str, Any]:
-    """Points about their middle [mm], and a colour for each: its object's, else the picture's."""
+    """Return the points of a view about their middle [mm], and a colour for each: its object's, else the image's."""
     import numpy as np
 
     points, colours = view.world_cloud, view.rgb.copy()

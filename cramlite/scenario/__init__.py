@@ -1,1 +1,1 @@
-"""Scenarios: YAML becomes specifications and worlds."""
+"""Scenarios: specifications and worlds from YAML."""

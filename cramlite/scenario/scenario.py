@@ -1,4 +1,4 @@
-"""Scenarios: YAML that says what to start from, which robot acts, and what is in its world."""
+"""Scenario files: YAML that says what to start from, which robot acts, and what is in its world."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Spec(BaseModel):
 
 
 class PoseSpec(_Spec):
-    """A pose as people write it: position and turns about the fixed axes x, y, z, in that order."""
+    """Pose as people write it: position and rotations about the fixed axes x, y, z, in that order."""
 
     position: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     roll: Angle = 0.0
@@ -34,6 +34,7 @@ class PoseSpec(_Spec):
     yaw: Angle = 0.0
 
     def pose(self) -> Pose:
+        """Return the pose as a rigid transform."""
         turns = [((0, 0, 1), self.yaw), ((0, 1, 0), self.pitch), ((1, 0, 0), self.roll)]
         result = Pose(self.position)
         for axis, angle in turns:
@@ -42,7 +43,7 @@ class PoseSpec(_Spec):
 
 
 class HangSpec(_Spec):
-    """A thing that hangs on a hanger's peg: how far from its root, turned how far about the vertical."""
+    """Placement of a thing that hangs on a hanger's peg: distance from its root, and rotation about the vertical."""
 
     hanger: str
     depth: Length
@@ -50,7 +51,7 @@ class HangSpec(_Spec):
 
 
 class ThingSpec(_Spec):
-    """A thing: which model, where, and the model's parameters under ``with``."""
+    """Thing: which model, where, and the model's parameters under ``with``."""
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
     model: str
@@ -67,7 +68,7 @@ class ThingSpec(_Spec):
 
 
 class RobotSpec(_Spec):
-    """The robot: its mount's name, its type (a robot plugin's), and where its base is."""
+    """Robot: its mount's name, its type (a robot plugin's), and where its base is."""
 
     name: str = "arm"
     type: str
@@ -75,8 +76,10 @@ class RobotSpec(_Spec):
 
 
 class VarySpec(_Spec):
-    """What a seed other than 0 changes: a thing's position (uniform, each horizontal axis), its yaw, or parameters
-    drawn from a list."""
+    """Random variation by a seed other than 0.
+
+    Drawn are a thing's position (uniform, each horizontal axis), its yaw, or parameters from a list.
+    """
 
     thing: str
     position: Length = 0.0
@@ -86,7 +89,7 @@ class VarySpec(_Spec):
 
 
 class IntrinsicsSpec(_Spec):
-    """A pinhole camera's focal lengths and principal point [pixel]."""
+    """Focal lengths and principal point of a pinhole camera [pixel]."""
 
     fx: float = Field(gt=0)
     fy: float = Field(gt=0)
@@ -95,7 +98,7 @@ class IntrinsicsSpec(_Spec):
 
 
 class CameraSpec(_Spec):
-    """A depth camera: on the robot's flange, or fixed in the world.
+    """Depth camera: on the robot's flange, or fixed in the world.
 
     The pose is that of its optical frame: z forward, x to the right, y down.
     """
@@ -120,14 +123,14 @@ class CameraSpec(_Spec):
         return self
 
     def pinhole(self) -> Intrinsics:
-        """As written; else square pixels that see ``fov`` from left to right, a D435's angle if nothing is said."""
+        """Return the intrinsics: as written, else of square pixels with horizontal field of view ``fov``, that of a D435 by default."""
         if self.intrinsics is not None:
             return Intrinsics(**self.intrinsics.model_dump(), width=self.width, height=self.height)
-        return Intrinsics.of_size(self.width, self.height, self.fov)
+        return Intrinsics.from_field_of_view(self.width, self.height, self.fov)
 
 
 class UnknownErrorSpec(_Spec):
-    """How far a thing of the world that programs run in may be from where it is believed to be.
+    """Bound on the unknown position error of a thing: how far it may be, when programs run, from where it is believed to be.
 
     The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
     ``position`` [m]; every seed has its own, seed 0 included. Belief, search and program are not told.
@@ -138,7 +141,7 @@ class UnknownErrorSpec(_Spec):
 
 
 class LateSpec(_Spec):
-    """A thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
+    """Thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
 
     thing: str
     position: Length = Field(ge=0.0)
@@ -146,7 +149,7 @@ class LateSpec(_Spec):
 
 
 class RecordSpec(_Spec):
-    """How to record a demonstration for this scenario: the person's script, and the world they act in."""
+    """Recording of a demonstration for this scenario: the person's script, and the world they act in."""
 
     script: str
     things: tuple[ThingSpec, ...]
@@ -154,7 +157,7 @@ class RecordSpec(_Spec):
 
 
 class ObjectSpec(_Spec):
-    """An object that tasks refer to: by class and needs, or one thing by name."""
+    """Object that tasks refer to: by class and needs, or one thing by name."""
 
     types: tuple[str, ...] = ()
     features: tuple[str, ...] = ()
@@ -176,7 +179,7 @@ class PhysicsSpec(_Spec):
 
 
 class ScenarioSpec(_Spec):
-    """The keys of a scenario file."""
+    """Keys of a scenario file."""
 
     scenario: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
     title: str = ""
@@ -215,7 +218,7 @@ class ScenarioSpec(_Spec):
 
 
 class Scenario(Value):
-    """A scenario file that was read and checked.
+    """Scenario file that was read and checked.
 
     Args:
         path: where it is; relative paths in it start from its folder.
@@ -229,28 +232,29 @@ class Scenario(Value):
 
     @property
     def name(self) -> str:
+        """Name of the scenario, as its file states it."""
         return self.spec.scenario
 
     def where(self, *location: str | int) -> str:
-        """ "file:line" of a part of the scenario."""
+        """Return "file:line" of a part of the scenario."""
         return f"{self.path}:{line_of(self.data, location)}"
 
     def where_thing(self, name: str) -> str:
-        """ "file:line" of a thing of the robot's or the person's world."""
+        """Return "file:line" of a thing of the robot's or the person's world."""
         names = [t.get("name") for t in self.data["things"]]
         return self.where("things", names.index(name)) if name in names else self.where("record", "things")
 
-    def beside(self, name: str) -> Path:
-        """A path that the scenario mentions."""
+    def resolve_path(self, name: str) -> Path:
+        """Resolve a path that the scenario mentions, relative to its folder."""
         return self.path.parent / name
 
     @property
     def ontologies(self) -> tuple[Path, ...]:
-        """Its further ontology files."""
-        return tuple(map(self.beside, self.spec.ontologies))
+        """Further ontology files of the scenario."""
+        return tuple(map(self.resolve_path, self.spec.ontologies))
 
     def with_plugins(self, chosen: PluginChoice) -> PluginChoice:
-        """Return a choice among plugins, and what this scenario blocks and prefers.
+        """Return a selection of plugins extended by what this scenario blocks and prefers.
 
         Raises:
             UserError: it names a plugin that there is not; with file and line.
@@ -261,10 +265,10 @@ class Scenario(Value):
             for k, name in enumerate(names):
                 if name not in known:
                     raise UserError(f"{self.where(key, k)}: there is no plugin '{name}' to {key}; {nearest(name, known)}.")
-        return chosen.but(block, prefer)
+        return chosen.extended(block, prefer)
 
     def demonstrated_by(self, episode: Path) -> Scenario:
-        """This scenario with a demonstration as its goal, whatever that was before."""
+        """Return this scenario with a demonstration as its goal, whatever that was before."""
         update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
@@ -280,7 +284,7 @@ def read_scenario(path: Path | str) -> Scenario:
 
 
 def scenario_from(path: Path, data: Any) -> Scenario:
-    """The scenario that ``load_yaml`` read from a file; errors as ``read_scenario``."""
+    """Validate the scenario that ``load_yaml`` read from a file; errors as ``read_scenario``."""
     if not isinstance(data, Mapping):
         what = "nothing" if data is None else "a list" if isinstance(data, list) else f"'{str(data)[:40]}'"
         raise UserError(

@@ -8,7 +8,7 @@ DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def scenario_schema() -> dict[str, Any]:
-    """The schema of scenario files: what ``read_scenario`` accepts, but for what depends on the world."""
+    """Return the JSON Schema of scenario files: what ``read_scenario`` accepts, but for what depends on the world."""
     from .scenario import ScenarioSpec
 
     schema = ScenarioSpec.model_json_schema(by_alias=True)
@@ -52,7 +52,7 @@ def _body(do: dict[str, Any], options: tuple[str, ...]) -> dict[str, Any]:
 
 
 def rule_schema() -> dict[str, Any]:
-    """The schema of rule files; the text of a condition is checked by ``cramlite check``."""
+    """Return the JSON Schema of rule files; the text of a condition is checked by ``cramlite check``."""
     from ..interpretation.rules import PHASES
 
     name = {"type": "string", "pattern": r"^[a-z]+:\w+$"}

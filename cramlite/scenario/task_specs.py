@@ -1,4 +1,4 @@
-"""Tasks as scenarios write them: by name with roles, and under the rules of the plan language."""
+"""Task specifications of scenarios: tasks by name with roles, and under the rules of the plan language."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Path = tuple[str | int, ...]
 
 
 class WhereSpec(BaseModel):
-    """Conditions on the place that a task chooses, beside what its roles say. Left and in front are as the robot's base looks, along x.
+    """Constraints on the place that a task chooses, beside what its roles say. Left and in front are as the robot's base looks, along x.
 
     Args:
         near, left_of, right_of, in_front_of, behind: things.
@@ -48,12 +48,12 @@ class WhereSpec(BaseModel):
 
     @classmethod
     def sides(cls) -> tuple[str, ...]:
-        """The keys whose value is a thing that the place is beside."""
+        """Return the keys whose value is a thing that the place is beside."""
         return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None)
 
     @property
     def things(self) -> tuple[str, ...]:
-        """The things that it names."""
+        """Things that it names."""
         return tuple(t for t in (getattr(self, name) for name in self.sides()) if t)
 
 

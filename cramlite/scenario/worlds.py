@@ -1,4 +1,4 @@
-"""From a scenario to its worlds: the one that is believed, and the one that accepted programs are executed in."""
+"""Worlds of a scenario: the one that is believed, and the one that accepted programs are executed in."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
-    """A world from a JSON file, or the one that programs really run in: of a run directory, or of a scenario.
+    """Read a world from a JSON file, or the one that programs really run in: of a run directory, or of a scenario.
 
     Raises:
         UserError: neither can be read.
@@ -71,7 +71,7 @@ def build_world(
     models: Mapping[str, ModelMaker],
     seed: int,
 ) -> tuple[World, tuple[Relation, ...]]:
-    """The world of a scenario, and the relations that it states.
+    """Build the world of a scenario, and return it with the relations that it states.
 
     Args:
         seed: 0 gives the world as written; any other draws ``vary`` from it.
@@ -111,7 +111,7 @@ def build_world(
 
 
 def camera_of(scenario: Scenario) -> Camera | None:
-    """The scenario's camera."""
+    """Return the scenario's camera, or None."""
     spec = scenario.spec.camera
     if spec is None:
         return None
@@ -120,7 +120,7 @@ def camera_of(scenario: Scenario) -> Camera | None:
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:
-    """The world that accepted programs are executed in: the believed one, with ``unknown_error`` added.
+    """Return the world that accepted programs are executed in: the believed one, with ``unknown_error`` added.
 
     Args:
         world, relations: as believed.
@@ -164,7 +164,7 @@ def _build(
         parameters = {k: _frozen(v) for k, v in spec.parameters.items()}
         if change:
             parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
-        parameters |= {k: str(scenario.beside(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
+        parameters |= {k: str(scenario.resolve_path(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
         thing = replace(thing, type=spec.type or thing.type)
         if spec.hangs_on:

@@ -40,7 +40,7 @@ def check_plugin(
     kinds: Mapping[str, Iterable[str]] = KINDS,
     relations: Iterable[str] = RELATIONS,
 ) -> None:
-    """A plugin module loads, its hooks exist and match their specifications, and what it declares keeps its contract.
+    """Check that a plugin module loads, that its hooks match their specifications, and that it keeps its contracts.
 
     Args:
         kinds, relations: as ``check_task_type`` takes them.
@@ -50,7 +50,7 @@ def check_plugin(
     """
     plugin = importlib.import_module(module) if isinstance(module, str) else module
     own = {n: f for n, f in vars(plugin).items() if hasattr(f, "cramlite_impl")}
-    assert own, f"{plugin.__name__}: no function is marked with cramlite.hookimpl"
+    assert own, f"{plugin.__name__}: no function is marked with cramlite.plugin.hookimpl"
     for name, function in own.items():
         specification = getattr(hookspecs, name, None)
         assert specification is not None, f"{plugin.__name__}: there is no hook '{name}'"
@@ -63,7 +63,7 @@ def check_plugin(
 
 
 def check_file(path: Path) -> None:
-    """A plugin in a file loads beside all installed ones, without a fault and without a clash of names."""
+    """Check that a plugin in a file loads beside all installed ones, without a fault and without a clash of names."""
     from ..plugin.catalogue import Knowledge
 
     registry = Registry((path,), strict=False)

@@ -1,4 +1,4 @@
-"""Contract checks of what plugins declare beside task types; ``cramlite.testing`` is where authors find them."""
+"""Contract checks of what plugins declare beside task types, as ``cramlite.testing`` offers them."""
 
 from __future__ import annotations
 
@@ -38,14 +38,17 @@ from ..plugin.registry import Registry
 
 
 def sample_robot(backend: str = "") -> Robot:
-    """An installed robot, one whose native language is ``backend`` if there is one."""
+    """Return an installed robot, one whose native language is ``backend`` if there is one."""
     robots = Knowledge(Registry()).robots
     native = [r for _, r in sorted(robots.items()) if r.backend == backend]
     return native[0] if native else robots[min(robots)]
 
 
 def sample_program(robot: Robot | None = None) -> Program:
-    """A program with one step of each plain kind, for a robot: what a backend must be able to write, not to be run."""
+    """Return a program with one step of each plain kind, for a robot.
+
+    It is what a backend must be able to write, not to be run.
+    """
     robot = robot or sample_robot()
     home, there = robot.home, Pose((0.4, 0.1, 0.3), (0.0, 1.0, 0.0, 0.0))
     free = (True, True, False, False, False, False)
@@ -72,7 +75,7 @@ def sample_program(robot: Robot | None = None) -> Program:
 
 
 def check_expert(expert: Expert) -> None:
-    """An expert says what it needs, what it makes, and what it may say of each.
+    """Check that an expert says what it needs, what it makes, and what it may say of each.
 
     Raises:
         AssertionError: with what is wrong, as all checks here.
@@ -90,7 +93,7 @@ def check_expert(expert: Expert) -> None:
 
 
 def check_predicate(predicate: Predicate) -> None:
-    """A predicate has a name that rules can write, a sentence for people, and a function that takes its arguments."""
+    """Check that a predicate has a name for rules, a sentence for people, and a function that takes its arguments."""
     import inspect
 
     name = predicate.name
@@ -108,7 +111,7 @@ def check_predicate(predicate: Predicate) -> None:
 
 
 def check_validator(validator: Validator) -> None:
-    """A validator has a name, a cost class that says when it is asked, and a check."""
+    """Check that a validator has a name, a cost class that says when it is asked, and a check."""
     assert validator.name, "a validator needs a name; findings carry it"
     assert validator.cost in COSTS, (
         f"validator '{validator.name}': no cost '{validator.cost}'; one of {', '.join(COSTS)}"
@@ -117,7 +120,7 @@ def check_validator(validator: Validator) -> None:
 
 
 def check_backend(backend: Backend) -> None:
-    """A backend writes plain moves, the same text each time, and its lines lead back to steps.
+    """Check that a backend writes plain moves, the same text each time, and that its lines lead back to steps.
 
     It is asked for a robot whose native language it is, or, where there is none, for any that it takes. Steps that it
     refuses by their names are left out; those that feel may be refused, plain moves may not.
@@ -154,7 +157,7 @@ def _written(backend: Backend) -> tuple[Program, Robot, Code]:
 
 
 def check_robot(robot: Robot) -> None:
-    """A robot's numbers agree with each other and with its model, and the installed simulator takes the model."""
+    """Check that a robot's numbers agree with each other and its model, and that the simulator takes the model."""
     _check_numbers(robot)
     model = ElementTree.fromstring(robot.mjcf())
     named = {(e.tag, e.get("name", "")) for e in model.iter()}
@@ -199,6 +202,6 @@ CHECKS: Mapping[str, Callable[[Any], None]] = {
 
 
 def check_declared(hook: str, items: Iterable[object]) -> None:
-    """Each thing that a plugin declares under a hook keeps its contract."""
+    """Check that each thing which a plugin declares under a hook keeps its contract."""
     for item in items:
         CHECKS[hook](item)

@@ -1,4 +1,4 @@
-"""A new plugin as a package: complete, installable and tested, to be changed into what its author wants."""
+"""Skeleton of a new plugin as a package: complete, installable and tested, to be changed by its author."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _words(kind: str, name: str) -> Mapping[str, str]:
 
 
 def camel(name: str) -> str:
-    """ "no_spill" -> "NoSpill"."""
+    """Convert a name to camel case: "no_spill" to "NoSpill"."""
     return "".join(part[:1].upper() + part[1:] for part in name.split("_"))
 
 
@@ -143,7 +143,7 @@ def _taken_task(local: str, knowledge: Knowledge) -> str:
 
 
 def skeleton_text(kind: str, files: tuple[Path, ...]) -> str:
-    """What was written, and what to do next."""
+    """Return what was written, and what to do next, as text."""
     folder, *written = files
     article = "an" if kind[0] in "aeiou" else "a"
     lines = [f"Wrote {article} {kind} plugin to '{folder}':", *(f"  {path.relative_to(folder)}" for path in written)]

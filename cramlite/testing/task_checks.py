@@ -1,4 +1,4 @@
-"""The contract of a task type, as ``cramlite.testing`` checks it for plugin authors."""
+"""Contract checks of task types, as ``cramlite.testing`` offers them."""
 
 from __future__ import annotations
 
@@ -68,8 +68,10 @@ class _Known(Value):
 
 
 def sample_belief(held: str | None = None) -> Belief:
-    """A cube with every filler's name on nothing, one arm, and, if wanted, the cube in its gripper. The cube is hollow, and
-    there is a grain in it, so that tasks about contents have some."""
+    """Return a belief about a cube that has every filler's name, one arm, and, if wanted, the cube in its gripper.
+
+    The cube lies on nothing. It is hollow, and there is a grain in it, so that tasks about contents have some.
+    """
     hollow = Feature("cavity", "cram:Cavity", Pose((0, 0, 0.02)), {"width": 0.03, "depth": 0.03, "height": 0.03})
     geoms, grain = (Geom("box", (0.02, 0.02, 0.02)),), Filling(1, 0.005, 0.001)
     cube = Thing("cube", OBJECT, Pose((0.5, 0, 0.1)), geoms, (hollow,), 0.1, filling=grain)
@@ -78,7 +80,7 @@ def sample_belief(held: str | None = None) -> Belief:
 
 
 def sample_action(task: TaskType) -> Action:
-    """An action whose roles all mean the cube, with every optional role filled."""
+    """Return an action whose roles all mean the cube, with every optional role filled."""
     cube = {r.name: Object(f"object_{k}", entity="cube") for k, r in enumerate(task.roles, 1) if not r.effector}
     return Action(f"1.{task.task.split(':')[-1]}", task.task, cube, goal=Location("home", "home"))
 
@@ -90,7 +92,7 @@ def check_task_type(
     relations: Iterable[str] = RELATIONS,
     hooks: Hooks | None = None,
 ) -> None:
-    """A task type keeps its contract.
+    """Check that a task type keeps its contract.
 
     Its names are right, its classes are in an ontology, parameters have sources, and in an empty-handed and in a holding
     belief, and on a robot that drives, its decompositions are made of designators that some plugin resolves, or it says

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import json
 import re
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from types import ModuleType
+from typing import Any, get_args
 
 import cramlite
+import cramlite.model
+import cramlite.plugin
 import cramlite.testing
 from cramlite.model import Value
+
+DOORS = (cramlite, cramlite.plugin, cramlite.model, cramlite.testing)
+"""The public modules, in the order of the page of Python names."""
 
 
 def on_files(files: Any, config: Any) -> Any:
@@ -46,21 +54,30 @@ def predicates_page() -> str:
 
 def python_page() -> str:
     """Every public name with its signature and docstring."""
-    parts = ["# Python names", "", "Everything public, from `cramlite` and `cramlite.testing`; written from the code."]
-    for module in (cramlite, cramlite.testing):
-        parts += ["", f"## {module.__name__}"]
-        for name in module.__all__:
-            parts += ["", *described(name, getattr(module, name))]
+    listed = ", ".join(f"`{module.__name__}`" for module in DOORS)
+    parts = ["# Python names", "", f"Everything public, from {listed}; written from the code."]
+    for module in DOORS:
+        parts += ["", f"## {module.__name__}", "", plain((inspect.getdoc(module) or "").split("\n\n")[0])]
+        also = [n for n in module.__all__ if (module, n) not in public_names()]
+        if also:
+            parts += ["", f"Also here, described above: {', '.join(f'`{n}`' for n in also)}."]
+        for _, name in (pair for pair in public_names() if pair[0] is module):
+            parts += ["", *described(module, name)]
     return "\n".join(parts) + "\n"
 
 
-def described(name: str, value: Any) -> list[str]:
+def public_names() -> list[tuple[ModuleType, str]]:
+    """Every public name, with the first public module that has it; two things of one name are two."""
+    first = {(name, id(getattr(module, name))): module for module in reversed(DOORS) for name in module.__all__}
+    found = [(module, name) for module in DOORS for name in module.__all__]
+    return [(module, name) for module, name in found if first[name, id(getattr(module, name))] is module]
+
+
+def described(module: ModuleType, name: str) -> list[str]:
     """A heading, the signature, the docstring, and the public methods of a class."""
-    if name in ALIASES:
-        return [f"### {name}", "", plain(ALIASES[name])]
-    if not callable(value):
-        said = json.dumps(value) if isinstance(value, str | tuple | dict) else type(value).__name__
-        return [f"### {name}", "", f"`{said}`", "", plain(constant_doc(name))]
+    value = getattr(module, name)
+    if is_constant(value):
+        return [f"### {name}", "", f"`{constant_text(value)}`", "", plain(constant_doc(module, name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
     for method, function in methods(value):
@@ -87,7 +104,7 @@ def methods(value: Any) -> list[tuple[str, Any]]:
         return []
     protocol = getattr(value, "_is_protocol", False)
     own = [(n, getattr(f, "__func__", f)) for n, f in vars(value).items() if not n.startswith("_")]
-    own = [(n, getattr(f, "fget", f)) for n, f in own]
+    own = [(n, getattr(f, "fget", getattr(f, "func", f))) for n, f in own]
     return [(n, f) for n, f in own if inspect.isfunction(f) and (protocol or inspect.getdoc(f))]
 
 
@@ -121,11 +138,42 @@ def signature_of(value: Any) -> str:
         return "(...)"
 
 
-def constant_doc(name: str) -> str:
-    """The text under a constant."""
-    source = inspect.getsource(importlib.import_module("cramlite.testing.task_checks"))
-    found = re.search(rf'^{name} = .*?"""(.*?)"""', source, re.MULTILINE | re.DOTALL)
-    return found[1] if found else ""
+def is_constant(value: Any) -> bool:
+    """Whether a public name stands for a constant or a type alias, and not for a class or function."""
+    return not isinstance(value, type) and not inspect.isfunction(value)
+
+
+def constant_text(value: Any) -> str:
+    """A constant as JSON, a type alias as it is written, anything else by its class."""
+    if isinstance(value, str | int | float | tuple):
+        return json.dumps(value)
+    if hasattr(value, "__metadata__"):  # of ``Annotated``, the type alone
+        return str(value.__origin__.__name__)
+    return re.sub(r"\b(?:\w+\.)+(?=\w)", "", str(value)) if get_args(value) else type(value).__name__
+
+
+def constant_doc(module: ModuleType, name: str) -> str:
+    """The text under a constant, in the module that defines it."""
+    return next((doc for source in sources(module, name) for doc in texts_under(source, name)), "")
+
+
+def sources(module: ModuleType, name: str) -> Iterator[str]:
+    """The source of the module that a public name comes from; of all submodules, where the public one does not say."""
+    homes = [home for home, names in getattr(module, "_HOMES", {}).items() if name in names.split()]
+    found = [importlib.import_module(home, module.__name__) for home in homes]
+    for defining in found or [m for m in vars(module).values() if inspect.ismodule(m)]:
+        yield inspect.getsource(defining)
+
+
+def texts_under(source: str, name: str) -> Iterator[str]:
+    """The strings that follow an assignment to a name."""
+    body = ast.parse(source).body
+    for statement, below in pairwise(body):
+        targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
+        names = {n.id for target in targets if target is not None for n in ast.walk(target) if isinstance(n, ast.Name)}
+        text = isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant) and below.value.value
+        if name in names and isinstance(text, str):
+            yield inspect.cleandoc(text)
 
 
 def plain(text: str) -> str:
@@ -165,15 +213,10 @@ def errors_page() -> str:
         "",
         "All are `CramliteError`. A plugin says that something is impossible with",
         "",
-        *described("Unresolvable", errors.Unresolvable),
+        *described(cramlite, "Unresolvable"),
     ]
     return "\n".join(parts) + "\n"
 
-
-ALIASES = {
-    "Answers": 'What a `resolve_...` hook gives: an iterable of `Grounding` and `Refused`, best first, or None for "not mine".',
-}
-"""What names that stand for types mean."""
 
 PAGES: dict[str, Callable[[], str]] = {
     "reference/errors.md": errors_page,

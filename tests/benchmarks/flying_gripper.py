@@ -65,7 +65,7 @@ def holds(item: Thing, tcp: Pose, width: float, friction: float = 0.9) -> bool:
     run.move(0.5, lambda s: (0, 0, -STANDOFF * (1 - s), 0, 0, 0))
     run.move(0.5, lambda s: (0,) * 6, close=True)
     before = run.in_hand()
-    up = tuple(tcp.inverse().turn((0, 0, LIFT)))
+    up = tuple(tcp.inverse().rotate((0, 0, LIFT)))
     run.move(0.8, lambda s: (*(s * v for v in up), 0, 0, 0))
     for axis in range(3):
         way = np.eye(3)[axis] * SHAKE

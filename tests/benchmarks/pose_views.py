@@ -116,7 +116,7 @@ def _occluder(camera: Pose, thing: Thing, rng: Any) -> Thing:
     """A rod or a board, part of the way from the camera to the product."""
     share = rng.uniform(0.45, 0.85)
     middle = np.array(camera.position) * (1 - share) + np.array(thing.pose.position) * share
-    middle += camera.turn((*rng.normal(0, 0.03, 2), 0.0))
+    middle += camera.rotate((*rng.normal(0, 0.03, 2), 0.0))
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, float(rng.uniform(0, math.pi))))
     pose = Pose(tuple(middle), (camera * turn).quaternion)
     if rng.random() < 0.5:

@@ -1,15 +1,14 @@
-"""``cramlite check`` and ``cramlite schema``, as processes."""
+"""``cramlite check`` and ``cramlite schema``."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import jsonschema
 import pytest
 import yaml
+from as_a_user import cramlite
 from conftest import ROOT, Run
 
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
@@ -29,11 +28,6 @@ BAD_PROGRAM = """def p():
   textmsg("never")
 end
 """
-
-
-def cramlite(*words: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cramlite", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def schema(kind: str) -> object:

@@ -1,13 +1,13 @@
-"""``cramlite execute``: a text and a world, as a process."""
+"""``cramlite execute``: a text and a world."""
 
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
+from as_a_user import cramlite
 
 SHORT = """def p():
   movej([0.0, -1.4, 1.4, -1.57, -1.57, 0.0], a=1.4, v=1.05)
@@ -17,9 +17,8 @@ p()
 """
 
 
-def execute(*words: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "cramlite", "execute", *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+def execute(*words: object) -> CompletedProcess[str]:
+    return cramlite("execute", *words)
 
 
 @pytest.fixture

@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+from conftest import Run
+
 COMMAND = [sys.executable, "-m", "cramlite", "resolve"]
 
 WORLD = """
@@ -45,11 +47,13 @@ def test_a_killed_run_keeps_what_it_refused(tmp_path: Path) -> None:
     assert [e["number"] for e in entries] == list(range(1, len(entries) + 1))
 
 
-def test_a_finished_run_is_not_done_again(tmp_path: Path) -> None:
-    arguments = [*COMMAND, "take_off_hanger_tasks", "--out", tmp_path / "run", "--no-report", "--json"]
-    first = subprocess.run(arguments, capture_output=True, text=True, check=True)
+def test_a_finished_run_is_not_done_again(run: Run, tmp_path: Path) -> None:
+    arguments = ("resolve", "grasp_one_thing", "--out", tmp_path / "run", "--no-report", "--json")
+    first = run(*arguments)
+    assert first.code == 0, first.err
     program = tmp_path / "run" / "program.script"
     written = program.stat().st_mtime_ns
-    again = subprocess.run(arguments, capture_output=True, text=True, check=True)
+    again = run(*arguments)
+    assert again.code == 0
     assert program.stat().st_mtime_ns == written
-    assert json.loads(again.stdout)["plan"] == json.loads(first.stdout)["plan"]
+    assert json.loads(again.out)["plan"] == json.loads(first.out)["plan"]

@@ -11,8 +11,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite import Engine
 from cramlite.cli.serve import LONGEST_LINE, PARAMS, Service
@@ -74,7 +75,7 @@ def test_garbage_is_answered_and_does_no_harm(line: str, code: int, says: str) -
         (_request(1, "check", scenario="grasp_one_thin"), 2, "did you mean 'grasp_one_thing'?"),
         (_request(1, "check", scenario="grasp_one_thing", seed=-1), 2, "The seed is -1"),
         (_request(1, "interpret", episode="/nowhere"), 2, "There is no episode"),
-        (_request(1, "resolve", scenario="tasks/grasping_fails"), 1, "No solution"),
+        (_request(1, "resolve", scenario="tasks/parking_arms_fails"), 1, "No solution"),
     ],
 )
 def test_requests_that_cannot_be_answered(request_: str, code: int, says: str) -> None:
@@ -105,7 +106,7 @@ REQUESTS = st.lists(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(requests=REQUESTS)
 def test_any_json_is_answered_once_and_does_no_harm(requests: list[Any], engine: Engine) -> None:
     out, last = io.StringIO(), _request(7, "check", scenario="grasp_one_thing")

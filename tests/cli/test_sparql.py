@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from as_a_user import cramlite
+from test_ontology import SMALL_SOMA
 
 from cramlite import Engine, data_folder
 from cramlite.cli.main import main
@@ -73,34 +72,33 @@ def test_the_check_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -
     assert "no such ontology" in capsys.readouterr().err
 
 
+CLAIMS = [
+    ("soma:Cup rdfs:subClassOf soma:Crockery , [ owl:onProperty soma:hasDisposition ] .", 0, "sound"),
+    ("soma:Teapotty rdfs:subClassOf soma:Crockery .", 2, "missing: soma:Teapotty"),
+    ("soma:Cup rdfs:subClassOf [ owl:onProperty soma:hasTemper ] .", 2, "missing: soma:hasTemper"),
+    ("soma:Cup rdfs:subClassOf soma:Bottle .", 2, "unsupported: soma:Cup < soma:Bottle"),
+]
+
+
+@pytest.mark.parametrize(("text", "code", "words"), CLAIMS)
+def test_the_command_compares_with_a_small_soma(text: str, code: int, words: str, tmp_path: Path) -> None:
+    theirs = tmp_path / "soma.ttl"
+    theirs.write_text(HEAD + SMALL_SOMA)
+    done = cramlite("ontology", "check", own(tmp_path, text), "--against", theirs)
+    assert done.returncode == code, done.stderr
+    assert words in done.stdout
+
+
 @pytest.mark.skipif(not ORIGINALS.is_dir(), reason="SOMA and DUL are not here")
-@pytest.mark.parametrize(
-    ("text", "code", "words"),
-    [
-        (None, 0, "sound"),
-        ("soma:Cup rdfs:subClassOf soma:Crockery , [ owl:onProperty soma:hasDisposition ] .", 0, "sound"),
-        ("soma:Teapotty rdfs:subClassOf soma:Crockery .", 2, "missing: soma:Teapotty"),
-        ("soma:Cup rdfs:subClassOf [ owl:onProperty soma:hasTemper ] .", 2, "missing: soma:hasTemper"),
-        ("soma:Cup rdfs:subClassOf soma:Bottle .", 2, "unsupported: soma:Cup < soma:Bottle"),
-    ],
-)
+@pytest.mark.parametrize(("text", "code", "words"), [(None, 0, "sound"), *CLAIMS])
 def test_the_command_compares_with_soma(
-    text: str | None, code: int, words: str, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory
-) -> None:
-    """As users call it: a process of its own, on the shipped ontologies (no file named) or on one of theirs."""
+    text: str | None, code: int, words: str, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """As users call it: on the shipped ontologies (no file named) or on one of theirs."""
     files = [] if text is None else [str(own(tmp_path, text))]
-    command = [
-        sys.executable,
-        "-c",
-        "from cramlite.cli.main import main; raise SystemExit(main())",
-        "ontology",
-        "check",
-        *files,
-        "--against",
-        str(ORIGINALS),
-    ]
-    cache = str(tmp_path_factory.getbasetemp() / "originals")  # read once for all cases
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "CRAMLITE_CACHE": cache})
+    monkeypatch.setenv("CRAMLITE_CACHE", str(tmp_path_factory.getbasetemp() / "originals"))  # read once for all cases
+    done = cramlite("ontology", "check", *files, "--against", ORIGINALS)
     assert done.returncode == code, done.stderr
     assert words in done.stdout
 

@@ -12,19 +12,27 @@ import pytest
 from conftest import ROOT
 from pydantic import BaseModel
 
-import cramlite
-import cramlite.testing
 from cramlite.model import Value
 from cramlite.plugin import hookspecs
 
-NAMES = [(m, n) for m in (cramlite, cramlite.testing) for n in m.__all__]
+
+def _generated() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "site" / "generated.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+GENERATED = _generated()
+NAMES: list[tuple[ModuleType, str]] = GENERATED.public_names()
 
 
 def _fields(value: type) -> tuple[str, ...]:
-    """The fields of a value or of a specification."""
+    """The public fields of a value or of a specification."""
     if issubclass(value, BaseModel):
         return tuple(value.model_fields)
-    return value.__struct_fields__ if issubclass(value, Value) else ()
+    return tuple(f for f in value.__struct_fields__ if f[0] != "_") if issubclass(value, Value) else ()
 
 
 def _undocumented(value: Any) -> list[str]:
@@ -57,7 +65,9 @@ def _own_doc(value: Any) -> str:
 @pytest.mark.parametrize(("module", "name"), NAMES, ids=[n for _, n in NAMES])
 def test_every_public_name_is_documented(module: ModuleType, name: str) -> None:
     value = getattr(module, name)
-    if callable(value) and name not in ("hookimpl",):
+    if GENERATED.is_constant(value):
+        assert GENERATED.constant_doc(module, name)
+    else:
         assert _undocumented(value) == []
 
 
@@ -80,16 +90,8 @@ def test_every_hook_is_documented(hook: str) -> None:
     assert len(inspect.getdoc(getattr(hookspecs, hook)) or "") > 40
 
 
-def _generated() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("generated", ROOT / "docs" / "site" / "generated.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 def test_the_page_of_python_names_has_all() -> None:
-    page = _generated().python_page()
+    page = GENERATED.python_page()
     heads = re.findall(r"^### (\w+)$", page, re.MULTILINE)
     assert heads == [n for _, n in NAMES]
     assert "- `places` = `False`: True for tasks that choose where to put something" in page  # each with its own text
@@ -101,4 +103,4 @@ def test_the_navigation_has_every_page() -> None:
     text = (ROOT / "mkdocs.yml").read_text()
     listed = set(re.findall(r": ([\w/-]+\.md)$", text, re.MULTILINE))
     there = {p.relative_to(ROOT / "docs").as_posix() for p in (ROOT / "docs").rglob("*.md")}
-    assert listed == there | set(_generated().PAGES)
+    assert listed == there | set(GENERATED.PAGES)

@@ -9,22 +9,30 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
+from conftest import Proven
 from msgspec.structs import replace
 
-from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
+from cramlite import Engine, Scenario, Solution, Trace, find_scenario, read_scenario
 from cramlite.plugin import UserError
 
 SCENARIO = read_scenario(find_scenario("take_off_hanger_tasks"))
+SMALL = read_scenario(find_scenario("grasp_one_thing"))
 
 
-def _first(engine: Engine) -> Solution:
-    return next(engine.resolve(SCENARIO))
+def _first(engine: Engine, scenario: Scenario = SCENARIO) -> Solution:
+    return next(engine.resolve(scenario))
 
 
 @pytest.fixture(scope="module")
-def alone() -> Solution:
+def alone(proven: Proven) -> Solution:
     """What one engine finds with nobody beside it."""
-    return _first(Engine())
+    return proven("take_off_hanger_tasks")
+
+
+@pytest.fixture(scope="module")
+def small(proven: Proven) -> Solution:
+    """The same of a scenario with one task."""
+    return proven("grasp_one_thing")
 
 
 def test_two_engines_in_two_threads(alone: Solution) -> None:
@@ -36,20 +44,20 @@ def test_two_engines_in_two_threads(alone: Solution) -> None:
         assert solution.trace.to_json() == alone.trace.to_json()
 
 
-def test_two_engines_take_turns(alone: Solution) -> None:
-    first, second = (Engine().resolve(SCENARIO), Engine().resolve(SCENARIO))
+def test_two_engines_take_turns(small: Solution) -> None:
+    first, second = (Engine().resolve(SMALL), Engine().resolve(SMALL))
     one, other = next(first), next(second)
-    assert one.code == other.code == alone.code
-    assert next(first).code == next(second).code != alone.code
+    assert one.code == other.code == small.code
+    assert next(first).code == next(second).code != small.code
 
 
-def test_different_plugins_in_one_process(alone: Solution) -> None:
+def test_different_plugins_in_one_process(small: Solution) -> None:
     other = Engine(blocked=["antipodal"] if "antipodal" in {i.name for i in Engine().registry.infos} else ["touch"])
-    assert _first(other).verdict.passed
-    assert _first(Engine()).code == alone.code
+    assert _first(other, SMALL).verdict.passed
+    assert _first(Engine(), SMALL).code == small.code
 
 
-def test_an_asyncio_server(alone: Solution) -> None:
+def test_an_asyncio_server(small: Solution) -> None:
     engine, beats = Engine(), []
 
     async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -67,7 +75,7 @@ def test_an_asyncio_server(alone: Solution) -> None:
 
     async def ask(port: int) -> dict[str, str]:
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
-        writer.write(b"take_off_hanger_tasks\n")
+        writer.write(b"grasp_one_thing\n")
         line = await reader.readline()
         writer.close()
         return dict(json.loads(line))
@@ -82,7 +90,7 @@ def test_an_asyncio_server(alone: Solution) -> None:
         return answers
 
     first, second = asyncio.run(both())
-    assert first == second == {"plan": str(alone.plan), "code": alone.code}
+    assert first == second == {"plan": str(small.plan), "code": small.code}
     assert len(beats) > 5  # the loop went on while programs were made
 
 
@@ -102,7 +110,7 @@ def test_stop_from_another_thread() -> None:
 def test_stop_before_it_begins_and_an_iterator_that_is_dropped() -> None:
     assert list(Engine().resolve(SCENARIO, stop=lambda: True)) == []
     threads = threading.active_count()
-    solutions = Engine().resolve(SCENARIO)
+    solutions = Engine().resolve(SMALL)
     next(solutions)
     del solutions
     assert threading.active_count() == threads  # nothing runs on
@@ -122,5 +130,5 @@ def test_where_a_run_ended_is_where_the_next_begins(alone: Solution) -> None:
 
 def test_import_has_no_side_effects(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    _first(Engine())
+    _first(Engine(), SMALL)
     assert list(tmp_path.iterdir()) == []

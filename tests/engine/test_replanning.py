@@ -17,7 +17,7 @@ from conftest import ROOT, Run
 
 from cramlite import Engine, read_scenario
 from cramlite.cli.main import main
-from cramlite.engine.late_poses import edges
+from cramlite.engine.late_poses import worlds_at_tolerance
 from cramlite.engine.proof import conflict_of
 from cramlite.engine.replanning import way_back
 from cramlite.model import Action, Pose, Verdict, World, read_program
@@ -150,7 +150,7 @@ def test_the_tolerance_is_around_what_was_planned(parametric: Path) -> None:
     real = msgspec.json.decode((parametric / "execution" / "world.json").read_bytes(), type=World)
     late = program.late[0]
     assert late.pose.distance(real.thing(late.thing).pose)[0] > 1e-4, "perception errs a little"
-    found = [world.thing(late.thing).pose for _, world in edges(believed, program)]
+    found = [world.thing(late.thing).pose for _, world in worlds_at_tolerance(believed, program)]
     assert len(found) == 4
     for pose in found:
         way = math.dist(pose.position[:2], late.pose.position[:2])

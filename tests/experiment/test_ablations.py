@@ -12,6 +12,8 @@ from cramlite.experiment.spec import find_experiment
 from cramlite.model import walk
 from cramlite_plugins.motions.motion_kinds import KINDS
 
+pytestmark = pytest.mark.heavy
+
 FELT = {k.step for k in KINDS.values() if k.widens > 0}
 """Steps that feel: those in contact, after which less is known of what is held."""
 

@@ -57,6 +57,7 @@ def told(out: Path) -> dict[str, object]:
     return found
 
 
+@pytest.mark.heavy
 def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(experiment: Path, tmp_path: Path) -> None:
     said: list[str] = []
     one = run_experiment(order(experiment, tmp_path / "one"), said.append)
@@ -72,7 +73,7 @@ def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(ex
     assert [p.name for p in redone] == ["result.json"]  # its candidate was finished, and was read
 
 
-@pytest.mark.parametrize("asks", [400, 2])
+@pytest.mark.parametrize("asks", [pytest.param(400, marks=pytest.mark.heavy), 2])
 def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, tmp_path: Path, asks: int) -> None:
     path = experiment / "experiment.yaml"
     text = path.read_text().replace("about: quick", "until_solved: true, about: quick").replace("asks: 2", f"asks: {asks}")
@@ -98,6 +99,7 @@ def read_episode(path):
 """
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("always", [False, True])
 def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always: bool) -> None:
     plugin = tmp_path / "dies.py"
@@ -112,8 +114,20 @@ def test_a_worker_that_dies_is_replaced(experiment: Path, tmp_path: Path, always
         assert found["O2-01"].candidates >= 1
 
 
-def start(experiment: Path, out: Path) -> subprocess.Popen[str]:
-    words = [sys.executable, "-m", "cramlite", "experiment", str(experiment), "--out", str(out), "--workers", "1"]
+WAITS = """
+import time
+from pathlib import Path
+from cramlite.plugin import hookimpl
+
+@hookimpl(tryfirst=True)
+def read_episode(path):
+    while path.name == "O3-01" and Path({mark!r}).exists():
+        time.sleep(0.1)
+"""
+
+
+def start(experiment: Path, out: Path, plugin: Path) -> subprocess.Popen[str]:
+    words = [sys.executable, "-m", "cramlite", "experiment", experiment, "--out", out, "--workers", "1", "--plugin", plugin]
     return subprocess.Popen(words, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
 
 
@@ -134,23 +148,29 @@ def children(parent: int) -> list[int]:
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
 def test_ctrl_c_and_kill_lose_nothing(experiment: Path, tmp_path: Path, how: int, code: int) -> None:
-    out = tmp_path / "out"
-    running = start(experiment, out)
-    wait_for(out / "results" / "O1-01" / "result.json")
-    workers = children(running.pid)
-    os.kill(running.pid, how)  # at once: what is left takes seconds only
-    _, said = running.communicate(timeout=60)
+    out, mark, plugin = tmp_path / "out", tmp_path / "mark", tmp_path / "waits.py"
+    plugin.write_text(WAITS.format(mark=str(mark)))
+    mark.write_text("the last demonstration is not read while this is here")
+    running = start(experiment, out, plugin)
+    try:
+        wait_for(out / "results" / "O1-01" / "result.json")
+        workers = children(running.pid)
+        os.kill(running.pid, how)
+        _, said = running.communicate(timeout=60)
+    finally:
+        running.kill()
     assert running.returncode == code
     assert how == signal.SIGKILL or "interrupted; what was written so far is kept" in said
     assert workers
-    for _ in range(100):
+    for _ in range(600):  # a worker that did not follow its parent would wait for the mark for ever
         if not any(Path(f"/proc/{w}").exists() and "Z" not in Path(f"/proc/{w}/stat").read_text() for w in workers):
             break
         time.sleep(0.1)
     else:
         raise AssertionError("a worker goes on without its parent")
     before = (out / "results" / "O1-01" / "result.json").stat().st_mtime_ns
-    assert len(run_experiment(order(experiment, out), lambda _: None)) == 3
+    mark.unlink()
+    assert len(run_experiment(order(experiment, out, 1, plugin), lambda _: None)) == 3
     assert (out / "results" / "O1-01" / "result.json").stat().st_mtime_ns == before
 
 

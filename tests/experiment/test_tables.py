@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from cramlite.experiment.page import page
-from cramlite.experiment.report import against_baseline, baseline, below, share, text, to_csv, to_json
+from cramlite.experiment.report import against_baseline, baseline, missed_thresholds, share, text, to_csv, to_json
 from cramlite.experiment.results import Attempt, CandidateResult, DemonstrationResult, Execution
 from cramlite.experiment.spec import PublishedSpec, ThresholdSpec
 from cramlite.experiment.tables import Share, tables
@@ -98,8 +98,8 @@ def test_the_page_stands_alone_and_escapes(tmp_path: Path) -> None:
 
 def test_thresholds(tmp_path: Path) -> None:
     found = tables(RESULTS)
-    assert below(found, ThresholdSpec(solved=0.5, planned=0.8, simulated=0.6, executed=0.4)) == []
-    assert below(found, ThresholdSpec(solved=1.0, planned=0.8, simulated=0.0, executed=0.0)) == [
+    assert missed_thresholds(found, ThresholdSpec(solved=0.5, planned=0.8, simulated=0.6, executed=0.4)) == []
+    assert missed_thresholds(found, ThresholdSpec(solved=1.0, planned=0.8, simulated=0.0, executed=0.0)) == [
         "solved: 2 of 4 is less than 100%"
     ]
 

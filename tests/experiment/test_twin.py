@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import json
+from properties import examples
 
 from cramlite import Engine, read_scenario
 from cramlite.experiment.spec import find_experiment, read_experiment
@@ -26,7 +27,7 @@ def drawn(seed: int, spec: TwinSpec = EXPERIMENT.spec.twin) -> World:
     return twin(SCENARIO, WORLD, spec, ENGINE.knowledge.models, seed, 6)
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@examples(40)
 @given(st.integers(0, 2**31 - 1))
 def test_a_twin_is_as_far_off_as_was_asked_for(seed: int) -> None:
     real = drawn(seed)
@@ -43,7 +44,7 @@ def test_a_twin_is_as_far_off_as_was_asked_for(seed: int) -> None:
     assert abs(float(np.sum(np.square(real.disturbance.links))) - 0.0003**2) < 1e-12
 
 
-@settings(max_examples=40, deadline=None, derandomize=True)
+@examples(40)
 @given(st.integers(0, 2**31 - 1))
 def test_what_hangs_goes_on_to_hang(seed: int) -> None:
     real = drawn(seed)

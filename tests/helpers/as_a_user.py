@@ -1,16 +1,27 @@
-"""Shipped scenarios as a user runs and changes them: the command line in a process of its own."""
+"""Shipped scenarios as a user runs and changes them: the command line, in this process.
+
+That a process of its own says the same is what test_cli.py, test_bad_input.py, test_plan.py and .ci/run see to.
+"""
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import io
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from subprocess import CompletedProcess
+
+from cramlite.cli.main import main
 
 
-def cramlite(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run a command."""
-    command = [sys.executable, "-m", "cramlite", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
+def cramlite(*arguments: object) -> CompletedProcess[str]:
+    """Run a command; its exit code, standard output and standard error as a process would have them."""
+    words, out, err = [str(a) for a in arguments], io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        try:
+            code = main(words)
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+    return CompletedProcess(words, code, out.getvalue(), err.getvalue())
 
 
 def changed(scenario: Path, folder: Path, *changes: tuple[str, str]) -> Path:

@@ -22,7 +22,7 @@ from cramlite.plugin import PADDING, Phase, Rule, Segment, Timeline
 from cramlite_plugins.predicates.phase_poses import box_of, things, tips
 from cramlite_plugins.predicates.relations import _dof
 
-PREDICATES = Path(__file__).parent / "benchmarks" / "timeline.pl"
+PREDICATES = Path(__file__).parents[1] / "benchmarks" / "timeline.pl"
 VARIANTS = {
     "as stated": (
         ":- table subclass/2.",

@@ -102,10 +102,10 @@ def test_an_action_without_a_task_is_a_reported_hole() -> None:
         opening,
     )
     found = read(sample)
-    assert len(found.holes) == 1
+    assert len(found.unexplained_actions) == 1
     assert found.count() == 0
     assert list(found.sequences()) == []
-    assert len(found.holes[0].rejections) == len(RULES)
+    assert len(found.unexplained_actions[0].rejections) == len(RULES)
 
 
 def test_an_irrelevant_boundary_is_merged_with_its_evidence() -> None:

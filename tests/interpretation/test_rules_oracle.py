@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from interpretation_samples import action, episode, state, track
+from properties import examples
 from rule_translations import clingo_facts, clingo_program, facts_of
 
 from cramlite import data_folder
@@ -69,7 +70,7 @@ def episodes(draw: st.DrawFn) -> Episode:
     return episode(THINGS, events, {"hand": hand, "lid": lid}, opening)
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(episodes())
 def test_clingo_finds_the_same_matches(sample: Episode) -> None:
     timeline = Timeline(sample, TAXONOMY)
@@ -80,7 +81,7 @@ def test_clingo_finds_the_same_matches(sample: Episode) -> None:
         assert ours == solved_by_clingo(phases, names)
 
 
-@settings(max_examples=80, deadline=None)
+@examples(80)
 @given(episodes())
 def test_the_tree_and_the_rejections_agree_with_the_matcher(sample: Episode) -> None:
     timeline = Timeline(sample, TAXONOMY)

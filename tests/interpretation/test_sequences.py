@@ -6,9 +6,10 @@ import itertools
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from interpretation_reading import TAXONOMY
+from properties import examples
 
 from cramlite import Interpretation
 from cramlite.interpretation.ranking import affinity, specificity
@@ -29,7 +30,7 @@ CHOICES = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(CHOICES)
 def test_sequences_are_counted_complete_and_best_first(choices: list[list[Match]]) -> None:
     found = Interpretation("x", tuple(Interpreted(k, k + 1, tuple(m)) for k, m in enumerate(choices)), TAXONOMY)

@@ -131,13 +131,13 @@ def test_an_empty_hand_opens_on(first: float, last: float, held: bool, opens: bo
 
 @pytest.mark.parametrize("name", ["fetch_from_hanger", "hang_onto_hanger"])
 def test_the_shipped_demonstrations_have_no_hole(name: str) -> None:
-    assert not read(Engine().read_episode(data_folder("scenarios") / name / "demonstration")).holes
+    assert not read(Engine().read_episode(data_folder("scenarios") / name / "demonstration")).unexplained_actions
 
 
 def test_what_opens_on_is_a_hole_without_the_rule() -> None:
     demonstration = Engine().read_episode(data_folder("scenarios") / "fetch_from_hanger" / "demonstration")
     others = [r for r in RULES if r.task != "artm:OpenGripperTask"]
-    (hole,) = interpret(demonstration, others, TAXONOMY).holes
+    (hole,) = interpret(demonstration, others, TAXONOMY).unexplained_actions
     assert at(read(demonstration), hole.start).named("artm:OpenGripperTask")
 
 

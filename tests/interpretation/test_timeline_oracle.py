@@ -6,8 +6,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from interpretation_samples import action, episode, hanger_episode, state, track
+from properties import examples
 from test_rules_oracle import RULES, TAXONOMY, THINGS, episodes
 from timeline_translation import (
     VARIANTS,
@@ -31,7 +32,7 @@ def ours(timeline: Timeline) -> set[tuple[object, ...]]:
     return {(k, t, *(str(b[r]) for r in roles[t])) for k, f in enumerate(solved) for t, bs in f.items() for b in bs}
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(episodes())
 def test_clingo_derives_phases_and_relations(sample: Episode) -> None:
     timeline = Timeline(sample, TAXONOMY)
@@ -39,7 +40,7 @@ def test_clingo_derives_phases_and_relations(sample: Episode) -> None:
 
 
 @pytest.mark.skipif(absent(), reason="SWI-Prolog is not installed")
-@settings(max_examples=8, deadline=None)
+@examples(8)
 @given(episodes())
 def test_prolog_derives_everything_but_extremes(sample: Episode) -> None:
     timeline = Timeline(sample, TAXONOMY)

@@ -11,7 +11,7 @@ from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cramlite.model import EntityName, Object, chain, inside, is_inside, thing_of, top_of
+from cramlite.model import EntityName, Object, enclosing_names, is_part_of, part_name, task_of, thing_of
 
 PLAIN = st.text(st.characters(blacklist_characters="/", blacklist_categories=["Cs"]), min_size=1)
 HOMES = {"cramlite/model/entity_name.py", "cramlite/model/designator_name.py"}
@@ -106,13 +106,13 @@ def test_the_thing_that_an_object_is_asked_for_by() -> None:
 def test_designators_inside_each_other(parts: list[str]) -> None:
     name = ""
     for part in parts:
-        name = inside(name, part)
-    assert top_of(name) == parts[0]
-    assert len([*chain(name)]) == len(parts)
-    assert all(is_inside(name, whole) for whole in [*chain(name)][1:])
-    assert not is_inside(name, name)
+        name = part_name(name, part)
+    assert task_of(name) == parts[0]
+    assert len([*enclosing_names(name)]) == len(parts)
+    assert all(is_part_of(name, whole) for whole in [*enclosing_names(name)][1:])
+    assert not is_part_of(name, name)
 
 
 def test_a_task_is_not_inside_one_that_its_name_begins_with() -> None:
-    assert is_inside("1.Grasping/approach", "1.Grasping")
-    assert not is_inside("1.GraspingAgain/approach", "1.Grasping")
+    assert is_part_of("1.Grasping/approach", "1.Grasping")
+    assert not is_part_of("1.GraspingAgain/approach", "1.Grasping")

@@ -66,8 +66,8 @@ def test_distance_is_the_angle(position: tuple[float, float, float], angle: floa
 
 def test_axes() -> None:
     a = Pose.from_axes((1, 2, 3), z=(0, 0, -2), x=(1, 0, 5))
-    assert np.allclose(a.turn((0, 0, 1)), (0, 0, -1))
-    assert np.allclose(a.turn((1, 0, 0)), (1, 0, 0))
+    assert np.allclose(a.rotate((0, 0, 1)), (0, 0, -1))
+    assert np.allclose(a.rotate((1, 0, 0)), (1, 0, 0))
 
 
 @pytest.mark.parametrize(

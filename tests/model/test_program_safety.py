@@ -24,7 +24,7 @@ from cramlite.model import (
     SetPayload,
     TryInOrder,
     Wait,
-    objections,
+    violations,
     write_program,
 )
 from cramlite_plugins.kinematics.kinematics import forward
@@ -46,7 +46,7 @@ def program(*steps: AnyStep, **changes: Any) -> Program:
 
 
 def test_a_sound_program_passes() -> None:
-    assert list(objections(program(*SOUND), UR5E)) == []
+    assert list(violations(program(*SOUND), UR5E)) == []
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_a_sound_program_passes() -> None:
 def test_each_rule_refuses_what_breaks_it(
     steps: tuple[AnyStep, ...], changes: dict[str, Any], rule: str, said: str
 ) -> None:
-    found = list(objections(program(*steps, **changes), UR5E))
+    found = list(violations(program(*steps, **changes), UR5E))
     assert [o.rule for o in found if said in o.reason] == [rule], found
 
 

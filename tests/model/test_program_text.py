@@ -9,9 +9,10 @@ from functools import cache
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import fields, replace
+from properties import examples
 
 from cramlite.model import (
     AnyStep,
@@ -73,7 +74,7 @@ SAMPLE = Program(
 
 
 @given(STEPS, TEXT, POSES)
-@settings(max_examples=25, deadline=None)
+@examples(25)
 def test_what_is_written_is_read_back_equal(own: tuple[AnyStep, ...], name: str, tcp: Pose) -> None:
     program = replace(SAMPLE, steps=own, name=name, tcp=tcp)
     text = write_program(program)
@@ -127,7 +128,7 @@ def test_a_broken_text_gets_one_paragraph(text: str, said: str) -> None:
 
 
 @given(st.recursive(st.none() | st.booleans() | NUMBER | TEXT, lambda v: st.lists(v) | st.dictionaries(TEXT, v)))
-@settings(max_examples=25, deadline=None)
+@examples(25)
 def test_any_json_is_a_program_or_a_user_error(value: Any) -> None:
     with pytest.raises(UserError):
         read_program(json.dumps(value))

@@ -18,6 +18,10 @@ from cramlite.plugin import UserError
 
 ORIGINALS = Path(__file__).resolve().parents[3] / "shared" / "data" / "soma"
 OURS = data_folder("ontologies")
+SMALL_SOMA = """
+soma:hasDisposition a owl:ObjectProperty .
+soma:Cup rdfs:subClassOf soma:Crockery . soma:Crockery rdfs:subClassOf dul:Object . soma:Bottle rdfs:subClassOf dul:Object .
+"""
 HEAD = "\n".join(f"@prefix {p}: <{n}> ." for p, n in PREFIXES.items()) + "\n"
 
 
@@ -178,6 +182,15 @@ def test_the_check_finds_contradictions(tmp_path: Path) -> None:
     assert check_ontology([own], cache=tmp_path).contradictions
     fine = write(tmp_path, "cram:A owl:disjointWith cram:B . cram:x a cram:A .", "fine.ttl")
     assert check_ontology([fine], cache=tmp_path).sound
+
+
+def test_the_check_compares_with_a_small_soma(tmp_path: Path) -> None:
+    theirs = write(tmp_path, SMALL_SOMA, "soma.ttl")
+    own = write(tmp_path, "soma:Cup rdfs:subClassOf soma:Bottle . soma:Teapotty rdfs:subClassOf soma:Crockery .")
+    report = check_ontology([own], [theirs], tmp_path / "cache")
+    assert (report.missing, report.unsupported, report.sound) == (("soma:Teapotty",), ("soma:Cup < soma:Bottle",), False)
+    true = write(tmp_path, "soma:Cup rdfs:subClassOf dul:Object .", "true.ttl")
+    assert check_ontology([true], [theirs], tmp_path / "cache").sound, "what follows there may be said here"
 
 
 @pytest.mark.skipif(not ORIGINALS.is_dir(), reason="SOMA and DUL are not here")

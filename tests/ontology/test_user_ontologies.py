@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
+from subprocess import CompletedProcess
+
+from as_a_user import cramlite
 
 TURTLE = """
 @prefix owl: <http://www.w3.org/2002/07/owl#> .
@@ -24,11 +25,10 @@ things:
 """
 
 
-def resolve(folder: Path, text: str) -> subprocess.CompletedProcess[str]:
+def resolve(folder: Path, text: str) -> CompletedProcess[str]:
     (folder / "sweets.ttl").write_text(TURTLE)
     (folder / "sweets.yaml").write_text(text)
-    command = [sys.executable, "-m", "cramlite", "resolve", "sweets.yaml", "--out", "run", "--no-report"]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    return cramlite("resolve", folder / "sweets.yaml", "--out", folder / "run", "--no-report")
 
 
 def test_a_scenario_brings_a_class(tmp_path: Path) -> None:

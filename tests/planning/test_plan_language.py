@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite import Budget, Engine, Trace, read_scenario, task_entry
 from cramlite.model import (
@@ -24,13 +25,13 @@ from cramlite.model import (
     TryInOrder,
     Wait,
     World,
-    attempts,
+    fallback,
     monitor,
     retry,
     sequence,
     walk,
 )
-from cramlite.model.control_flow import parallel, repeat, try_all, try_in_order
+from cramlite.model.control_flow import choose, parallel, repeat, try_all
 from cramlite.planning.search import Search
 from cramlite.planning.state import State
 from cramlite.plugin import Context, UserError
@@ -108,7 +109,7 @@ def test_a_sequence_fails_with_any_of_its_parts(trial: Trial) -> None:
 
 
 def test_the_first_alternative_that_can_be_done_is_the_only_one_in_the_program(trial: Trial) -> None:
-    assert names(trial.steps(try_in_order("1.try", no("a"), go("b"), go("c")))) == ["b"]
+    assert names(trial.steps(choose("1.try", no("a"), go("b"), go("c")))) == ["b"]
     assert "c" not in {e.designator for e in trial.trace.entries}, "it stops at the first success"
 
 
@@ -123,12 +124,12 @@ def test_what_comes_up_in_a_task_says_in_which(trial: Trial) -> None:
 
 
 def test_if_no_alternative_can_be_done_neither_can_the_whole(trial: Trial) -> None:
-    assert trial.steps(go("z"), try_in_order("1.try", no("a"), no("b"))) is None
+    assert trial.steps(go("z"), choose("1.try", no("a"), no("b"))) is None
     assert "a cannot be done" in trial.reasons() and "b cannot be done" in trial.reasons()
 
 
 def test_an_alternative_whose_program_is_not_proven_gives_way_to_the_next(trial: Trial) -> None:
-    states = trial.states(try_in_order("1.try", go("a"), go("b")))
+    states = trial.states(choose("1.try", go("a"), go("b")))
     assert names(next(states).steps) == ["a"]
     assert names(states.send(frozenset({"a"})).steps) == ["b"]
 
@@ -137,7 +138,7 @@ def test_an_alternative_whose_program_is_not_proven_gives_way_to_the_next(trial:
 
 
 def test_attempts_are_all_in_the_program_and_each_begins_where_the_first_did(trial: Trial) -> None:
-    steps = trial.steps(attempts("1.attempts", go("a", 2.0), go("b", 2.0), go("c", 2.0)), go("d"))
+    steps = trial.steps(fallback("1.attempts", go("a", 2.0), go("b", 2.0), go("c", 2.0)), go("d"))
     assert steps is not None and isinstance(steps[0], TryInOrder) and len(steps) == 2
     assert [names(b) for b in steps[0].branches] == [
         ["a"], ["1.attempts/back_1", "b"], ["1.attempts/back_2", "c"],
@@ -148,12 +149,12 @@ def test_attempts_are_all_in_the_program_and_each_begins_where_the_first_did(tri
 
 
 def test_attempts_that_end_in_different_places_are_refused(trial: Trial) -> None:
-    assert trial.steps(attempts("1.attempts", go("a", 2.0), go("b", 2.5))) is None
+    assert trial.steps(fallback("1.attempts", go("a", 2.0), go("b", 2.5))) is None
     assert "attempts 1 and 2 of '1.attempts' end in different ways: a joint is 0.50 rad apart" in trial.reasons()
 
 
 def test_an_attempt_that_cannot_be_planned_is_no_attempt(trial: Trial) -> None:
-    assert trial.steps(attempts("1.attempts", go("a"), no("b"))) is None
+    assert trial.steps(fallback("1.attempts", go("a"), no("b"))) is None
 
 
 def test_a_retry_changes_parameters_and_nothing_else() -> None:
@@ -207,10 +208,10 @@ def _tree(part: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
     several = st.lists(part, min_size=1, max_size=3)
     return st.one_of(
         several.map(lambda p: sequence("s", *p)),
-        several.map(lambda p: attempts("a", *p)),
+        several.map(lambda p: fallback("a", *p)),
         several.map(lambda p: repeat("r", 2, *p)),
         several.map(lambda p: monitor("m", *p, time_s=1.0)),
-        several.map(lambda p: try_in_order("t", *p)),
+        several.map(lambda p: choose("t", *p)),
     )
 
 
@@ -232,7 +233,7 @@ def _first(part: Any) -> list[str]:
     return [n for branch in branches for p in branch for n in _first(p)]
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.recursive(st.just(go("x", 1.0)), _tree, max_leaves=8))
 def test_any_nesting_becomes_steps_in_its_own_order(waits: Path, tree: Any) -> None:
     whole = _named(tree, "w")

@@ -12,6 +12,7 @@ import pytest
 from cramlite import Budget, Trace
 from cramlite.base.seeds import derive_seed
 from cramlite.model import Action, Belief, Location, Object, RobotMount, World
+from cramlite.planning.budget import BudgetSpent
 from cramlite.planning.choice_point import CAPS
 from cramlite.planning.search import Search
 from cramlite.planning.state import State
@@ -132,6 +133,17 @@ def test_asks_are_counted(plugin: Plugin) -> None:
     last = trial.trace.entries[-1]
     assert "3 designators were asked about" in last.reason
     assert (last.kind, last.text, last.numbers) == ("budget", "asks = 3", {"asks": 3})
+
+
+def test_a_spent_budget_says_which_one_it_was(plugin: Plugin, monkeypatch: pytest.MonkeyPatch) -> None:
+    def spent(search: Search) -> None:
+        raise BudgetSpent("samples", "7 samples were drawn")
+
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 5)), budget=Budget(samples=7))
+    monkeypatch.setattr(Search, "_count", spent)
+    assert trial.bindings(Object("cup")) == []
+    last = trial.trace.entries[-1]
+    assert (last.text, last.numbers, last.reason) == ("samples = 7", {"samples": 7}, "7 samples were drawn")
 
 
 def test_a_generator_without_answers_and_one_that_says_none(plugin: Plugin) -> None:

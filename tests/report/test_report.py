@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import Proven
 from msgspec.structs import replace
 from page_checks import faults
 
-from cramlite import Engine, Solution, Trace, find_scenario, read_scenario
+from cramlite import Engine, Solution, Trace
 from cramlite.base.run_directory import RunDirectory
 from cramlite.model import Plan
 from cramlite.plugin import html_template
@@ -40,8 +41,8 @@ def engine() -> Engine:
 
 
 @pytest.fixture(scope="module")
-def solution(engine: Engine) -> Solution:
-    return next(engine.resolve(read_scenario(find_scenario("fetch_from_hanger"))))
+def solution(proven: Proven) -> Solution:
+    return proven("fetch_from_hanger")
 
 
 def written(path: Path, solution: Solution, engine: Engine) -> str:

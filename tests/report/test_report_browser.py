@@ -10,14 +10,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from conftest import Proven
 from headless import Browser, chromium
 from page_checks import Page, faults
 
-from cramlite import Engine, find_scenario, read_scenario
+from cramlite import Engine
 from cramlite.base.run_directory import RunDirectory
 from cramlite.report import write_report
 
-SHIPPED = ["fetch_from_hanger", "hang_onto_hanger", pytest.param("fetch_from_hanger_camera", marks=pytest.mark.slow)]
+SHIPPED = ["fetch_from_hanger", "hang_onto_hanger", pytest.param("fetch_from_hanger_camera", marks=pytest.mark.heavy)]
 
 TOO_WIDE = """[...document.querySelectorAll("main *")]
   .filter(e => e.getBoundingClientRect().right > innerWidth + 1 && !e.closest(".scroll, .listing, .strip, details:not([open])"))
@@ -36,11 +37,10 @@ TICK = '+document.querySelector("#run input").value'
 
 
 @pytest.fixture(scope="module", params=SHIPPED)
-def report(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def report(request: pytest.FixtureRequest, proven: Proven, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of a shipped scenario."""
     engine, folder = Engine(), tmp_path_factory.mktemp(request.param)
-    solution = next(engine.resolve(read_scenario(find_scenario(request.param))))
-    write_report(RunDirectory(folder, {}), solution, engine)
+    write_report(RunDirectory(folder, {}), proven(request.param), engine)
     assert not engine.registry.faults
     return folder / "report.html"
 

@@ -80,7 +80,7 @@ def test_no_report_means_none(tmp_path: Path, run: Run) -> None:
 def test_the_demonstration_is_shown_without_a_program(tmp_path: Path) -> None:
     engine, scenario = Engine(), read_scenario(find_scenario("fetch_from_hanger"))
     setting = engine.setting(scenario)
-    episode = engine.read_episode(scenario.beside(scenario.spec.demonstration or ""))
+    episode = engine.read_episode(scenario.resolve_path(scenario.spec.demonstration or ""))
     trace = Trace()
     node = trace.add(0, "object_1", "cram:TeaBox", "asked", "engine", "", kind="object")
     trace.add(node, "object_1", "floor", "impossible", "objects", "nothing has a vrps:Hole", kind="object")

@@ -128,5 +128,5 @@ def test_what_is_no_length(value: Any) -> None:
 
 def test_turns_are_about_fixed_axes() -> None:
     pose = PoseSpec(roll="90 deg", yaw="90 deg").pose()  # type: ignore[arg-type]
-    assert pose.turn((0, 1, 0)) == pytest.approx((0, 0, 1), abs=1e-12), "first about x"
-    assert pose.turn((1, 0, 0)) == pytest.approx((0, 1, 0), abs=1e-12), "then about z"
+    assert pose.rotate((0, 1, 0)) == pytest.approx((0, 0, 1), abs=1e-12), "first about x"
+    assert pose.rotate((1, 0, 0)) == pytest.approx((0, 1, 0), abs=1e-12), "then about z"

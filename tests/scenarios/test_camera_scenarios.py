@@ -256,7 +256,7 @@ def test_a_camera_without_noise_measures_exactly(world: World) -> None:
     from cramlite.model import Camera, Intrinsics
 
     knowledge = Engine().knowledge
-    camera = Camera(Pose((0.2, 0, 1.0), (0, 1, 0, 0)), intrinsics=Intrinsics.of_size(64, 48), noise=False)
+    camera = Camera(Pose((0.2, 0, 1.0), (0, 1, 0, 0)), intrinsics=Intrinsics.from_field_of_view(64, 48), noise=False)
     views = [
         knowledge.simulator.look(world, knowledge.robots, replace(camera, noise=noise), seed=s)
         for noise, s in ((False, 1), (False, 2), (True, 1), (True, 2))

@@ -34,7 +34,7 @@ def hook(world: World) -> Thing:
     return world.thing("hook")
 
 
-@pytest.mark.parametrize("seed", ["0", "2", "13", FAR])
+@pytest.mark.parametrize("seed", ["0", *(pytest.param(s, marks=pytest.mark.heavy) for s in ("2", "13")), FAR])
 def test_the_product_hangs_although_the_hanger_is_elsewhere(seed: str, tmp_path: Path) -> None:
     done = resolve("hang_onto_hanger", tmp_path / "run", "--seed", seed, "--json")
     assert done.returncode == 0, done.stderr
@@ -107,7 +107,9 @@ def test_without_force_control_the_watchdog_stops_it(tmp_path: Path) -> None:
     assert re.search(r"execution: halted .*: force 6\d(\.\d+)? N > 60 N", run.stderr)
 
 
+@pytest.mark.heavy
 def test_a_hole_of_7_mm_jams_on_the_bent_tip(tmp_path: Path) -> None:
+    """A minute and a half of robot time: the task begins again, and jams again."""
     tight = variant(tmp_path, ONCE, ("hole_diameter: 9 mm", "hole_diameter: 7 mm"))
     run = resolve(tight, tmp_path / "run", "--seed", FAR)
     assert run.returncode == 1, run.stderr

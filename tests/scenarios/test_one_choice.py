@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite import Budget, Engine, Entry, Finished, Trace, failure_text, find_scenario, read_scenario, trace_text
 from cramlite.base.json_text import as_json, plain_json
@@ -211,7 +212,7 @@ PLAIN = st.recursive(
 )
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @given(PLAIN)
 def test_json_has_no_infinity(value: object) -> None:
     for text in (as_json({"value": value}), plain_json([Entry(1, 0, 1, "a", "b", "chosen", "c", "d", float("inf")), value])):

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite import Budget, Engine, read_scenario
 from cramlite.model import Pose, Rollout
@@ -60,7 +61,7 @@ def test_the_same_shape_that_is_no_vessel_is_tilted_on_the_quickest_way(tmp_path
     assert most_tilted(rollout) > 15.0
 
 
-@settings(deadline=None, max_examples=40)
+@examples(40)
 @given(st.tuples(numbers, numbers, numbers), st.tuples(numbers, numbers, numbers), st.floats(-3, 3), st.booleans())
 def test_a_way_between_upright_poses_is_upright_and_keeps_its_height(
     a: tuple[float, float, float], b: tuple[float, float, float], yaw: float, around: bool

@@ -66,6 +66,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Installed:
     return Installed(folder, {p["name"]: p for p in listed}, said)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_new_package_is_installed_listed_and_tested(kind: str, installed: Installed) -> None:
     plugin = installed.plugins[NAMES[kind]]

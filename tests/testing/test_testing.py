@@ -154,7 +154,8 @@ def test_relations_and_kinds_of_shipped_plugins() -> None:
 
 
 OWN = """
-from cramlite import *
+from cramlite.model import *
+from cramlite.plugin import *
 class Levitating(TaskType):
     task, summary = "x:Levitating", "rise"
     def decompose(self, action, belief):

@@ -1,4 +1,4 @@
-"""From transforms between frames, as recorded, to tracks in the world frame, with repairs reported."""
+"""Conversion of recorded transforms between frames to tracks in the world frame, with repairs reported."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FARTHEST = 6.4e6
 
 
 class Rows(Value):
-    """The recorded transforms of one child frame.
+    """Recorded transforms of one child frame.
 
     Args:
         times: (N,) [s].
@@ -33,11 +33,12 @@ class Rows(Value):
     trusted: bool = True
 
     def where(self, keep: NDArray[np.bool_]) -> Rows:
+        """Return the rows that a mask (N,) selects."""
         return Rows(self.times[keep], self.poses[keep], self.parents[keep], self.names, self.trusted)
 
 
 def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair, ...]]:
-    """Tracks of all frames in the frame at the root of the tree, and what had to be repaired."""
+    """Return the tracks of all frames in the root frame of the transform tree, and what had to be repaired."""
     inner = {n for r in rows.values() for n in r.names}
     clean: dict[str, Rows] = {}
     repairs: list[Repair] = []
@@ -131,7 +132,7 @@ def _piece(rows: Rows, start: int, end: int, total: int, tracks: dict[str, Track
 
 
 def compose(a: Floats, b: Floats) -> Floats:
-    """Poses (N, 7) a followed by poses (N, 7) b."""
+    """Compose poses (N, 7): the transforms a followed by b."""
     wa, ua, wb, ub = a[:, 3:4], a[:, 4:], b[:, 3:4], b[:, 4:]
     turned = np.cross(ua, b[:, :3])
     position = a[:, :3] + b[:, :3] + 2 * wa * turned + 2 * np.cross(ua, turned)

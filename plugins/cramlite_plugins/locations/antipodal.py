@@ -2,7 +2,7 @@
 
 A line along the closing direction meets each convex primitive in one interval; the union of the intervals around
 the pinch point ends in the contact pair. Pads can hold it when both normals lie in the friction cone about the line
-(Nguyen, Constructing Force-Closure Grasps, IJRR 7(3), 1988). Tool frame: z approach, y closing, as ``cramlite.Gripper``.
+(Nguyen, Constructing Force-Closure Grasps, IJRR 7(3), 1988). Tool frame: z approach, y closing, as ``cramlite.model.Gripper``.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Pinch(Value):
 
 def pinch(shape: Body, pose: Pose) -> Pinch | None:
     """The contact pair on the closing line through a TCP pose; None where the line misses the shape."""
-    way = pose.turn((0.0, 1.0, 0.0))
+    way = pose.rotate((0.0, 1.0, 0.0))
     low, high, ends = _around(shape, np.asarray(pose.position), way)
     if not ends:
         return None
@@ -87,7 +87,7 @@ def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
 
     A thin thing that lies on a table is gripped so.
     """
-    met = next(spans(body([geom]), np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))), None)
+    met = next(spans(body([geom]), np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0))), None)
     if met is None:
         return None
     back = gripper.pad[1] / 2 + BEFORE - met[1]
@@ -98,7 +98,7 @@ def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
 def by_tips(geom: Geom, pose: Pose, gripper: Gripper) -> tuple[Pose, float] | None:
     """The pose drawn back until the pads overlap the geom by twice ``TIPS``, and how far before it the contacts then are;
     None where it is as far back already. A rim above a floor is gripped so."""
-    met = next(spans(body([geom]), np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))), None)
+    met = next(spans(body([geom]), np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0))), None)
     ahead = gripper.pad[1] / 2 - TIPS
     back = met[0] + TIPS - ahead if met is not None else 0.0
     return (pose * Pose((0.0, 0.0, back)), ahead) if back < -0.002 else None
@@ -109,7 +109,7 @@ def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, fl
 
     As deep as the hand is; drawn back until the pads end before the far side; and by the tips of the pads.
     """
-    point, way = np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0))
+    point, way = np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0))
     low, high, _ = _around(shape, point, way)
     deepest = min(0.0, low + gripper.depth - DEEP)
     yield pose * Pose((0.0, 0.0, deepest)), 0.0, ""
@@ -167,7 +167,7 @@ def _around(shape: Body, point: Floats, way: Floats) -> tuple[float, float, tupl
 def coverage(shape: Body, pose: Pose, width: float, gripper: Gripper) -> float:
     """Rays over the pad, along the closing direction: the share that meets the shape between the pads."""
     half, reach = 0.45 * gripper.pad[0], 0.45 * gripper.pad[1]
-    way, hits = pose.turn((0.0, 1.0, 0.0)), 0
+    way, hits = pose.rotate((0.0, 1.0, 0.0)), 0
     grid = list(itertools.product(np.linspace(-half, half, 3), np.linspace(-reach, reach, 3)))
     for x, z in grid:
         met = [s for s in spans(shape, pose.apply((x, 0.0, z)), way) if s[1] > -width / 2 and s[0] < width / 2]
@@ -185,11 +185,11 @@ def _slant(geom: Geom, contact: Floats, way: Floats) -> float:
     elif geom.shape == "convex":
         planes = hull_planes(geom.corners)
         here = planes[planes[:, :3] @ p + planes[:, 3] > -2 * SKIN][:, :3]
-        turns = np.abs(here @ geom.pose.inverse().turn(way))
+        turns = np.abs(here @ geom.pose.inverse().rotate(way))
         normal = here[int(np.argmax(turns))] if len(here) else np.ones(3)
     elif abs(p[2]) >= geom.size[1] - SKIN and geom.shape == "cylinder":
         normal = np.array([0.0, 0.0, 1.0])
     else:
         normal = p - (0, 0, float(np.clip(p[2], -geom.size[1], geom.size[1])))
-    cosine = abs(float(geom.pose.turn(normal) @ way)) / max(float(np.linalg.norm(normal)), 1e-9)
+    cosine = abs(float(geom.pose.rotate(normal) @ way)) / max(float(np.linalg.norm(normal)), 1e-9)
     return math.acos(min(1.0, cosine))

@@ -62,7 +62,7 @@ class Grip(Value):
     @property
     def likeness(self) -> tuple[float, ...]:
         """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
-        down = float(self.pose.turn((0.0, 0.0, 1.0))[2])
+        down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
         return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
 
 
@@ -101,7 +101,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         if isinstance(off, str):
             yield Refused(grip.name, f"at the pre-grasp: {off}")
             continue
-        place = Place(at, before, opening, tuple(at.turn((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
+        place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
         yield Grounding(
             place,
             f"{grip.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre,"

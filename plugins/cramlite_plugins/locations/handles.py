@@ -38,8 +38,8 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     upright = thing.joint.kind == "hinge"
     for k, turn in enumerate((0.0, 180.0)):
         # the handle's z comes out, its x is up: the tool's z goes in, its y across the bar
-        across = handle.pose.turn((0, 1, 0) if upright else (1, 0, 0))
-        into = handle.pose.turn((0, 0, -1))
+        across = handle.pose.rotate((0, 1, 0) if upright else (1, 0, 0))
+        into = handle.pose.rotate((0, 0, -1))
         at = belief.pose(thing.name) * Pose.from_axes(handle.pose.position, into, np.cross(across, into))
         at = at * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
         name, before = f"across the handle, turned {turn:.0f} deg", at * Pose((0, 0, -STANDOFF))
@@ -48,7 +48,7 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         if isinstance(off, str):
             yield Refused(name, off)
             continue
-        place = Place(at, before, opening, tuple(at.turn((0, 0, 1))), thing=thing.name, values={"width_m": width})
+        place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": width})
         yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide", 0.1 * k, key=name)
 
 

@@ -85,5 +85,5 @@ def _gap(thing: Thing, belief: Belief) -> float:
     if belief.at is not None or (belief.held and belief.held.thing == thing.name):
         return 0.0
     centre = belief.pose(thing.name).position
-    radius = max((math.dist((0, 0, 0), g.pose.position) + g.radius for g in thing.geoms), default=0.0)
+    radius = max((math.dist((0, 0, 0), g.pose.position) + g.bounding_radius for g in thing.geoms), default=0.0)
     return math.hypot(*centre) - radius

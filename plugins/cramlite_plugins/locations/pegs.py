@@ -160,4 +160,4 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     end = root.apply((0, 0, length))
     over = np.array((base * tip.pose).position) - end if tip else np.zeros(3)
     hole_at = np.array((thing * hole.pose).position)
-    return Peg(np.array(root.position), root.turn((0, 0, 1)), length, over, (diameter - thickness) / 2, hole_at)
+    return Peg(np.array(root.position), root.rotate((0, 0, 1)), length, over, (diameter - thickness) / 2, hole_at)

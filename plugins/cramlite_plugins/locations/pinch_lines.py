@@ -118,7 +118,7 @@ def _points(parts: list[Geom]) -> Iterator[tuple[Floats, Floats]]:
         corners = np.asarray(geom.corners)
         for plane in hull_planes(geom.corners):
             face = corners[np.abs(corners @ plane[:3] + plane[3]) < 1e-6]
-            normal = geom.pose.turn(plane[:3])
+            normal = geom.pose.rotate(plane[:3])
             for point in _on(face, plane[:3]):
                 yield geom.pose.apply(point), normal
 

@@ -42,7 +42,7 @@ class Wanted(Value):
     Args:
         entity, feature, target: what it is put on or in, and the pose of that feature.
         scene: the planning scene.
-        where: further constraints, by name (``cramlite.scenario.task_specs.WhereSpec``).
+        where: further constraints, by name (the keys of ``where`` in scenario files).
     """
 
     thing: Thing
@@ -170,7 +170,7 @@ def _eye(asked: Any, wanted: Wanted) -> tuple[Floats | None, Floats | None, floa
     if camera is None or camera.mount is not None:
         return None, None, 0.0
     pose = base * camera.pose
-    return np.asarray(pose.position), pose.turn((0.0, 0.0, 1.0)), camera.intrinsics.narrowest
+    return np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0)), camera.intrinsics.min_half_field_of_view
 
 
 def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:

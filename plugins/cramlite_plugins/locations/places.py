@@ -35,7 +35,7 @@ def _retreat(location: Location, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import shift, tcp
 
     here = tcp(belief, context)
-    ways = [("back", here.turn((0, 0, -1))), ("up", np.array([0.0, 0.0, 1.0]))]
+    ways = [("back", here.rotate((0, 0, -1))), ("up", np.array([0.0, 0.0, 1.0]))]
     yield from _reachable(
         [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK], belief, context
     )

@@ -63,7 +63,7 @@ def _ways(now: Pose, target: Pose) -> list[tuple[float, float]]:
     """Lips (azimuth in the vessel's frame) and headings (in the base frame) [rad]; first those that turn the vessel least
     from how it would face the other one, as it faces the robot now."""
     facing = math.atan2(target.position[1], target.position[0]) - math.atan2(now.position[1], now.position[0])
-    yaw = math.atan2(float(now.turn((1, 0, 0))[1]), float(now.turn((1, 0, 0))[0])) + facing
+    yaw = math.atan2(float(now.rotate((1, 0, 0))[1]), float(now.rotate((1, 0, 0))[0])) + facing
     lips = [math.radians(a) for a in TURNS]
     ways = [(abs(math.radians(t)), lip, yaw + lip + math.radians(t)) for lip in lips for t in TURNS]
     ways.sort(key=lambda w: round(w[0], 6))
@@ -93,9 +93,9 @@ def tilted(
     for k in range(count + 1):
         angle = parameters["tilt_rad"] * k / count
         turn = Pose.from_rotvec((0, 0, 0), (-angle * float(way[1]), angle * float(way[0]), 0.0)) * stand
-        below = float(turn.turn(rim)[2]) - lowest(source, turn)
+        below = float(turn.rotate(rim)[2]) - lowest(source, turn)
         up = np.array([0.0, 0.0, max(parameters["height_m"], CLEAR + below)])
-        place = over + up - turn.turn(rim)
+        place = over + up - turn.rotate(rim)
         yield Pose((float(place[0]), float(place[1]), float(place[2])), turn.quaternion)
 
 

@@ -67,7 +67,7 @@ def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def _ways(pose: Pose) -> list[Floats]:
     """The horizontal directions of a thing's own x and y axes, outwards from the robot first."""
     out = np.array([*pose.position[:2], 0.0])
-    x = pose.turn((1.0, 0.0, 0.0))
+    x = pose.rotate((1.0, 0.0, 0.0))
     angle = math.atan2(float(x[1]), float(x[0]))
     turns = [angle + k * math.pi / 2 for k in range(4)]
     ways = [np.array([math.cos(a), math.sin(a), 0.0]) for a in turns]

@@ -49,7 +49,7 @@ class Load(Value):
 
     def tilt(self, tcp: Pose) -> float:
         """Angle between the load's z axis and the vertical [rad]."""
-        return float(math.acos(np.clip((tcp * self.in_tcp).turn((0.0, 0.0, 1.0)) @ self.up, -1.0, 1.0)))
+        return float(math.acos(np.clip((tcp * self.in_tcp).rotate((0.0, 0.0, 1.0)) @ self.up, -1.0, 1.0)))
 
 
 def load(belief: Belief, context: Context) -> Load | None:
@@ -60,7 +60,7 @@ def load(belief: Belief, context: Context) -> Load | None:
     limits = [float(v) for v in context.taxonomy.fillers(thing.type, PROPERTY)]
     if not limits:
         return None
-    x, y, z = belief.base().inverse().turn((0.0, 0.0, 1.0)).tolist()
+    x, y, z = belief.base().inverse().rotate((0.0, 0.0, 1.0)).tolist()
     return Load(thing.name, math.radians(min(limits)) - SLACK, belief.held.tcp_to_thing, (x, y, z))
 
 

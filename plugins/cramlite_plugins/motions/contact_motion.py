@@ -81,7 +81,7 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     lengths = np.linalg.norm(legs, axis=1)
     frame = frame_along(legs[int(np.argmax(lengths))])
     speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
-    x, y, _ = frame.inverse().turn((0.0, 0.0, carried(motion, belief)))
+    x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
     step = ForceMove(
         place.path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
@@ -230,8 +230,8 @@ def force_extract(motion: Motion, belief: Belief, context: Context) -> Found:
     corners = np.array([tcp(belief, context).position, *(c.position for c in place.path)])
     legs = np.diff(corners, axis=0)
     frame = frame_along(legs[int(np.argmax(np.linalg.norm(legs, axis=1)))])
-    x, y, _ = frame.inverse().turn((0.0, 0.0, carried(motion, belief)))
-    way = float((corners[-1] - corners[0]) @ np.array(frame.turn((0.0, 0.0, 1.0))))
+    x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
+    way = float((corners[-1] - corners[0]) @ np.array(frame.rotate((0.0, 0.0, 1.0))))
     speed, force = value(motion, "speed_m_s"), value(motion, "force_n")
     step = ForceExtract(
         frame, force, (float(x), float(y)), way, speed, value(motion, "force_limit_n"), timeout(way, speed), points[-1],

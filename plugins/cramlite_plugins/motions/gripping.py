@@ -8,7 +8,18 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Gripper, Held, Motion, Pose, SetGripper, SetPayload, chain, thing_of
+from cramlite.model import (
+    Belief,
+    Estimate,
+    Gripper,
+    Held,
+    Motion,
+    Pose,
+    SetGripper,
+    SetPayload,
+    enclosing_names,
+    thing_of,
+)
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
 from .motion_kinds import value
@@ -37,7 +48,7 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
 
     place, gripper = place_of(motion, context), context.robot.gripper
     width = place.values.get("width_m", 0.0)
-    force, why = grip(belief.world.thing(place.thing), value(motion, "force_n"), context, tuple(chain(motion.name)))
+    force, why = grip(belief.world.thing(place.thing), value(motion, "force_n"), context, tuple(enclosing_names(motion.name)))
     expect = motion.parameters.get("expect", "any")
     comment = "; ".join(filter(None, (motion.reason, why)))
     step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=comment)
@@ -125,7 +136,7 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
     if mass > context.robot.payload:
         load_of = [n for n, v in context.bindings.items() if belief.held and v == belief.held.thing]
         reason = f"{mass:.2f} kg on the flange, gripper included, > {context.robot.payload:g} kg that '{context.robot.type}' carries"
-        because = (*load_of, *chain(motion.name)) if load_of else ()  # places and grasps change no mass
+        because = (*load_of, *enclosing_names(motion.name)) if load_of else ()  # places and grasps change no mass
         raise Unresolvable(reason, because, {"load_kg": mass, "payload_kg": context.robot.payload})
     center = (float(moment[0] / mass), float(moment[1] / mass), float(moment[2] / mass))
     step = SetPayload(mass, center, origin=motion.name, comment=motion.reason)

@@ -45,7 +45,7 @@ class Known(Value):
 
 def known(class_: str, property_: str, context: Context, of: str = "") -> Known | None:
     """What the nearest class says of a property; None if nothing is said."""
-    for said_of, said in context.taxonomy.said(class_, property_):
+    for said_of, said in context.taxonomy.restrictions_on(class_, property_):
         if isinstance(said.filler, float):
             source = f"{said.source} [{said.file}]" if said.source else f"[{said.file}]"
             return Known(said.filler, of or class_, said_of, source)

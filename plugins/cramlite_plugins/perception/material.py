@@ -17,7 +17,7 @@ def known_material(model: str, kind: str, taxonomy: Any) -> tuple[str, str] | No
     own = entries().get(model, {}).get("material")
     if own is not None:
         return str(own), f"the entry of '{model}'"
-    said = taxonomy.said(kind, PROPERTY)
+    said = taxonomy.restrictions_on(kind, PROPERTY)
     return (str(said[0][1].filler), f"every {said[0][0]}") if said else None
 
 

@@ -1,1 +1,1 @@
-"""Predicates that rules may use: relations, motions, phases of poses."""
+"""Predicates that rules may use: relations, motions, places."""

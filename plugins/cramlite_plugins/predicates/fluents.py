@@ -1,5 +1,4 @@
-"""How the shipped relations begin and end when tasks change them, what holds of them in a world, and the goals that ask
-for them: what planning needs of the predicates, beside what they are in a recording."""
+"""Fluents, static definitions and goal phrases of the shipped predicates: what planning needs of them."""
 
 from __future__ import annotations
 
@@ -19,37 +18,37 @@ STANDS = ("is", "hangs", "stands", "lies")
 
 
 def is_effector(_scene: SymbolicWorld, entity: str) -> bool:
-    """effector(X)."""
+    """Evaluate effector(X) in a symbolic world."""
     return entity == EFFECTOR
 
 
 def is_thing(scene: SymbolicWorld, entity: str) -> bool:
-    """thing(X)."""
+    """Evaluate thing(X) in a symbolic world."""
     return entity in scene.types and entity == thing_of(entity)
 
 
 def is_a(scene: SymbolicWorld, entity: str, class_: str) -> bool:
-    """isa(X, Class)."""
+    """Evaluate isa(X, Class) in a symbolic world."""
     return scene.taxonomy.is_a(HAND, class_) if entity == EFFECTOR else scene.is_a(entity, class_)
 
 
 def has(scene: SymbolicWorld, entity: str, class_: str) -> bool:
-    """has(X, Class): it is one, or a part of it is."""
+    """Evaluate has(X, Class) in a symbolic world: it is one, or a part of it is."""
     return is_a(scene, entity, class_) or scene.has(entity, class_)
 
 
 def is_part(_scene: SymbolicWorld, thing: str, part: str) -> bool:
-    """part(Thing, Part)."""
+    """Evaluate part(Thing, Part) in a symbolic world."""
     return thing_of(part) == thing != part
 
 
 def in_chain(scene: SymbolicWorld, entity: str) -> bool:
-    """chain(X): the hand, what it holds, and the parts of that."""
+    """Evaluate chain(X) in a symbolic world: the hand, what it holds, and the parts of that."""
     return thing_of(entity) in {EFFECTOR, *scene.held}
 
 
 def constrained_dof(scene: SymbolicWorld, thing: str, _other: str) -> float:
-    """constrained_dof(Thing, Other): the most that any part of the thing takes, by its class."""
+    """Evaluate constrained_dof(Thing, Other): the most degrees of freedom that any part of the thing takes, by its class."""
     classes = (class_ for entity, class_ in scene.types.items() if thing in (entity, thing_of(entity)))
     said = (f for c in classes for f in scene.taxonomy.fillers(c, "cram:constrainedDof"))
     return max((float(f) for f in said), default=DEFAULT_DOF)

@@ -1,4 +1,4 @@
-"""Predicates about motion: what moved while an action lasted, and how far."""
+"""Predicates on motion: what moved while an action lasted, and how far."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ _RUN: frozenset[PhaseName] = frozenset({"run"})
 
 
 def all_predicates() -> tuple[Predicate, ...]:
+    """Return the predicates of this module."""
     of_joints = partial(Predicate, possible=_has_joints)
     return (
         Predicate("arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm."),
@@ -81,15 +82,17 @@ def _has_joints(timeline: Timeline) -> bool:
 
 
 def arm_moves(phase: Phase) -> Iterator[Row]:
-    """arm_moves(): the largest distance from where the effector began, so that there-and-back motion
-    counts; the published rule compares end points only."""
+    """Evaluate arm_moves(): the largest distance from where the effector began [m].
+
+    So there-and-back motion counts; the published rule compares end points only.
+    """
     motion = _motion(phase, phase.episode.effector or "")
     if motion is not None and motion.leaves(phase.start, phase.end, ARM_MOVED):
         yield ()
 
 
 def gripper_moves(phase: Phase) -> Iterator[Row]:
-    """gripper_moves(): spread of the finger tips' distance over the action."""
+    """Evaluate gripper_moves(): the range of the finger tips' distance over the action [m]."""
     opening = _opening(phase)
     if opening is not None:
         least, largest = opening.over(phase.start, phase.end)
@@ -98,7 +101,7 @@ def gripper_moves(phase: Phase) -> Iterator[Row]:
 
 
 def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """moves(Thing): anywhere during the action."""
+    """Evaluate moves(Thing): anywhere during the action."""
     for name in _candidates(phase, thing):
         motion = _motion(phase, name)
         if motion is not None and (
@@ -108,8 +111,10 @@ def moves(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def driven(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """driven(Thing): displaced from start to end, within 60 deg of the effector's own displacement: what falls
-    away from an opening hand is not pushed."""
+    """Evaluate driven(Thing): displaced from start to end, within 60 deg of the effector's own displacement.
+
+    What falls away from an opening hand is not pushed.
+    """
     hand = _motion(phase, phase.episode.effector or "")
     for name in _candidates(phase, thing) if hand is not None else []:
         mine, its = _displacement(hand, phase), _displacement(_motion(phase, name), phase)
@@ -124,7 +129,7 @@ def _displacement(motion: Motion | None, phase: Phase) -> Floats:
 
 
 def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """tilts(Thing): away from the attitude it had at the start of the recording."""
+    """Evaluate tilts(Thing): away from the attitude it had at the start of the recording."""
     for name in _candidates(phase, thing):
         track = phase.episode.tracks[name]
         upright = track.at(float(track.times[0])).rotation[:, 2]
@@ -135,41 +140,41 @@ def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def gripper_closed(phase: Phase) -> Iterator[Row]:
-    """gripper_closed(): at the instant, or all through."""
+    """Evaluate gripper_closed(): at the instant, or all through."""
     share = _share(phase)
     if share is not None and share[1] < CLOSED:
         yield ()
 
 
 def gripper_open(phase: Phase) -> Iterator[Row]:
-    """gripper_open(): at the instant, or all through."""
+    """Evaluate gripper_open(): at the instant, or all through."""
     share = _share(phase)
     if share is not None and share[0] > OPENED:
         yield ()
 
 
 def joint_rises(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """joint_rises(Thing): the value at the end against that at the start."""
+    """Evaluate joint_rises(Thing): the value at the end against that at the start."""
     yield from ((n,) for n, values in _joints(phase, thing) if values[-1] - values[0] > JOINT_CLOSED)
 
 
 def joint_falls(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """joint_falls(Thing): the value at the end against that at the start."""
+    """Evaluate joint_falls(Thing): the value at the end against that at the start."""
     yield from ((n,) for n, values in _joints(phase, thing) if values[0] - values[-1] > JOINT_CLOSED)
 
 
 def joint_closed(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """joint_closed(Thing)."""
+    """Evaluate joint_closed(Thing)."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.max() <= JOINT_CLOSED)
 
 
 def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """joint_open(Thing)."""
+    """Evaluate joint_open(Thing)."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= JOINT_OPEN)
 
 
 def parked(phase: Phase) -> Iterator[Row]:
-    """parked(): against the episode's extra "park", the park state's joint values [rad]."""
+    """Evaluate parked(): against the episode's extra "park", the park state's joint values [rad]."""
     extras = phase.episode.extras
     if {"joints", "times", "park"} <= set(extras) and extras["joints"].ndim == 2:
         joints = _within(extras["times"], extras["joints"], phase)

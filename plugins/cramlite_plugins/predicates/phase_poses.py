@@ -1,4 +1,4 @@
-"""Where entities are at a time of an episode, how big they are, and how far from one another; each is computed once."""
+"""Poses, sizes and distances of entities in a phase of an episode; each is computed once."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ Box = tuple[Vector3, Vector3]
 
 
 def things(phase: Phase) -> tuple[str, ...]:
+    """Return the names of the things of an episode."""
     memo = phase.timeline.memo
     if "things" not in memo:
         effectors = set(phase.timeline.entities_of("soma:PhysicalEffector")) | {phase.episode.effector}
@@ -26,7 +27,7 @@ def things(phase: Phase) -> tuple[str, ...]:
 
 
 def tips(timeline: Timeline) -> tuple[str, ...]:
-    """The finger tips of the effector that are tracked."""
+    """Return the finger tips of the effector that are tracked."""
     episode = timeline.episode
     if "tips" not in timeline.memo:
         own = (e.name for e in episode.entities if e.part_of is not None and e.part_of == episode.effector)
@@ -37,7 +38,7 @@ def tips(timeline: Timeline) -> tuple[str, ...]:
 
 
 def pose_of(phase: Phase, name: str, time: float) -> Pose | None:
-    """The pose of an entity; one that is tracked nowhere is looked up once."""
+    """Return the pose of an entity in the world frame; one that is tracked nowhere is looked up once."""
     timeline = phase.timeline
     if name not in timeline.entities and name not in phase.episode.tracks:
         return None
@@ -49,7 +50,7 @@ def pose_of(phase: Phase, name: str, time: float) -> Pose | None:
 
 
 def box_of(phase: Phase, name: str) -> Box | None:
-    """Lower and upper corner of an entity's box in its frame: of its shape, else of its size about its origin."""
+    """Return the lower and upper corner of an entity's box in its frame [m]: of its shape, else of its size about its origin."""
     memo = phase.timeline.memo
     if ("box", name) not in memo:
         memo["box", name] = _find_box(phase, name)
@@ -69,8 +70,8 @@ def _find_box(phase: Phase, name: str) -> Box | None:
     return _vector(-half), _vector(half)
 
 
-def seen_from(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
-    """Another entity's origin in an entity's frame."""
+def relative_position(phase: Phase, name: str, other: str, time: float) -> Vector3 | None:
+    """Return the position of another entity's origin in an entity's frame [m]."""
     pose, origin = pose_of(phase, name, time), pose_of(phase, other, time)
     if pose is None or origin is None:
         return None
@@ -78,8 +79,8 @@ def seen_from(phase: Phase, name: str, other: str, time: float) -> Vector3 | Non
     return _vector(offset)
 
 
-def gap_to(phase: Phase, name: str, other: str, time: float) -> float | None:
-    """Distance of another entity's origin from a thing's box [m]."""
+def distance_to_box(phase: Phase, name: str, other: str, time: float) -> float | None:
+    """Return the distance of another entity's origin from a thing's box [m]."""
     memo = phase.timeline.memo
     known = memo.get(("gaps", name, other))
     if known is None:
@@ -112,7 +113,7 @@ def _at_boundaries(phase: Phase, name: str) -> Floats | None:
 
 
 def rotations(quaternions: Floats) -> Floats:
-    """Rotation matrices (N, 3, 3) of quaternions (N, 4) as (w, x, y, z), of any length but 0."""
+    """Return the rotation matrices (N, 3, 3) of quaternions (N, 4) as (w, x, y, z), of any length but 0."""
     w, x, y, z = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -124,7 +125,7 @@ def rotations(quaternions: Floats) -> Floats:
 
 def _distance(phase: Phase, name: str, other: str, time: float) -> float | None:
     """Distance of another entity's origin from an entity's box [m]."""
-    point = seen_from(phase, name, other, time)
+    point = relative_position(phase, name, other, time)
     if point is None:
         return None
     low, high = box_of(phase, name) or ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Predicates about places: near, above, in view. They read poses and sizes."""
+"""Predicates on places: near, above, in view. They read poses and sizes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
 from . import fluents
-from .phase_poses import Box, box_of, gap_to, pose_of, seen_from, things, tips
+from .phase_poses import Box, box_of, distance_to_box, pose_of, relative_position, things, tips
 
 REACH = 0.15
 """[m] from the effector's frame to a thing's box: a recorded hand's frame is about 0.15 m from what it picks up."""
@@ -29,6 +29,7 @@ APPROACHED = 0.01
 
 
 def all_predicates() -> tuple[Predicate, ...]:
+    """Return the predicates of this module."""
     return (
         Predicate(
             "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."
@@ -83,12 +84,12 @@ def all_predicates() -> tuple[Predicate, ...]:
 
 
 def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
-    """thing(X)."""
+    """Evaluate thing(X)."""
     yield from ((name,) for name in things(phase))
 
 
 def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
-    """approaches(Thing): distance to its box at the end against that at the start."""
+    """Evaluate approaches(Thing): distance to its box at the end against that at the start."""
     for other in [name] if name is not None else things(phase):
         before, after = _from_hand(phase, other, phase.start), _from_hand(phase, other, phase.end)
         if before is not None and after is not None and before - after > APPROACHED:
@@ -96,7 +97,7 @@ def approaches(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
-    """within_reach(Thing), at the end of the phase."""
+    """Evaluate within_reach(Thing), at the end of the phase."""
     for other in [name] if name is not None else things(phase):
         gap = _from_hand(phase, other, phase.end)
         if gap is not None and gap < REACH:
@@ -104,8 +105,10 @@ def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
 
 
 def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
-    """between_fingers(Thing), at the end of the phase: the line between two finger tips meets its shape, or its box where
-    no more is known."""
+    """Evaluate between_fingers(Thing), at the end of the phase.
+
+    The line between two finger tips meets its shape, or its box where no more is known.
+    """
     ends = [pose_of(phase, tip, phase.end) for tip in tips(phase.timeline)[:2]]
     if len(ends) < 2 or any(e is None for e in ends):
         return
@@ -132,29 +135,35 @@ def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:
 
 
 def in_or_above(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """in_or_above(Thing, Place): Thing's origin, in Place's frame, is within its box seen from above and over its
-    bottom. Places without a size are left out."""
+    """Evaluate in_or_above(Thing, Place).
+
+    Thing's origin, in Place's frame, is within its box seen from above and over its bottom. Places without a size are
+    left out.
+    """
     for below in [place] if place is not None else things(phase):
         corners = box_of(phase, below)
         if corners is None:
             continue
         for above in [name] if name is not None else things(phase):
-            point = seen_from(phase, below, above, phase.end)
+            point = relative_position(phase, below, above, phase.end)
             if above != below and point is not None and _over(point, *corners):
                 yield above, below
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """near(Thing, Place): from Thing's origin to Place's box."""
+    """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box."""
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
-            gap = gap_to(phase, other, one, phase.end)
+            gap = distance_to_box(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR:
                 yield one, other
 
 
 def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """stands_at(Base, Place): from outline to outline on the floor, at the end of the phase; without a size, an origin."""
+    """Evaluate stands_at(Base, Place), at the end of the phase.
+
+    The distance is from outline to outline on the floor; without a size, from an origin.
+    """
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
             here, there = pose_of(phase, one, phase.end), pose_of(phase, other, phase.end)
@@ -165,7 +174,7 @@ def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row
 
 
 def apart(one: Pose, box: Box, other: Pose, its: Box) -> float:
-    """The distance of two boxes (lowest and highest corner, each in its own frame) seen from above [m].
+    """Return the distance of two boxes (lowest and highest corner, each in its own frame) seen from above [m].
 
     Points of one's outline, a tenth of a side apart, are measured against the other, whose z axis is upright or level.
     """
@@ -195,8 +204,11 @@ def _upright(corners: Floats, pose: Pose) -> tuple[Floats, Floats]:
 
 
 def in_view(phase: Phase, name: str | None) -> Iterator[Row]:
-    """in_view(Thing): the camera looks along its z axis (the optical frame of ROS REP 103); the way to the thing's origin,
-    or to one of the corners of its box, drawn in by a tenth, is free of other things whose shapes are known."""
+    """Evaluate in_view(Thing): the camera sees it.
+
+    It looks along its z axis (the optical frame of ROS REP 103); the way to the thing's origin, or to one of the
+    corners of its box, drawn in by a tenth, is free of other things whose shapes are known.
+    """
     for camera in phase.timeline.entities_of("cram:Camera"):
         eye = pose_of(phase, camera, phase.end)
         for other in [name] if name is not None else things(phase):
@@ -224,13 +236,13 @@ def _hidden(phase: Phase, name: str, eye: Pose) -> bool:
 
 
 def pose_known(phase: Phase, name: str | None) -> Iterator[Row]:
-    """pose_known(Thing): it has an initial pose, or was tracked at or before the phase's end."""
+    """Evaluate pose_known(Thing): it has an initial pose, or was tracked at or before the phase's end."""
     yield from ((other,) for other, since in phase.timeline.located.items() if since <= phase.end)
 
 
 def _from_hand(phase: Phase, name: str, time: float) -> float | None:
     """Distance of the effector's frame from a thing's box [m]."""
-    return gap_to(phase, name, phase.episode.effector or "", time)
+    return distance_to_box(phase, name, phase.episode.effector or "", time)
 
 
 def _over(point: Vector3, low: Vector3, high: Vector3) -> bool:

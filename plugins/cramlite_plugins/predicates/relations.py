@@ -1,8 +1,8 @@
-"""The predicates that the shipped rules ask for. Each is one relation over an episode's phase.
+"""Predicates on relations, from the states of an episode, and the hook that declares all shipped predicates.
 
 Conditions of contact, support and grasp come from the states alone; they are three separate
 relations: being grasped is not being supported. Motion comes from the tracks
-(see motion_predicates.py), places from poses and shapes (see place_predicates.py).
+(see motion.py), places from poses and shapes (see places.py).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def all_predicates() -> tuple[Predicate, ...]:
-    """Every predicate of this package, for the hook ``predicates``."""
+    """Return every predicate of this package, for the hook ``predicates``."""
     return (
         *_of_states(),
         Predicate(
@@ -100,12 +100,12 @@ def _of_states() -> tuple[Predicate, ...]:
 
 @hookimpl
 def predicates() -> Iterable[Predicate]:
-    """The hook's answer."""
+    """Declare the shipped predicates."""
     return all_predicates()
 
 
 def effector(phase: Phase, _name: str | None) -> Iterator[Row]:
-    """effector(Gripper): the episode's effector; without one, every prehensile effector that is no part of another."""
+    """Evaluate effector(Gripper): the episode's effector; without one, every prehensile effector that is no part of another."""
     if phase.episode.effector is not None:
         yield (phase.episode.effector,)
         return
@@ -115,35 +115,38 @@ def effector(phase: Phase, _name: str | None) -> Iterator[Row]:
 
 
 def grasps(phase: Phase, _gripper: str | None, _thing: str | None) -> Iterator[Row]:
-    """grasps(Gripper, Thing): from cram:GraspState."""
+    """Evaluate grasps(Gripper, Thing), from cram:GraspState."""
     for state in phase.states("cram:GraspState"):
         if "gripper" in state.roles and "object" in state.roles:
             yield state.roles["gripper"], state.roles["object"]
 
 
 def supports(phase: Phase, _supporter: str | None, _supportee: str | None) -> Iterator[Row]:
-    """supports(Supporter, Supportee): from soma:SupportState. What supports or carries a part does so for the whole."""
+    """Evaluate supports(Supporter, Supportee), from soma:SupportState.
+
+    What supports or carries a part does so for the whole.
+    """
     for state in phase.states("soma:SupportState"):
         if "supporter" in state.roles and "supportee" in state.roles:
             yield from _lifted(phase, state.roles["supporter"], state.roles["supportee"])
 
 
 def contains(phase: Phase, _container: str | None, _content: str | None) -> Iterator[Row]:
-    """contains(Container, Content): from soma:ContainmentState."""
+    """Evaluate contains(Container, Content), from soma:ContainmentState."""
     for state in phase.states("soma:ContainmentState"):
         if "container" in state.roles and "content" in state.roles:
             yield state.roles["container"], state.roles["content"]
 
 
 def touches(phase: Phase, _a: str | None, _b: str | None) -> Iterable[Row]:
-    """touches(A, B): from soma:ContactState, both ways round; a contact of a part is one of the whole."""
+    """Evaluate touches(A, B), from soma:ContactState, both ways round; a contact of a part is one of the whole."""
     if "touches" not in phase.situation:
         phase.situation["touches"] = tuple(_contact_rows(phase, phase.states("soma:ContactState")))
     return phase.situation["touches"]  # type: ignore[no-any-return]
 
 
 def collides(phase: Phase, _a: str | None, _b: str | None) -> Iterator[Row]:
-    """collides(A, B): A belongs to the kinematic chain, B does not, and they touch.
+    """Evaluate collides(A, B): A belongs to the kinematic chain, B does not, and they touch.
 
     While an action lasts any contact counts, however short; the published rules saw only those
     that span the action.
@@ -157,7 +160,7 @@ def collides(phase: Phase, _a: str | None, _b: str | None) -> Iterator[Row]:
 
 
 def chain(phase: Phase, _name: str | None) -> Iterable[Row]:
-    """chain(X): the kinematic chain: effector, what it grasps, and the parts of both."""
+    """Evaluate chain(X): the kinematic chain: effector, what it grasps, and the parts of both."""
     if "chain" not in phase.situation:
         heads = {row[0] for row in effector(phase, None)}
         heads |= {thing for gripper, thing in grasps(phase, None, None) if gripper in heads}
@@ -167,7 +170,7 @@ def chain(phase: Phase, _name: str | None) -> Iterable[Row]:
 
 
 def isa(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
-    """isa(Thing, vrps:Peg)."""
+    """Evaluate isa(Thing, Class), e.g. isa(Thing, vrps:Peg)."""
     if class_ is None:
         return
     if thing is None:
@@ -177,7 +180,7 @@ def isa(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
 
 
 def has(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
-    """has(Thing, soma:Surface): it is one, has a part that is one, or its class says so (soma:hasFeature)."""
+    """Evaluate has(Thing, Class), e.g. soma:Surface: it is one, has a part that is one, or its class says so (soma:hasFeature)."""
     if class_ is None:
         return
     owners = {w for name in phase.timeline.entities_of(class_) for w in phase.timeline.wholes[name]}
@@ -188,14 +191,16 @@ def has(phase: Phase, thing: str | None, class_: str | None) -> Iterator[Row]:
 
 
 def part(phase: Phase, _thing: str | None, _part: str | None) -> Iterator[Row]:
-    """part(Thing, Part): Part belongs to Thing, directly or through other parts."""
+    """Evaluate part(Thing, Part): Part belongs to Thing, directly or through other parts."""
     for name, wholes in phase.timeline.wholes.items():
         yield from ((whole, name) for whole in wholes[1:])
 
 
 def constrained_dof(phase: Phase, thing: str | None, other: str | None) -> Iterator[Row]:
-    """constrained_dof(Thing, Other): the most that any part of Thing in contact with Other, or
-    supporting it, takes away; a peg in a hole takes four, a table top one."""
+    """Evaluate constrained_dof(Thing, Other): the most degrees of freedom that a part of Thing takes away.
+
+    The parts are those in contact with Other, or supporting it; a peg in a hole takes four, a table top one.
+    """
     if thing is None or other is None:
         return
     pairs = [*touches(phase, None, None), *supports(phase, None, None)]
@@ -204,7 +209,7 @@ def constrained_dof(phase: Phase, thing: str | None, other: str | None) -> Itera
 
 
 def on_container(phase: Phase, thing: str | None) -> Iterator[Row]:
-    """on_container(Thing): it touches, or is supported by, a soma:DesignedContainer or a part of one."""
+    """Evaluate on_container(Thing): it touches, or is supported by, a soma:DesignedContainer or a part of one."""
     containers = set(phase.timeline.entities_of("soma:DesignedContainer"))
     for a, b in [*touches(phase, None, None), *supports(phase, None, None)]:
         if thing in (None, b) and a in containers and a != b:
@@ -212,7 +217,7 @@ def on_container(phase: Phase, thing: str | None) -> Iterator[Row]:
 
 
 def labelled(phase: Phase, _task: str | None, _thing: str | None) -> Iterator[Row]:
-    """labelled(soma:Reaching, Thing): the event log itself says so of the action that spans the phase."""
+    """Evaluate labelled(Task, Thing): the event log itself says so of the action that spans the phase."""
     for event in phase.timeline.labelled:
         if event.start == phase.start and event.end == phase.end and "object" in event.roles:
             type_ = phase.taxonomy.resolve(event.type) or event.type

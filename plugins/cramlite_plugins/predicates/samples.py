@@ -1,4 +1,4 @@
-"""The samples of a signal that an action or an instant covers, found once for all boundaries of a timeline."""
+"""Window queries on sampled signals: the samples of an action or instant, found once for all boundaries of a timeline."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from cramlite.model import Floats, Track
 
 
 class Samples:
-    """A signal that holds between samples, cut where states and actions begin and end.
+    """Sampled signal that holds between samples, cut where states and actions begin and end.
 
     Args:
         times: (N,) ascending [s]; at least one.
@@ -29,14 +29,14 @@ class Samples:
         return np.maximum(self.times.searchsorted(times, side="right") - 1, 0)
 
     def row(self, time: float) -> int:
-        """The last sample at or before a time, or the first one."""
+        """Return the index of the last sample at or before a time, or of the first one."""
         found = self._rows.get(time)
         if found is None:
             found = self._rows[time] = max(int(self.times.searchsorted(time, side="right")) - 1, 0)
         return found
 
     def window(self, start: float, end: float) -> slice:
-        """The samples of [start, end): from the last one before it; never none."""
+        """Return the samples of [start, end): from the last one before it; never none."""
         first, last = self.row(start), self._ends.get(end)
         if last is None:
             last = self._ends[end] = int(self.times.searchsorted(end, side="left"))
@@ -44,8 +44,11 @@ class Samples:
 
     @cached_property
     def spans(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The windows between neighbouring cuts: for every sample of each its row and the row of the window's first
-        sample, one window after the other, and where each window begins in them."""
+        """Return the windows between neighbouring cuts, as flat arrays.
+
+        They are: for every sample of each window its row, and the row of the window's first sample, one window after
+        the other; and where each window begins in them.
+        """
         firsts = np.array([self._rows[a] for a in self._cuts[:-1]], dtype=int)
         sizes = np.maximum(np.array([self._ends[b] for b in self._cuts[1:]], dtype=int), firsts + 1) - firsts
         begins = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(int)
@@ -57,7 +60,7 @@ class Samples:
         return dict(pairwise(self._cuts))
 
     def pieces(self, start: float, end: float) -> list[float]:
-        """Where the windows between neighbouring cuts begin that make up [start, end); empty if none do."""
+        """Return where the windows between neighbouring cuts begin that make up [start, end); empty if none do."""
         if self._next.get(start) == end:
             return [start]
         found, at = [], start
@@ -67,12 +70,12 @@ class Samples:
         return found if at == end else []
 
     def by_start(self, values: np.ndarray) -> dict[float, float]:
-        """Values of the windows between neighbouring cuts, by their start."""
+        """Return the values of the windows between neighbouring cuts, by their start."""
         return dict(zip(self._cuts, values.tolist(), strict=False))
 
 
 class Motion(Samples):
-    """How far a frame gets from where it was when a window began.
+    """Displacement and rotation of a frame since the beginning of a window.
 
     Args:
         track: the frame's poses; at least one.
@@ -100,7 +103,7 @@ class Motion(Samples):
         return self.by_start(2 * np.arccos(np.minimum(least, 1.0)))
 
     def leaves(self, start: float, end: float, limit: float) -> bool:
-        """Whether the largest distance from where it was at the start is above a limit [m].
+        """Check whether the largest distance from where it was at the start is above a limit [m].
 
         Of a longer action, the first piece may already be enough, or all pieces together not enough (with 1 % to
         spare, so that rounding cannot matter); otherwise all samples are looked at.
@@ -115,7 +118,7 @@ class Motion(Samples):
         return bool(np.sqrt(np.einsum("ij,ij->i", offset, offset).max()) > limit)
 
     def turns(self, start: float, end: float, limit: float) -> bool:
-        """Whether the largest angle from how it was at the start is above a limit [rad]."""
+        """Check whether the largest angle from its orientation at the start is above a limit [rad]."""
         pieces = self.pieces(start, end)
         if len(pieces) == 1:
             return self._angles[start] > limit
@@ -124,7 +127,7 @@ class Motion(Samples):
 
 
 class Range(Samples):
-    """Least and largest value of a signal in a window.
+    """Minimum and maximum of a signal in a window.
 
     Args:
         times, cuts: see ``Samples``.
@@ -151,7 +154,7 @@ class Range(Samples):
         return self.by_start(np.maximum.reduceat(self.values[rows], begins) if len(begins) else self.values[:0])
 
     def over(self, start: float, end: float) -> tuple[float, float]:
-        """Least and largest value in [start, end), or the value at the instant."""
+        """Return the minimum and maximum in [start, end), or the value at the instant."""
         if start == end:
             value = self._values[self.row(start)]
             return value, value

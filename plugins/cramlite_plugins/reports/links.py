@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from cramlite.model import chain
+from cramlite.model import enclosing_names
 
 from .decisions import attempts
 from .readings import number_of
@@ -32,7 +32,7 @@ def look_name(number: int) -> str:
 
 def target(designator: str, known: Collection[str]) -> str:
     """The designator itself if it has a place, else the nearest one that it is part of; "" for none."""
-    return next((name for name in chain(designator) if name in known), "")
+    return next((name for name in enclosing_names(designator) if name in known), "")
 
 
 def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
@@ -43,7 +43,7 @@ def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
     """
     found: dict[str, list[tuple[int, int]]] = {}
     for number, step in enumerate(steps, 1):
-        for name in chain(step):
+        for name in enclosing_names(step):
             stretches = found.setdefault(name, [])
             if stretches and stretches[-1][1] == number - 1:
                 stretches[-1] = (stretches[-1][0], number)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from typing import TYPE_CHECKING
 
-from cramlite.model import Value, top_of
+from cramlite.model import Value, task_of
 from cramlite.plugin import ReportSection, hookimpl
 
 from .links import COMMENTS, steps_of, target, targets
@@ -62,8 +62,8 @@ def blocks(code: Code, known: Collection[str] = ()) -> Iterator[Block]:
     lines = list(_lines(code, known))
     start = 0
     for k in range(1, len(lines) + 1):
-        if k == len(lines) or top_of(lines[k].step) != top_of(lines[start].step):
-            yield Block(top_of(lines[start].step), tuple(lines[start:k]))
+        if k == len(lines) or task_of(lines[k].step) != task_of(lines[start].step):
+            yield Block(task_of(lines[start].step), tuple(lines[start:k]))
             start = k
 
 

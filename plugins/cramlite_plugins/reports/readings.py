@@ -30,4 +30,4 @@ def chosen_sequence(done: Finished) -> TaskSequence | None:
 def pair_up(found: Interpretation, sequence: TaskSequence | None) -> list[tuple[Interpreted, Match | None]]:
     """Each action with the task that the reading gives it; None where no task explains it."""
     matches = iter(sequence.matches if sequence is not None else ())
-    return [(action, None if action.hole else next(matches, None)) for action in found.actions]
+    return [(action, None if action.unexplained else next(matches, None)) for action in found.actions]

@@ -80,7 +80,7 @@ def arm_mjcf(
 
     Args:
         name: of the model.
-        dh, limits: as in ``cramlite.model.robot.Robot``.
+        dh, limits: as in ``cramlite.model.Robot``.
         base: shape of the part that does not move.
         tool: (body element for the flange, elements beside worldbody) of the gripper.
         apart: pairs of bodies whose shapes overlap although the real ones never meet.

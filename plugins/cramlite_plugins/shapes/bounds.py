@@ -2,7 +2,7 @@
 
 The support function of a convex shape says how far it reaches in a direction, max over its points x of x . way
 (Ericson: Real-Time Collision Detection, 2005, section 9.5); boxes around shapes follow from it. Radii and half-lengths
-are those of ``cramlite.model.world.Geom``.
+are those of ``cramlite.model.Geom``.
 """
 
 from __future__ import annotations

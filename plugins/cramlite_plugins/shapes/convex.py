@@ -30,9 +30,11 @@ BULGE = 0.12  # how much volume it may add to its piece
 SPARED = 0.02  # a hull that adds no more than this is taken whatever its depth
 SECTORS = 16  # wedges about a hole
 RIM = 1.6  # radius of what is cut into wedges, in radii of the hole
+OPEN = 0.95  # radius that no hull may reach into, in radii of the hole: the hulls of wedges reach to cos(pi / SECTORS) = 0.98
 SHARP = math.radians(15)  # concave edges above this are edges of a shape, not facets of a round one
 EVEN = 0.2  # how much the worst half counts beside the sum of both
 FINEST = 1e-6  # coordinates are rounded to this [m]
+NOTHING = 1e-12  # volumes up to this are left out [m3]
 
 
 class Bore(Value):
@@ -55,13 +57,14 @@ def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floa
     """
     body = solid(vertices, faces)
     pieces: list[Any] = []
+    light = manifold3d.Manifold.batch_boolean([_cylinder(b, OPEN) for b in bores], manifold3d.OpType.Add)
     for bore in bores:
-        column = _column(bore)
+        column = _cylinder(bore, RIM / math.cos(math.pi / SECTORS))
         pieces += [p for wedge in _wedges(bore) for p in _connected(body ^ column ^ wedge)]
         body = body - column
     box = np.asarray(np.stack([vertices.min(axis=0), vertices.max(axis=0)]))
     pieces += _connected(body)
-    hulls = [_corners(p) for p in _refined(pieces, box.mean(axis=0))]
+    hulls = [_corners(p) for p in _refined(pieces, light, box.mean(axis=0))]
     return sorted((h for h in hulls if h is not None), key=lambda h: (-hull_volume(tuple(map(tuple, h.tolist()))), h.tolist()))
 
 
@@ -79,15 +82,15 @@ def solid(vertices: Floats, faces: Any) -> Any:
     return body
 
 
-def _refined(pieces: list[Any], centre: Floats) -> Iterator[Any]:
-    """Pieces cut until each fits its hull, the worst first."""
+def _refined(pieces: list[Any], light: Any, centre: Floats) -> Iterator[Any]:
+    """Pieces cut until each fits its hull and no hull reaches into the light through a hole, the worst first."""
     count = itertools.count()
     heap = [(-_excess(p), next(count), p) for p in pieces]
     heapq.heapify(heap)
     done = 0
     while heap:
         _, _, piece = heapq.heappop(heap)
-        halves = [] if _fits(piece) or done + len(heap) + 1 >= MOST else _cut(piece, centre)
+        halves = [] if _fits(piece, light) or done + len(heap) + 1 >= MOST else _cut(piece, centre)
         if not halves:
             done += 1
             yield piece
@@ -99,8 +102,11 @@ def _excess(piece: Any) -> float:
     return float(piece.hull().volume() - piece.volume())
 
 
-def _fits(piece: Any) -> bool:
-    """Whether the hull of a piece adds little volume and fills no deep hollow."""
+def _fits(piece: Any, light: Any) -> bool:
+    """Whether the hull of a piece adds little volume, fills no deep hollow, and stays out of the light through a hole. The
+    depth does not tell of the last: all corners of a plate are in the two sides of its hull, so no notch in it is deep."""
+    if (piece.hull() ^ light).volume() > NOTHING:
+        return False
     added = _excess(piece) / max(piece.volume(), 1e-15)
     return added < SPARED or (added < BULGE and float(_depths(piece).max(initial=0.0)) < DEPTH)
 
@@ -168,11 +174,10 @@ def _along_edges(points: Floats, faces: Any) -> Iterator[Plane]:
         yield np.asarray(key[:3]), key[3]
 
 
-def _column(bore: Bore) -> Any:
-    """A cylinder about a hole, wider than it."""
+def _cylinder(bore: Bore, width: float) -> Any:
+    """A prism of SECTORS sides along a hole and a little beyond, its corners at that many radii of the hole."""
     height = 2 * bore.half + 0.002
-    ring = manifold3d.Manifold.cylinder(height, RIM * bore.radius / math.cos(math.pi / SECTORS), -1.0, SECTORS, True)
-    return _placed(ring, bore)
+    return _placed(manifold3d.Manifold.cylinder(height, width * bore.radius, -1.0, SECTORS, True), bore)
 
 
 def _wedges(bore: Bore) -> Iterator[Any]:
@@ -194,7 +199,7 @@ def _placed(shape: Any, bore: Bore) -> Any:
 
 
 def _connected(shape: Any) -> list[Any]:
-    return [p for p in shape.decompose() if p.volume() > 1e-12]
+    return [p for p in shape.decompose() if p.volume() > NOTHING]
 
 
 def _corners(piece: Any) -> Floats | None:
@@ -207,4 +212,4 @@ def _corners(piece: Any) -> Floats | None:
     except (QhullError, ValueError):
         return None
     found = np.unique(points[hull.vertices], axis=0)
-    return found if hull.volume > 1e-12 and len(found) >= 4 else None
+    return found if hull.volume > NOTHING and len(found) >= 4 else None

@@ -26,7 +26,7 @@ def body(geoms: Iterable[Geom]) -> Body:
     """Compute the bounding spheres of geoms, for ray casting."""
     found = tuple(geoms)
     centres = np.array([g.pose.position for g in found]).reshape(-1, 3)
-    return Body(found, centres, np.array([g.radius for g in found]) + SKIN)
+    return Body(found, centres, np.array([g.bounding_radius for g in found]) + SKIN)
 
 
 def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
@@ -36,7 +36,7 @@ def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float
     for k in np.flatnonzero(away <= body.radii**2).tolist():
         geom = body.geoms[k]
         back = inverse(geom.pose)
-        found = _span(geom, back.apply(point), back.turn(way))
+        found = _span(geom, back.apply(point), back.rotate(way))
         if found is not None and found[1] - found[0] > SKIN:
             yield (*found, geom)
 

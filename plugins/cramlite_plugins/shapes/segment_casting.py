@@ -15,7 +15,7 @@ SKIN = 1e-4  # what touches by less is beside it [m]
 def crosses(geom: Geom, starts: Floats, ends: Floats) -> bool:
     """Check whether any segment between points (n, 3) is inside a geom by more than ``SKIN`` somewhere."""
     back = geom.pose.inverse()
-    p, d = back.apply(starts), back.turn(ends - starts)
+    p, d = back.apply(starts), back.rotate(ends - starts)
     if geom.shape in ("box", "convex"):
         return bool(_in_planes(p, d, planes(geom)).any())
     radius = geom.size[0] - SKIN

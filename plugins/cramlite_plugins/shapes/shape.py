@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from cramlite.model import Feature, Floats, Geom, Pose, Value
 from cramlite.plugin import UserError
 
-VERSION = 4  # of what is kept: raise it when parts or features of the same file change
+VERSION = 5  # of what is kept: raise it when parts or features of the same file change
 FINE = 20_000  # meshes with more faces are simplified by SIMPLER before they are cut
 SIMPLER = 1e-4  # [m]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, Belief, Location, Motion, attempts, inside, sequence
+from cramlite.model import Action, Belief, Location, Motion, fallback, part_name, sequence
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 TIP, DEEP, DOWN = 0, 2, 3  # corners of the place "insert": at the tip, past its bend, on the peg, let down
@@ -76,10 +76,10 @@ def _threading(action: Action, times: int, *parts: Motion) -> Action:
     """The parts, and the same again from where they began while the run fails: a rim that seemed to hold the tip did not."""
     once = sequence(action.inside("thread"), *parts)
     again = [
-        sequence(inside(once.name, f"attempt_{k}"), *[replace(p, name=inside(p.name, f"attempt_{k}")) for p in parts])
+        sequence(part_name(once.name, f"attempt_{k}"), *[replace(p, name=part_name(p.name, f"attempt_{k}")) for p in parts])
         for k in range(2, times + 1)
     ]
-    return attempts(action.inside("attempts"), once, *again) if again else once
+    return fallback(action.inside("attempts"), once, *again) if again else once
 
 
 @hookimpl

@@ -12,15 +12,15 @@ ANYWHERE = ("forces", "payload")
 
 
 class ProgramSafety(Value):
-    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.program_safety``."""
+    """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.violations``."""
 
     name: str = "program_safety"
     cost: Cost = "facts"
 
     def check(self, candidate: Candidate) -> Iterator[Finding]:
-        from cramlite.model import PROGRAM_RULES, STEP_RULES, objections
+        from cramlite.model import PROGRAM_RULES, STEP_RULES, violations
 
-        found = list(objections(candidate.program, candidate.robot))
+        found = list(violations(candidate.program, candidate.robot))
         for o in found:
             yield Finding(self.name, False, f"{o.rule}: {o.reason}", origin=o.origin, places=o.rule not in ANYWHERE)
         if not found:

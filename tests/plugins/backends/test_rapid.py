@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import (
     AnyStep,
@@ -179,7 +180,7 @@ def test_routines_that_are_called_are_there_and_force_control_only_where_it_is_l
     assert max(map(len, re.findall(r"\b[A-Za-z]\w*\b", re.sub(r'!.*|".*?"', "", text)))) <= 32
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(st.lists(st.sampled_from([*STEPS, *FORCES]), max_size=8))
 def test_origins_lead_from_lines_to_steps(steps: list[AnyStep]) -> None:
     code = RAPID[True].emit(program(*steps), IRB1200)
@@ -193,7 +194,7 @@ def test_the_arm_is_abbs() -> None:
     """At ABB's zero the arm is an upright L: the flange at 451 + 82 mm in front, at 399 + 448 + 42 mm height."""
     flange = forward(IRB1200, AXIS_ZEROS) * IRB1200.gripper.tcp.inverse()
     assert flange.position == pytest.approx((0.533, 0.0, 0.8891), abs=1e-9)
-    assert flange.turn((0.0, 0.0, 1.0)) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
+    assert flange.rotate((0.0, 0.0, 1.0)) == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
     assert all(lo < q < hi for q, (lo, hi) in zip(IRB1200.home, LIMITS, strict=True))
 
 

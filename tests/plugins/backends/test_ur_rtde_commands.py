@@ -55,7 +55,7 @@ class LateRobot(VirtualRobot):
 
 def run(monkeypatch: pytest.MonkeyPatch, *changes: tuple[str, str]) -> Rollout:
     """Touch a block and slide over it, pressing."""
-    touch = MoveUntilContact((0.0, 0.0, -1.0), 0.01, 3.0, 0.1, 20.0, origin="touch")
+    touch = MoveUntilContact((0.0, 0.0, -1.0), 0.03, 3.0, 0.1, 20.0, origin="touch")
     text = emit(typed(touch, SLIDE), UR5E).text
     for old, new in changes:
         assert old in text

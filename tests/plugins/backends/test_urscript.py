@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import (
     AnyStep,
@@ -151,7 +152,7 @@ def test_numbers_have_at_most_six_digits_and_no_negative_zero(value: float) -> N
     assert abs(float(text) - value) <= 1e-6
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.lists(st.sampled_from(STEPS), max_size=12))
 def test_any_sequence_of_steps_parses(steps: list[AnyStep]) -> None:
     assert parse(emit(program(*steps), UR5E).text).name == "fetch"

@@ -7,9 +7,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite import Engine
 from cramlite.model import Episode, Event, Track
@@ -70,7 +71,8 @@ def test_the_shipped_demonstration_needs_no_repair() -> None:
     assert repaired(shipped()) is shipped()
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@examples(30)
+@example(start=3.40625, length=0.25, poses="missing")  # it left the peg 24 ms after: taken for a phantom's contact
 @given(start=st.floats(2.8, 5.9), length=st.floats(0.02, 0.9), poses=st.sampled_from(["missing", "origin", "recorded"]))
 def test_a_thing_that_vanishes_from_the_hand(start: float, length: float, poses: str) -> None:
     glitch = unseen(shipped(), "tea", start, length, poses)

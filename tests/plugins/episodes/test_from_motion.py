@@ -63,6 +63,8 @@ def test_lifting_shaking_and_putting_back() -> None:
     assert (grasp.start, grasp.end) == pytest.approx((2.0, 7.0), abs=0.2)
     (shaking,) = found.of("action", ["cram:Shaking"])
     assert (shaking.start, shaking.end) == pytest.approx((3.0, 6.0), abs=0.6)
+    order = [e.type for e in found.events if e.roles.get("object") == "cup"]
+    assert order == ["soma:PickingUp", "cram:GraspState", "cram:Shaking", "soma:PuttingDown"]
 
 
 def test_lifting_alone_is_no_shaking() -> None:

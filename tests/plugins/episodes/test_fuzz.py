@@ -11,17 +11,18 @@ import bson
 import numpy as np
 import pytest
 from episode_builders import episode
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite.model import Entity, Episode, Pose
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
-from cramlite_plugins.episodes.repair.dropouts import bridged
+from cramlite_plugins.episodes.repair.dropouts import bridge_dropouts
 from cramlite_plugins.episodes.repair.flicker import debounce
 from cramlite_plugins.episodes.repair.two_hands import one_handed
 
-QUICK = settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+QUICK = examples(60, suppress_health_check=list(HealthCheck))
 #: What a reader may take of a file that it refuses, beside Python and NumPy themselves [bytes].
 MEMORY = 1 << 30
 
@@ -52,7 +53,7 @@ def read(path: Path) -> None:
     else:
         clear = True
         sound(found)
-        sound(None if found is None else one_handed(debounce(bridged(found))))
+        sound(None if found is None else one_handed(debounce(bridge_dropouts(found))))
     assert clear
 
 

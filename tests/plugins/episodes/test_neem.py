@@ -9,10 +9,12 @@ import bson
 import numpy as np
 import pytest
 from episode_builders import episode, rollout
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 from robcog_samples import TIMELINE, event_data
+from test_tracks import dump, tf
 
 from cramlite.model import Entity, Episode, Event, Geom, Pose, Track
 from cramlite.plugin import UserError
@@ -133,7 +135,7 @@ events = st.builds(
 )  # fmt: skip
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(
     st.lists(events, max_size=6, unique_by=lambda e: e.id),
     names,
@@ -161,7 +163,7 @@ things = st.builds(
 )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(st.lists(things, min_size=1, max_size=4, unique_by=lambda e: e.name), st.data())
 def test_any_map_and_poses_read_back_equal(
     tmp_path_factory: pytest.TempPathFactory, entities: list[Entity], data: st.DataObject
@@ -251,6 +253,31 @@ def test_two_episodes_in_one_folder_are_refused(tmp_path: Path) -> None:
         (tmp_path / f"{name}_ED.owl").write_text(event_data(*TIMELINE))
     with pytest.raises(UserError, match="2 episodes"):
         read_neem(tmp_path)
+
+
+def test_a_robots_run_has_one_frame_and_a_wrench(tmp_path: Path) -> None:
+    """As test_real_runs_and_maps reads them where they are: poses of the flange and forces, nothing else."""
+    value = {"force": {"x": 1.0, "y": 0.0, "z": 3.0}, "torque": {"x": 0.0, "y": 0.0, "z": 0.0}}
+    times = [1.0 + 0.25 * k for k in range(33)]
+    collection(tmp_path, "wrench", *({"header": {"stamp": t, "frame_id": "ee_link"}, "wrench": value} for t in times))
+    dump(tmp_path, b"".join(tf("ee_link", "base_link", t, [0.5, 0, t / 10, 1, 0, 0, 0]) for t in times))
+    found = read_neem(tmp_path)
+    assert found is not None
+    assert (found.effector, [e.name for e in found.entities]) == ("ee_link", ["ee_link"])
+    assert found.tracks["ee_link"].times == pytest.approx(times)
+    assert found.extras["wrench"].shape == (33, 6)
+
+
+def test_a_hand_that_the_tracker_never_saw_is_said_to_be_missing(tmp_path: Path) -> None:
+    """As test_a_real_recording_says_what_was_missing: the tracker's first pose of a thing is the identity."""
+    nowhere = [0.0, 0, 0, 1, 0, 0, 0]
+    rows = [tf(f"SK_{side}Hand", "map", 1, nowhere) for side in ("Left", "Right")]
+    rows += [tf("SK_RightHand", "map", 1 + k, [0.5, 0, k / 10, 1, 0, 0, 0]) for k in range(1, 5)]
+    found = read_neem(dump(tmp_path, b"".join(rows)))
+    assert found is not None
+    assert found.effector == "SK_RightHand" and len(found.tracks["SK_RightHand"].times) == 4
+    assert "SK_LeftHand" not in found.tracks
+    assert [r.what for r in found.repairs] == ["dropped 1 of 1 poses of 'SK_LeftHand'", "dropped 1 of 5 poses of 'SK_RightHand'"]
 
 
 @needs_samples

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from test_from_motion import infer, lifted, poses, recording
 
 from cramlite.model import Entity, Episode, Pose
-from cramlite_plugins.episodes.detection.oriented_box import OrientedBox, box_of, gap, over, within
+from cramlite_plugins.episodes.detection.oriented_box import OrientedBox, box_of, over, separation, within
 from cramlite_plugins.episodes.detection.standing import encloses
 
 EPISODE = Episode("sample", (), ())
@@ -41,13 +41,13 @@ ON_THE_BOARD = Pose((0.25, 0.25, 0.02))
 def test_what_is_beside_a_turned_board_does_not_touch_it(pose: Pose, on: bool) -> None:
     cup = box(pose, 0.04, 0.04, 0.02)
     assert over(cup, box(DIAGONAL, *BOARD)) is on
-    assert (gap(cup, box(DIAGONAL, *BOARD)) < 0.001) is on
+    assert (separation(cup, box(DIAGONAL, *BOARD)) < 0.001) is on
 
 
 def test_the_distance_is_exact_where_faces_look_at_corners() -> None:
     cup, board = box(IN_THE_CORNER, 0.04, 0.04, 0.02), box(DIAGONAL, *BOARD)
-    assert gap(cup, board) == pytest.approx(math.hypot(0.25, 0.25) - math.hypot(0.02, 0.02) - 0.05)
-    assert gap(box(Pose(), 1, 1, 1), box(Pose((2, 2, 2)), 1, 1, 1)) == pytest.approx(math.sqrt(3))
+    assert separation(cup, board) == pytest.approx(math.hypot(0.25, 0.25) - math.hypot(0.02, 0.02) - 0.05)
+    assert separation(box(Pose(), 1, 1, 1), box(Pose((2, 2, 2)), 1, 1, 1)) == pytest.approx(math.sqrt(3))
 
 
 @pytest.mark.parametrize(("position", "inside"), [((0.3, 0.3, 0.05), True), ((0.3, 0.1, 0.05), False)])
@@ -68,15 +68,15 @@ def test_the_gap_is_a_lower_bound_and_turns_along(
 ) -> None:
     extents = tuple(0.1 + abs(s) for s in size)
     first, second = box(turned(a, u), 0.5, 0.3, 0.1), box(turned(b, v, axis), *extents)
-    found = gap(first, second)
+    found = separation(first, second)
     share = np.random.default_rng(0).uniform(size=(40, 8))
     points = [(share / share.sum(axis=1, keepdims=True)) @ one.corners for one in (first, second)]
     apart = min(float(np.linalg.norm(p - q)) for p in points[0] for q in points[1])
     assert found <= apart + 1e-9
-    assert gap(second, first) == pytest.approx(found, abs=1e-9)
+    assert separation(second, first) == pytest.approx(found, abs=1e-9)
     move = turned((0.3, 0.2, -0.1), 0.7, 1)
     moved = [box(move * pose, *s) for pose, s in ((turned(a, u), (0.5, 0.3, 0.1)), (turned(b, v, axis), extents))]
-    assert gap(*moved) == pytest.approx(found, abs=1e-6)
+    assert separation(*moved) == pytest.approx(found, abs=1e-6)
 
 
 @pytest.mark.parametrize(("yaw", "beside", "contained"), [(0.0, 0.0, True), (0.0, 0.12, False), (0.7, 0.12, False)])

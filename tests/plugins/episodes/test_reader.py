@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from test_dropouts import shipped, unseen
-from test_from_motion import SAMPLES
+from test_from_motion import SAMPLES, TIMES, lifted, poses, shaken
+from test_tracks import dump, tf
 
 from cramlite.cli.main import main
+from cramlite.model import Floats
 from cramlite_plugins.episodes.formats.neem import write_neem
 
 
@@ -26,6 +30,35 @@ def test_nothing_repaired_is_nothing_shown(tmp_path: Path, capsys: pytest.Captur
     write_neem(shipped(), tmp_path)
     assert main(["interpret", str(tmp_path), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["repairs"] == []
+
+
+UP = np.array([0, 0, 1, 0, 0, 0, 0])  # at the origin a tracker saw nothing
+BESIDE = np.array([0.1, 0, 0.05, 0, 0, 0, 0])
+
+
+def recorded(folder: Path, *paths: tuple[str, Floats]) -> Path:
+    """A recording of poses alone, as trackers write it."""
+    rows = (tf(name, "map", float(t), p.tolist()) for name, path in paths for t, p in zip(TIMES, path, strict=True))
+    return dump(folder, b"".join(rows))
+
+
+@pytest.mark.parametrize("moves", [shaken, lambda t: 0 * t])
+def test_actions_of_a_recording_are_named(
+    moves: Callable[[Floats], Floats], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = poses(lifted, moves) + UP
+    folder = recorded(tmp_path, ("RightHand", path + BESIDE), ("jar", path))
+    assert main(["interpret", str(folder)]) == 0
+    said = capsys.readouterr().out
+    places = [said.find(f"{task} of jar, inferred") for task in ("PickingUp", "Shaking", "PuttingDown")]
+    assert -1 not in (places[0], places[2]) and places[0] < places[2]
+    assert (places[0] < places[1] < places[2]) == (moves is shaken)
+
+
+def test_a_recording_without_events_is_said_to_have_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = recorded(tmp_path, ("ee_link", poses(lifted) + UP))
+    assert main(["interpret", str(folder)]) == 2
+    assert "has no events" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(not SAMPLES.exists(), reason="the real samples are not here")

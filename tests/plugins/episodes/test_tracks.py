@@ -8,8 +8,9 @@ from pathlib import Path
 import bson
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.formats.neem import read_neem
@@ -80,7 +81,7 @@ def test_broken_bson_names_file_and_place(tmp_path: Path, content: bytes) -> Non
         read_neem(dump(tmp_path, content))
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(st.data())
 def test_damaged_bson_never_crashes(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
     content = bytearray(WHOLE * 3)

@@ -8,8 +8,9 @@ import math
 import coal_check
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 from scenes import TABLE, box, down, make, stance
 
 from cramlite.model import Floats
@@ -33,7 +34,7 @@ def sampled(points: Points, zones: list[tuple[float, float]], step: float = PIEC
     return np.array([*rows, points[-1]])
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(points_of_paths, st.floats(0.01, 0.5))
 def test_speed_and_acceleration_of_every_joint_stay_within_the_limits(points: Points, share: float) -> None:
     sections = rounded(points, [(share, share)] * (len(points) - 2), [(SPEED, ACCELERATION)] * (len(points) - 1))
@@ -54,7 +55,6 @@ def test_speed_and_acceleration_of_every_joint_stay_within_the_limits(points: Po
     assert sections[-1].at(sections[-1].length) == pytest.approx(points[-1])
 
 
-@settings(deadline=None)
 @given(points_of_paths)
 def test_without_zones_it_stops_at_every_corner(points: Points) -> None:
     sections = rounded(points, [(0.0, 0.0)] * (len(points) - 2), [(SPEED, ACCELERATION)] * (len(points) - 1))

@@ -7,9 +7,10 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 from scenes import down, make
 
 from cramlite.model import Pose
@@ -20,7 +21,7 @@ joints = st.tuples(*[st.floats(-3.1, 3.1)] * 6)
 
 
 @given(joints)
-@settings(max_examples=50, deadline=None)
+@examples(50)
 def test_forward_agrees_with_the_mjcf_model(q: k.Joints) -> None:
     metres, radians = make().tcp(q).distance(k.forward(UR5E, q))
     assert metres < 1e-6
@@ -34,7 +35,7 @@ def test_a_wrong_table_does_not_agree() -> None:
 
 
 @given(joints)
-@settings(max_examples=50, deadline=None)
+@examples(50)
 def test_jacobian_is_the_derivative(q: k.Joints) -> None:
     here, step = k.forward(UR5E, q), 1e-6
     for i, column in enumerate(k.jacobian(UR5E, q).T):
@@ -43,7 +44,6 @@ def test_jacobian_is_the_derivative(q: k.Joints) -> None:
 
 
 @given(joints)
-@settings(max_examples=100, deadline=None)
 def test_inverse_finds_every_pose_that_forward_makes(q: k.Joints) -> None:
     pose = k.forward(UR5E, q)
     found = k.inverse(UR5E, pose, seed=q)
@@ -54,7 +54,6 @@ def test_inverse_finds_every_pose_that_forward_makes(q: k.Joints) -> None:
 
 
 @given(joints)
-@settings(max_examples=100, deadline=None)
 def test_the_branch_it_came_from_is_first_away_from_singularities(q: k.Joints) -> None:
     if k.smallest_singular_value(UR5E, q) > 0.05:
         assert k.inverse(UR5E, k.forward(UR5E, q), seed=q)[0] == pytest.approx(q, abs=1e-4)

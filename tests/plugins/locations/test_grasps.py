@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite.model import Geom, Pose, Thing
 from cramlite_plugins.locations import antipodal, grasps
@@ -39,7 +40,7 @@ def test_pads_without_friction_hold_nothing(seed: int) -> None:
     assert not any(benchmark.holds(item, g, friction=0.0) for g in benchmark.proposals(item)[:2])
 
 
-@settings(max_examples=30, deadline=None)
+@examples(30)
 @given(st.floats(0.01, 0.038), st.floats(0.02, 0.1))
 def test_a_can_is_as_wide_as_its_diameter(radius: float, half: float) -> None:
     every = grasps.ranked(can("c", Pose(), radius, 2 * half), GRIPPER, 0.9)

@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 import pytest
 from conftest import Run
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite import Engine
 from cramlite.model import Belief, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
@@ -124,7 +125,7 @@ def test_a_camera_looks_one_way() -> None:
 coordinate = st.floats(-0.3, 0.3)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.tuples(coordinate, coordinate, coordinate), st.tuples(coordinate, coordinate, coordinate), st.sampled_from(range(4)))
 def test_rays_meet_what_the_ray_caster_of_mujoco_meets(a: Any, b: Any, kind: int) -> None:
     geom = (
@@ -185,12 +186,12 @@ SHELF = Path(__file__).parents[3] / "scenarios" / "place_on_shelf.yaml"
         ("{near: floor, within: 1 mm}", 1, ("not near", "mm from 'floor', up to 1 mm are near")),
     ],
 )
-def test_where_in_a_scenario(where: str, code: int, words: tuple[str, ...], process: Run, tmp_path: Path) -> None:
+def test_where_in_a_scenario(where: str, code: int, words: tuple[str, ...], run: Run, tmp_path: Path) -> None:
     if code == 2 and "near" in where:
         where = where.replace("block", "blok")
     path = tmp_path / "s.yaml"
     path.write_text(SHELF.read_text().replace("Relatum: shelf}", f"Relatum: shelf, where: {where}}}"))
-    ran = process("resolve", path, "--no-report", "--out", tmp_path / "run")
+    ran = run("resolve", path, "--no-report", "--out", tmp_path / "run")
     assert ran.code == code, ran.err
     assert "Traceback" not in ran.err
     assert all(w in ran.err for w in words), ran.err

@@ -8,8 +8,9 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
 from cramlite_plugins.motion_planning.base_planner import Ground, NoWay, ground, level, unwound, way
@@ -51,7 +52,7 @@ def test_an_empty_floor_takes_one_leg() -> None:
     assert way(floor_with(), (0, 0, 0), (3, 1, 0.5)) == [(3, 1, 0.5)]
 
 
-@settings(max_examples=4, derandomize=True, deadline=None)
+@examples(4)
 @given(st.floats(-1.0, 1.0), st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
 def test_ways_around_a_crate_touch_nothing(y: float, turn: float, goal_turn: float) -> None:
     floor, start, goal = floor_with(CRATE), (0.0, 0.2, turn), (3.0, y, goal_turn)

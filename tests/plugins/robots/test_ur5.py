@@ -6,9 +6,10 @@ import math
 
 import mujoco
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import Pose, Program, ZeroSensor
 from cramlite_plugins.backends.urscript.emit import emit
@@ -31,7 +32,7 @@ def site(q: tuple[float, ...], name: str) -> Pose:
 
 
 @given(st.tuples(*[ANGLE] * 6))
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_the_model_is_the_dh_model(q: tuple[float, ...]) -> None:
     assert site(q, "flange").distance(forward(DH, q)) == pytest.approx((0, 0), abs=1e-4)
     assert site(q, "flange").distance(forward(DH_OF_E_SERIES, q))[0] > 1e-3  # the check tells the two arms apart

@@ -7,9 +7,10 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import Pose
 from cramlite_plugins.robots.dh_arm import forward
@@ -28,7 +29,7 @@ def flange(q: tuple[float, ...]) -> Pose:
 
 
 @given(st.tuples(*[ANGLE] * 6))
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_the_model_is_the_dh_model_to_a_tenth_of_a_millimetre(q: tuple[float, ...]) -> None:
     distance, angle = flange(q).distance(forward(DH, q))
     assert distance < 1e-4
@@ -67,7 +68,7 @@ def test_the_tool_frame_of_the_model_is_that_of_the_description() -> None:
     assert tool.distance(flange((0,) * 6) * UR5E.gripper.tcp)[0] < 1e-6
     left, right = data.geom("left_pad1").xpos, data.geom("right_pad1").xpos
     closing = (left - right) / np.linalg.norm(left - right)
-    assert closing == pytest.approx(tool.turn((0, 1, 0)), abs=1e-6)
+    assert closing == pytest.approx(tool.rotate((0, 1, 0)), abs=1e-6)
 
 
 def test_no_capsule_may_meet_a_plate() -> None:

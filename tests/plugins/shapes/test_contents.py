@@ -7,9 +7,10 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import Belief, Filling, Floats, Pose, RobotMount, Rollout, Thing, World, initial_belief
 from cramlite.model.rollout import load_rollout, save_rollout
@@ -57,7 +58,7 @@ def test_what_does_not_fit_or_has_no_cavity_is_refused_with_numbers() -> None:
         layout(replace(block("b", Pose()), filling=Filling(1, 0.005, 0.001)))
 
 
-@settings(deadline=None, max_examples=40)
+@examples(40)
 @given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), st.floats(-0.1, 0.1))
 def test_inside_is_the_same_for_a_box_and_by_hand(x: float, y: float, z: float) -> None:
     thing = basket("b", Pose((0.3, 0.1, 0.2), (0.8, 0.0, 0.0, 0.6)), (0.12, 0.10, 0.08), 0.01)
@@ -124,7 +125,7 @@ def test_grains_are_no_part_of_planning_and_touch_nothing_in_the_record() -> Non
     assert not any("grain" in t.a + t.b for touches in rollout.touches for t in touches)
 
 
-@settings(deadline=None, max_examples=30)
+@examples(30)
 @given(st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi), st.floats(0.5, 2.4), st.floats(0.01, 0.1))
 def test_the_lip_stays_over_one_point_and_nothing_dips_below_the_rim(
     lip: float, heading: float, tilt: float, height: float
@@ -138,5 +139,5 @@ def test_the_lip_stays_over_one_point_and_nothing_dips_below_the_rim(
     assert np.ptp(points[:, :2], axis=0) == pytest.approx([0, 0], abs=1e-6)
     assert all(p.position[2] + lowest(JUG, p) >= target.position[2] + 0.0149 - 1e-9 for p in poses) or height < 0.015
     assert points[-1, 2] - target.position[2] >= height - 1e-9
-    assert math.acos(np.clip(poses[-1].turn((0, 0, 1))[2], -1, 1)) == pytest.approx(tilt, abs=1e-6)
-    assert float(poses[-1].turn((0, 0, 1))[:2] @ (math.cos(heading), math.sin(heading))) > 0
+    assert math.acos(np.clip(poses[-1].rotate((0, 0, 1))[2], -1, 1)) == pytest.approx(tilt, abs=1e-6)
+    assert float(poses[-1].rotate((0, 0, 1))[:2] @ (math.cos(heading), math.sin(heading))) > 0

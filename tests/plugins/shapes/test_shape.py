@@ -9,9 +9,10 @@ import mujoco
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import Pose, Thing, World
 from cramlite_plugins.motion_planning.inflated import inflated
@@ -36,7 +37,8 @@ def _covered(found: shape.Shape, points: np.ndarray) -> np.ndarray:
     return inside
 
 
-@settings(max_examples=5, deadline=None)
+@examples(5)
+@example(0.008456304499946872)  # the hull of the strip above the hole reached into it, and added 11.6 % only
 @given(st.floats(0.006, 0.016))
 def test_a_hole_stays_open_to_its_rim(diameter: float) -> None:
     found = shape.from_mesh(made.tagged(diameter))
@@ -87,14 +89,14 @@ def test_a_tube_is_not_all_hole() -> None:
 
 def test_the_same_content_gives_the_same_shape_and_is_kept(tmp_path: Path) -> None:
     one, other = tmp_path / "a.stl", tmp_path / "b.stl"
-    made.mug().export(one)
+    made.tagged().export(one)
     other.write_bytes(one.read_bytes())
     first = shape.shape_of(one)
     assert len(list((tmp_path / "cache/cramlite/shapes").glob("*.json"))) == 1
     assert replace(shape.compute(other), notes=()) == replace(first, notes=())
     shape._shape.cache_clear()
     assert shape.shape_of(other) == first
-    made.mug(0.040).export(one)
+    made.tagged(0.010).export(one)
     assert shape.shape_of(one) != first
 
 

@@ -212,7 +212,7 @@ def test_the_hole_is_a_hole() -> None:
         for k in range(36):
             angle = math.tau * k / 36
             start = hole.pose.apply((radius * math.cos(angle), radius * math.sin(angle), -0.1))
-            ray = hole.pose.turn((0.0, 0.0, 1.0))
+            ray = hole.pose.rotate((0.0, 0.0, 1.0))
             count += mujoco.mj_ray(compiled.model, data, start, ray, None, True, -1, np.zeros(1, np.int32)) >= 0
         return count
 

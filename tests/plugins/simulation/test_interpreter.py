@@ -8,8 +8,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from properties import examples
 
 from cramlite.plugin import UserError
 from cramlite_plugins.backends.urscript.parts import FUNCTIONS
@@ -217,7 +218,7 @@ def refusal(text: str) -> str:
 SEED = "def program():\n" + FUNCTIONS + "end\n"
 
 
-@settings(max_examples=150, deadline=None)
+@examples(150)
 @given(st.integers(0, 2**32), st.integers(1, 6))
 def test_mutated_programs_give_nothing_but_user_errors(seed: int, count: int) -> None:
     random_ = random.Random(seed)
@@ -229,7 +230,6 @@ def test_mutated_programs_give_nothing_but_user_errors(seed: int, count: int) ->
     assert refusal(text) in ("", "URScript")
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.text(max_size=200))
 def test_any_text_gives_nothing_but_user_errors(text: str) -> None:
     assert refusal(f"def p():\n{text}") in ("", "URScript")

@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from properties import examples
 from short_programs import down, script
 
 from cramlite.model import Pose
@@ -67,7 +68,7 @@ def test_a_movep_that_cannot_be_blended_says_why(body: str, said: str) -> None:
     assert rollout.outcome == "error" and said in rollout.reason, rollout.reason
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(
     st.lists(st.tuples(*[st.floats(-0.5, 0.5)] * 3), min_size=3, max_size=5, unique=True),
     st.floats(0.02, 0.98), st.tuples(*[st.floats(-1, 1)] * 3),

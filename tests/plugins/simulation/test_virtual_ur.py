@@ -209,7 +209,7 @@ def test_it_closes_by_itself() -> None:
 FIELDS = st.lists(st.sampled_from(sorted({**OUTPUTS, **INPUTS})), min_size=1, max_size=10, unique=True)
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(FIELDS, st.data())
 def test_packets_are_read_back_as_written(names: list[str], data: st.DataObject) -> None:
     kinds = tuple({**OUTPUTS, **INPUTS}[n] for n in names)

@@ -40,7 +40,7 @@ def configuration(joints: tuple[float, ...], zero: tuple[float, ...]) -> str:
 
 def way_of(frame: Pose, distance: float) -> str:
     """Format the displacement by a distance [m] along a frame's z axis, in mm."""
-    return mm(tuple(distance * float(v) for v in frame.turn((0.0, 0.0, 1.0))))
+    return mm(tuple(distance * float(v) for v in frame.rotate((0.0, 0.0, 1.0))))
 
 
 def mm(values: tuple[float, ...]) -> str:

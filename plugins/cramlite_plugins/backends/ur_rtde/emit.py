@@ -34,7 +34,7 @@ from cramlite.model import (  # fmt: skip
     TryInOrder,
     Wait,
     ZeroSensor,
-    clash,
+    branch_conflict,
     uses_arm,
     walk,
 )
@@ -125,7 +125,7 @@ class _Writer(Struct):
                 self.parallel(step, name)
 
     def parallel(self, step: Parallel, name: str) -> None:
-        if wrong := clash(step.branches):
+        if wrong := branch_conflict(step.branches):
             raise UserError(f"{name}: {wrong}")
         n = self.number
         main = next((k for k, b in enumerate(step.branches) if uses_arm(b)), 0)

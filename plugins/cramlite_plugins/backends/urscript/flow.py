@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 from msgspec import Struct, field
 
-from cramlite.model import AnyStep, Control, Gripper, Monitor, Parallel, Repeat, TryInOrder, clash, uses_arm
+from cramlite.model import AnyStep, Control, Gripper, Monitor, Parallel, Repeat, TryInOrder, branch_conflict, uses_arm
 from cramlite.plugin import UserError
 
 from ..names import Names
@@ -186,7 +186,7 @@ class FlowWriter(Struct):
         Raises:
             UserError: more than one branch moves the arm or the gripper.
         """
-        if wrong := clash(step.branches):
+        if wrong := branch_conflict(step.branches):
             raise UserError(f"{_label(step)}: {wrong}")
         number_ = self.next()
         main = next((k for k, b in enumerate(step.branches) if uses_arm(b)), 0)

@@ -174,5 +174,5 @@ def call(step: SpiralSearch | ForceInsert | ForceExtract, poses: Names) -> str:
 
 def along(frame: Pose) -> tuple[float, float, float]:
     """Return the z axis of a frame in the base frame (3,), a unit vector."""
-    x, y, z = (float(v) for v in frame.turn((0.0, 0.0, 1.0)))
+    x, y, z = (float(v) for v in frame.rotate((0.0, 0.0, 1.0)))
     return x, y, z

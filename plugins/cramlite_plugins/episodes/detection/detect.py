@@ -1,4 +1,4 @@
-"""Event detection: from a rollout to the states of an episode.
+"""Event detection: from the contacts and poses of a rollout to the states of an episode.
 
 The one detection for human demonstrations and robot runs: it sees contacts and poses only, never
 who moved or why.
@@ -41,7 +41,7 @@ from .entities import (
 )
 from .felt import pressed_on
 from .grasped import grasps
-from .signals import Flags, hold, spans
+from .signals import Flags, hysteresis, spans
 from .supported import carried, supports
 from .threaded import held_on, threaded
 from .touches import CONTACT, Pair, entity_of, state, touching_pairs
@@ -53,7 +53,7 @@ HELD = (0.1, 0.05)
 
 
 def detect(rollout: Rollout, name: str) -> Episode:
-    """The episode of a rollout: its entities, states and tracks.
+    """Detect the states of a rollout, and return its episode: entities, states and tracks.
 
     Args:
         rollout: samples of a demonstration or a program's run.
@@ -116,7 +116,7 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
     standing = {tuple(sorted(pair)): flags for pair, flags in carries.items()}
     never = np.zeros(len(rollout.times), dtype=bool)
     touching = {
-        pair: held_on(hold(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
+        pair: held_on(hysteresis(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
         for pair, force in forces.items()
     }
     return [
@@ -132,7 +132,7 @@ def _contents(rollout: Rollout) -> list[Event]:
         state("soma:ContainmentState", span, {"container": vessel, "content": contents_of(thing)})
         for thing, grains in rollout.grains.items()
         for vessel, count in where(rollout, thing).items()
-        for span in spans(hold(count / grains.shape[1], *HELD), rollout.times)
+        for span in spans(hysteresis(count / grains.shape[1], *HELD), rollout.times)
     ]
 
 

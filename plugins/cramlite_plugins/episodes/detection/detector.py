@@ -1,4 +1,4 @@
-"""Event detection as a plugin: contacts, support, grasps and contents of a rollout become the states of an episode."""
+"""Plugin of event detection: contacts, support, grasps and contents of a rollout become the states of an episode."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from cramlite.plugin import hookimpl
 
 @hookimpl
 def detect_events(rollout: Rollout, name: str) -> Episode:
+    """Detect the states of a rollout."""
     from .detect import detect
 
     return detect(rollout, name)

@@ -1,4 +1,4 @@
-"""The semantic map of a world: its things, their parts and features, and the effector, as entities."""
+"""Semantic map of a world: its things, their parts and features, and the effector, as entities."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ CONSTRAINED_DOF = {"vrps:Peg": 4.0, "vrps:Hook": 4.0, "vrps:Tip": 4.0, "vrps:Sur
 
 
 def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
-    """A thing, its features, and the parts that its shape names although no feature describes them."""
+    """Return the entities of a thing: itself, its features, and the parts that only its shape names."""
     properties = {"friction": thing.friction} | ({} if thing.mass is None else {"mass": thing.mass})
     if thing.joint is not None:
         properties |= {"joint_lower": thing.joint.lower, "joint_upper": thing.joint.upper}
@@ -29,13 +29,13 @@ def thing_entities(thing: Thing, rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def effectors(rollout: Rollout) -> tuple[str, ...]:
-    """The hand or gripper that acts, and what else has finger tips: a person's other hand."""
+    """Return the names of the hand or gripper that acts, and of what else has finger tips: a person's other hand."""
     tipped = {n.thing for n in map(EntityName.parse, rollout.poses) if n.part == "left"}
     return (rollout.effector, *sorted(tipped - {"effector", rollout.effector}))
 
 
 def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
-    """The hand or gripper that acts, a person's other hand, and their finger tips."""
+    """Return the entities of the hand or gripper that acts, of a person's other hand, and of their finger tips."""
     hand = rollout.joints.ndim < 2 or rollout.joints.shape[1] == 0
     types = ("soma:Hand", "soma:PrehensileEffector") if hand else ("soma:Gripper", "soma:PrehensileEffector")
     found = []
@@ -47,23 +47,23 @@ def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
 
 
 def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:
-    """The cameras that were recorded; one on a flange is a part of the effector."""
+    """Return the entities of the cameras that were recorded; one on a flange is a part of the effector."""
     known = [c for c in rollout.world.cameras if c.name in rollout.poses]
     return tuple(Entity(c.name, ("cram:Camera",), c.mount, c.pose if c.mount is None else None) for c in known)
 
 
 def contents_entities(rollout: Rollout) -> tuple[Entity, ...]:
-    """What is loose in things, each filling as one entity."""
+    """Return the entities of what is loose in things, one for each filling."""
     return tuple(Entity(contents_of(thing), ("dul:Substance",)) for thing in rollout.grains)
 
 
 def contents_of(thing: str) -> str:
-    """What episodes call the contents that a thing had at the start."""
+    """Return the name in episodes of the contents that a thing had at the start."""
     return f"contents_of_{thing}"
 
 
 def platform_entities(rollout: Rollout) -> tuple[Entity, ...]:
-    """What the robot drives on, if it does."""
+    """Return the entity of the robot's mobile base, if it has one."""
     name = str(EntityName(rollout.effector, "base"))
     known = name in rollout.poses
     return (Entity(name, ("cram:MobileBase",), rollout.effector, None, rollout.sizes.get(name)),) if known else ()

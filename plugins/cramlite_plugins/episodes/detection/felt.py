@@ -1,4 +1,4 @@
-"""What the wrist felt where contacts chattered: a hand that presses on all the while has not let go of what it touches."""
+"""Contacts by the wrist's force sensor where simulated contacts chatter: a hand that presses on all the while has not let go."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from cramlite.model import Rollout
 
-from .signals import Flags, closed, runs
+from .signals import Flags, close_gaps, runs
 
 #: Gaps shorter than this may be chatter [s]: a slide of a program, too, counts a contact as lost after 0.5 s (``lost_s``).
 CHATTER = 0.5
@@ -21,7 +21,7 @@ Pairs = Mapping[tuple[str, str], Flags]
 
 
 def pressed_on(contacts: Pairs, rollout: Rollout) -> dict[tuple[str, str], Flags]:
-    """Contacts of the effector with the gaps filled in which the wrist felt it press on, while it touched nothing else.
+    """Close the gaps in contacts of the effector in which the wrist felt it press on, while it touched nothing else.
 
     Args:
         contacts: pair of entities -> whether they touch, per sample.
@@ -31,7 +31,7 @@ def pressed_on(contacts: Pairs, rollout: Rollout) -> dict[tuple[str, str], Flags
     mine = {pair: on for pair, on in contacts.items() if rollout.effector in pair}
     found = dict(contacts)
     for pair, on in mine.items():
-        filled = closed(on, rollout.times)
+        filled = close_gaps(on, rollout.times)
         others = [o for other, o in mine.items() if other != pair]
         for (_, end), (start, _) in pairwise(runs(on)):
             alone = not any(o[end - 1 : start + 1].any() for o in others)

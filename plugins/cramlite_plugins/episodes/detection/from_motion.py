@@ -1,4 +1,4 @@
-"""From raw motion to events: for recordings that hold poses and nothing else.
+"""Event detection from poses alone, for recordings without contacts.
 
 Without contacts, a grasp can only be concluded: an object that moves, and keeps its place in a moving hand, is held by
 it. From the held object's path follow lifting, putting back, shaking and pouring; from shapes, where they are known,
@@ -54,7 +54,7 @@ class _Motion(Value):
 
 
 def infer(episode: Episode) -> Episode:
-    """The episode with events concluded from its tracks; unchanged if it has states, or nothing that acts.
+    """Infer the events of an episode from its tracks; unchanged if it has states, or nothing that acts.
 
     Adds ContactState and GraspState of the effector with each object that moves along with it; SupportState, ContactState
     and ContainmentState of objects at rest where shapes are known; and the actions soma:PickingUp, soma:PuttingDown,

@@ -1,4 +1,4 @@
-"""What is grasped in a rollout: both pads press it, it stays where it is in the hand, and friction holds it."""
+"""Grasp detection in a rollout: both pads press the object, it stays where it is in the hand, and friction holds it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from .signals import (
     GAP,
     SHORT,
     Flags,
-    closed,
-    hold,
+    close_gaps,
+    drop_short,
+    hysteresis,
     intervals,
-    lasting,
-    rotate_back,
-    smooth,
+    moving_average,
+    rotate_into_frame,
+    sampling_period,
     span_of,
     spans,
     speed,
-    step,
 )
 from .touches import GRAVITY, Pair, state
 
@@ -38,6 +38,7 @@ FIRM = 2.0
 
 
 def grasps(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> list[Event]:
+    """Detect the grasps of every hand of a rollout, as states."""
     return [e for hand in effectors(rollout) for e in _grasps_of(hand, rollout, pairs)]
 
 
@@ -49,10 +50,10 @@ def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], Pair]) 
         if thing.mass is None or any(p is None for p in pads):
             continue
         lift = pads[0].lift + pads[1].lift  # type: ignore[union-attr]
-        pressed = np.logical_and(*(hold(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
-        held = closed(pressed & (rollout.opening > THIN), rollout.times)
+        pressed = np.logical_and(*(hysteresis(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
+        held = close_gaps(pressed & (rollout.opening > THIN), rollout.times)
         for start, end in intervals(
-            held & ~lasting(held & _slipping(rollout, thing.name, frame), rollout.times), rollout.times
+            held & ~drop_short(held & _slipping(rollout, thing.name, frame), rollout.times), rollout.times
         ):
             weight, within = GRAVITY * thing.mass, slice(start, end)
             grip = rollout.world.physics.pad_friction * (pads[0].force + pads[1].force)  # type: ignore[union-attr]
@@ -73,15 +74,15 @@ def _pressing(pairs: dict[tuple[str, str], Pair], pad: str, thing: str) -> Pair 
 def _slipping(rollout: Rollout, thing: str, frame: str) -> Flags:
     """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
     hand, body = rollout.poses[frame], rollout.poses[thing]
-    inside = rotate_back(hand[:, 3:], body[:, :3] - hand[:, :3])
+    inside = rotate_into_frame(hand[:, 3:], body[:, :3] - hand[:, :3])
     limit = SLIP[0] + SLIP[1] * speed(hand[:, :3], rollout.times)
     return np.asarray(speed(inside, rollout.times) > limit)
 
 
 def _friction_seen(rollout: Rollout, thing: str, frame: str, span: slice, carried: Floats) -> bool:
     """Did friction transmit a force: weight carried by the pads, or a drag across the closing axis?"""
-    dt = step(rollout.times)
-    steady = smooth(carried[span], rollout.times[span], GAP)
+    dt = sampling_period(rollout.times)
+    steady = moving_average(carried[span], rollout.times[span], GAP)
     if len(steady) * dt >= SHORT and float(np.max(steady)) > CARRY:
         return True
     closing = np.subtract(*(rollout.poses[str(EntityName(frame, side))][span, :3] for side in ("left", "right")))

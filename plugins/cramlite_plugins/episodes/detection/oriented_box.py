@@ -1,4 +1,4 @@
-"""Boxes that are turned as the things in them are: how far apart, one over another, one in another.
+"""Oriented bounding boxes of things: distance, overlap and containment.
 
 Separating axes (Gottschalk, Lin, Manocha: OBBTree, SIGGRAPH 1996): two boxes are apart if their projections onto one of
 15 directions are, six face normals and nine cross products of edges.
@@ -19,7 +19,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 class OrientedBox(Value):
-    """A box anywhere in the world.
+    """Oriented bounding box in the world frame.
 
     Args:
         corners: (8, 3) [m].
@@ -41,18 +41,20 @@ class OrientedBox(Value):
 
     @property
     def centre(self) -> Floats:
-        """Its middle [m]."""
+        """Its centre [m]."""
         middle: Floats = self.corners.mean(axis=0)
         return middle
 
     def sides(self) -> list[Floats]:
-        """Level directions across its outline seen from above."""
+        """Level normals of its outline seen from above."""
         return _directions(np.cross(_UP, axis) for axis in self.axes.T)
 
 
 def box_of(episode: Episode, entity: Entity, time: float) -> OrientedBox | None:
-    """The box around an entity's primitives, along its own axes; where only its size is known, that is taken as
-    centred on its frame. None if its pose or extents are unknown."""
+    """Return the bounding box of an entity's primitives, along its own axes; None if its pose or extents are unknown.
+
+    Where only its size is known, the box is taken as centred on its frame.
+    """
     pose = episode.pose_at(entity.name, time)
     if pose is None or (entity.size is None and not entity.geoms):
         return None
@@ -65,9 +67,11 @@ def box_of(episode: Episode, entity: Entity, time: float) -> OrientedBox | None:
     return OrientedBox(pose.apply(corners), pose.rotation)
 
 
-def gap(a: OrientedBox, b: OrientedBox) -> float:
-    """How far two boxes are apart along the direction that separates them most [m]; 0 where they overlap. It is never
-    more than their distance, and equals it where a face looks at a corner, or corner at corner."""
+def separation(a: OrientedBox, b: OrientedBox) -> float:
+    """Return the separation of two boxes along the axis that separates them most [m]; 0 where they overlap.
+
+    It is never more than their distance, and equals it where a face looks at a corner, or corner at corner.
+    """
     offsets = b.corners[None] - a.corners[:, None]
     nearest = offsets.reshape(-1, 3)[np.argmin(np.sum(offsets**2, axis=2))]
     crossed = (np.cross(p, q) for p, q in itertools.product(a.axes.T, b.axes.T))
@@ -75,12 +79,12 @@ def gap(a: OrientedBox, b: OrientedBox) -> float:
 
 
 def over(a: OrientedBox, b: OrientedBox) -> bool:
-    """Whether two boxes overlap, seen from above."""
+    """Check whether two boxes overlap, seen from above."""
     return _separation(a, b, [*a.sides(), *b.sides()]) < 0
 
 
 def within(inner: OrientedBox, outer: OrientedBox, slack: float) -> bool:
-    """Whether one box is inside the outline of another, seen from above; it may stand out by the slack [m]."""
+    """Check whether one box is inside the outline of another, seen from above; it may stand out by the slack [m]."""
     return all(
         float((outer.corners @ n).min()) - slack <= float((inner.corners @ n).min())
         and float((inner.corners @ n).max()) <= float((outer.corners @ n).max()) + slack

@@ -1,7 +1,7 @@
-"""What stands on, touches and lies in what, from shapes and poses: boxes around things, turned as they are.
+"""Support, contact and containment of objects at rest, inferred from shapes and poses: oriented boxes around things.
 
 A box around a round or hollow thing is larger than the thing, so these are conclusions, and their events are marked
-``inferred``: what is recorded of contacts is always preferred (motion.py asks here only where nothing is).
+``inferred``: what is recorded of contacts is always preferred (from_motion.py asks here only where nothing is).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from cramlite.model import Episode, Event, Floats, Geom
 
 from ...shapes.hull import hull_planes
-from .oriented_box import OrientedBox, box_of, gap, over, within
+from .oriented_box import OrientedBox, box_of, over, separation, within
 
 #: An underside this near to a top face [m] stands on it; trackers and drawn models are about this exact.
 NEAR = 0.015
@@ -20,7 +20,7 @@ TOUCH = 0.005
 
 
 def resting(episode: Episode, held: list[tuple[str, float, float]]) -> list[Event]:
-    """States, inferred, of the objects that were held: between grasps, where each is at rest.
+    """Infer the states of the objects that were held: between grasps, where each is at rest.
 
     A SupportState and ContactState with what it stands on, a ContainmentState with what it lies in, and ContactStates
     with what else is nearer than TOUCH.
@@ -57,7 +57,7 @@ def _at_rest(episode: Episode, name: str, span: tuple[float, float]) -> list[Eve
     )
     supporter = container or _under(box, boxes)
     touching = dict.fromkeys(
-        [*([supporter] if supporter else []), *(n for n, b in boxes.items() if gap(b, box) < TOUCH)]
+        [*([supporter] if supporter else []), *(n for n, b in boxes.items() if separation(b, box) < TOUCH)]
     )
     states = [("soma:ContactState", {"a": name, "b": other}) for other in touching]
     if supporter is not None:
@@ -68,7 +68,7 @@ def _at_rest(episode: Episode, name: str, span: tuple[float, float]) -> list[Eve
 
 
 def encloses(outer: OrientedBox, inner: OrientedBox) -> bool:
-    """Whether a thing lies in another: seen from above it is inside, and its lower half at least is below the rim."""
+    """Check whether a thing lies in another: seen from above it is inside, and its lower half at least is below the rim."""
     middle = (inner.low + inner.high) / 2
     return within(inner, outer, TOUCH) and outer.low - TOUCH <= inner.low and middle <= outer.high
 

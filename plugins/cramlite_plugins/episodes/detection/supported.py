@@ -1,4 +1,4 @@
-"""What carries what in a rollout: from the force with which one thing pushes the other up."""
+"""Support detection in a rollout, from the force with which one thing pushes the other up."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from cramlite.model import Event, Floats, Rollout, thing_of
 
 from .entities import effectors
-from .signals import GAP, Flags, closed, hold, runs, smooth, spans
+from .signals import GAP, Flags, close_gaps, hysteresis, moving_average, runs, spans
 from .touches import CONTACT, GRAVITY, Pair, state
 
 #: Share of the supportee's weight that the supporter must carry to start and to keep a support.
@@ -22,7 +22,7 @@ STOOD = 0.5
 
 
 def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[str, str], Flags]:
-    """When which thing carries which: supporters at the finest entity, supportees as wholes.
+    """Return when which thing supports which, per sample: supporters at the finest entity, supportees as wholes.
 
     A support begins and ends with a share of the weight, while they touch; and it goes on for as long as the thing stays
     where it stood, within ``STILL``: closing fingers that take the weight off a table have not lifted anything.
@@ -35,9 +35,9 @@ def carried(rollout: Rollout, pairs: dict[tuple[str, str], Pair]) -> dict[tuple[
     for (a, b), parts in wholes.items():
         weight = GRAVITY * (rollout.world.thing(b).mass or 0.0)
         if weight > 0:
-            lift = smooth(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
-            touching = closed(hold(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
-            on = touching & hold(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
+            lift = moving_average(np.sum([p.lift for p in parts], axis=0), rollout.times, GAP / 3)
+            touching = close_gaps(hysteresis(np.sum([p.force for p in parts], axis=0), *CONTACT), rollout.times)
+            on = touching & hysteresis(lift, SUPPORT[0] * weight, SUPPORT[1] * weight)
             found[a, b] = _until_moved(on, rollout.poses[b][:, :3] - rollout.poses[thing_of(a)][:, :3], rollout.times)
     return found
 
@@ -54,6 +54,7 @@ def _until_moved(on: Flags, offset: Floats, times: Floats) -> Flags:
 
 
 def supports(rollout: Rollout, carries: dict[tuple[str, str], Flags]) -> list[Event]:
+    """Return the support states of a rollout."""
     return [
         state("soma:SupportState", span, {"supporter": a, "supportee": b})
         for (a, b), flags in carries.items()

@@ -1,4 +1,4 @@
-"""When a peg passes through a hole: what is threaded rattles, and losing touch for a moment takes nothing off."""
+"""Detection of pegs in holes: what is threaded rattles, and losing contact for a moment takes nothing off."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Flags = NDArray[np.bool_]
 
 
 def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
-    """("thing/hole", "hanger/peg", whether the peg passes through the hole at each sample) of every such pair."""
+    """Yield ("thing/hole", "hanger/peg", whether the peg passes through the hole at each sample) of every such pair."""
     things = rollout.world.things
     for owner in things:
         for other in things:
@@ -52,7 +52,7 @@ def _meets(hole: Pose, radius: float, line: Floats) -> bool:
 
 
 def held_on(touching: Flags, through: Flags) -> Flags:
-    """Touch goes on as long as the peg stays in the hole: from the first touch of each stretch in which it does."""
+    """Extend contact for as long as the peg stays in the hole: from the first contact of each stretch in which it does."""
     result = touching.copy()
     on = False
     for k in range(len(result)):

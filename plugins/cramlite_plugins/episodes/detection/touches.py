@@ -1,4 +1,4 @@
-"""Which entities of a rollout touch, and with what force: the signals from which states are detected."""
+"""Contact signals of a rollout: which entities touch, and with what force."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ GRAVITY = 9.81
 
 
 class Pair(Value):
-    """Force and lift of one pair of entities, per sample."""
+    """Contact force and lift of one pair of entities, per sample, (N,) each [N]."""
 
     force: Floats
     lift: Floats
 
 
 def touching_pairs(rollout: Rollout, known: set[str]) -> dict[tuple[str, str], Pair]:
-    """Signals of every touching pair, in both directions: lift is what the first exerts on the second."""
+    """Return the contact signals of every touching pair, in both directions: lift is what the first exerts on the second."""
     n = len(rollout.times)
     pairs: dict[tuple[str, str], Pair] = defaultdict(lambda: Pair(np.zeros(n), np.zeros(n)))
     for k, touches in enumerate(rollout.touches):
@@ -39,10 +39,11 @@ def _finest(touched: str, known: set[str]) -> str:
 
 
 def entity_of(touched: str, rollout: Rollout) -> str:
-    """Rollouts call the effector "effector", episodes by its name."""
+    """Return the name in episodes of a body: rollouts call the effector "effector", episodes by its name."""
     name = EntityName.parse(touched)
     return str(EntityName(rollout.effector, name.part)) if name.thing == "effector" else touched
 
 
 def state(type_: str, span: tuple[float, float], roles: dict[str, str]) -> Event:
+    """Return a state event over a time interval [s]."""
     return Event("", type_, "state", *span, roles)

@@ -1,4 +1,4 @@
-"""What the files of an episode held, put together: impossible events dropped, unknown entities added, all reported."""
+"""Assembly of an episode from the contents of its files: impossible events dropped, unknown entities added, all reported."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _EFFECTOR = re.compile(r"hand|gripper|ee_link|tool0|effector", re.IGNORECASE)
 
 
 def episode_of(parts: Parts) -> Episode:
-    """Everything together: impossible events dropped, unknown entities added, each with its repair."""
+    """Assemble an episode: impossible events are dropped and unknown entities added, each with its repair."""
     tracks, repairs = world_tracks(parts.rows)
     parts.repairs += repairs
     events = _sound(parts)

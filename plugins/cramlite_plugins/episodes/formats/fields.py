@@ -1,4 +1,4 @@
-"""Episode values as named text fields, and back, without loss.
+"""Codec of episode values as named text fields, without loss.
 
 RobCoG's and SOMA's vocabularies cannot say everything that an episode holds (shapes, roles by
 name, exact numbers). What they cannot say is written beside them as literals of cramlite's own
@@ -35,7 +35,7 @@ Fields = dict[str, str]
 
 
 def expand(curie: str) -> str:
-    """The IRI of a CURIE; anything else unchanged, other prefixes in our own namespace."""
+    """Expand a CURIE to its IRI; anything else unchanged, other prefixes in our own namespace."""
     prefix, colon, local = curie.partition(":")
     if not colon or local.startswith("//"):
         return curie if colon else CRAM + curie
@@ -43,7 +43,7 @@ def expand(curie: str) -> str:
 
 
 def compact(iri: str) -> str:
-    """The CURIE of an IRI, where its namespace has a prefix. Stray slash IRIs of SOMA are read as hash IRIs."""
+    """Convert an IRI to its CURIE, where its namespace has a prefix. Stray slash IRIs of SOMA are read as hash IRIs."""
     iri = iri.replace("/SOMA.owl/", "/SOMA.owl#")
     for prefix, namespace in PREFIXES.items():
         if iri.startswith(namespace):
@@ -52,12 +52,12 @@ def compact(iri: str) -> str:
 
 
 def local_name(iri: str) -> str:
-    """What follows the last # or /: RobCoG's generations differ in their namespaces only."""
+    """Return what follows the last # or /: RobCoG's generations differ in their namespaces only."""
     return re.split(r"[#/]", iri)[-1]
 
 
 def entity_fields(entity: Entity) -> Fields:
-    """An entity as fields; what is unknown is left out."""
+    """Encode an entity as fields; what is unknown is left out."""
     fields = {"name": entity.name, "types": json.dumps(entity.types)}
     if entity.part_of is not None:
         fields["partOf"] = entity.part_of
@@ -73,7 +73,7 @@ def entity_fields(entity: Entity) -> Fields:
 
 
 def entity_from(fields: Fields) -> Entity:
-    """The entity that ``entity_fields`` wrote.
+    """Decode the entity that ``entity_fields`` wrote.
 
     Raises:
         KeyError, TypeError, ValueError: the fields are no entity.
@@ -90,13 +90,13 @@ def entity_from(fields: Fields) -> Entity:
 
 
 def event_fields(event: Event) -> Fields:
-    """What an event is and who takes part; its times are written where the file format has a place for them."""
+    """Encode the class and participants of an event; its times are written where the file format has a place for them."""
     fields = {"id": event.id, "type": event.type, "kind": event.kind, "roles": json.dumps(event.roles)}
     return fields | ({"inferred": "true"} if event.inferred else {})
 
 
 def event_from(fields: Fields, start: float, end: float) -> Event:
-    """The event that ``event_fields`` wrote.
+    """Decode the event that ``event_fields`` wrote.
 
     Raises:
         KeyError, TypeError, ValueError: the fields are no event.
@@ -110,12 +110,12 @@ def event_from(fields: Fields, start: float, end: float) -> Event:
 
 
 def repairs_text(repairs: tuple[Repair, ...]) -> str:
-    """Repairs, with the events they removed and added, as JSON."""
+    """Encode repairs, with the events they removed and added, as JSON."""
     return json.dumps([to_builtins(r) for r in repairs])
 
 
 def repairs_from(text: str) -> tuple[Repair, ...]:
-    """The repairs that ``repairs_text`` wrote; if the text was damaged, one that says so."""
+    """Decode the repairs that ``repairs_text`` wrote; if the text was damaged, one that says so."""
     try:
         return tuple(_repair(r) for r in json.loads(text))
     except (KeyError, TypeError, ValueError, AttributeError) as error:

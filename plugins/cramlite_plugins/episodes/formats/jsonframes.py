@@ -16,7 +16,7 @@ MAX_ARRAY = 2**25
 
 
 def json_frames(path: Path) -> Iterator[dict[str, Any]]:
-    """The documents of a file; lines are read one at a time.
+    """Yield the documents of a file; lines are read one at a time.
 
     Raises:
         UserError: no JSON, too deep, or too large; names the line.

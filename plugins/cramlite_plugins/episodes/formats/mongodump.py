@@ -1,4 +1,4 @@
-"""KnowRob's mongodump layout: ``<episode>/<collection>/roslog/<collection>.bson`` and ``.metadata.json``.
+"""Reader and writer of KnowRob's mongodump layout: ``<episode>/<collection>/roslog/<collection>.bson`` and ``.metadata.json``.
 
 Documents are decoded one at a time, so that memory holds numbers only, whatever the file's size.
 
@@ -37,7 +37,7 @@ _OPTIONS: CodecOptions[dict[str, Any]] = CodecOptions(datetime_conversion=Dateti
 
 
 class Triple(NamedTuple):
-    """A statement: ``o`` is an IRI or a literal as text, or a number."""
+    """RDF statement: ``o`` is an IRI or a literal as text, or a number."""
 
     s: str
     p: str
@@ -45,7 +45,7 @@ class Triple(NamedTuple):
 
 
 def collection_file(folder: Path, name: str) -> Path | None:
-    """Where a collection's documents are, in any of the layouts in use."""
+    """Find the file of a collection, in any of the layouts in use."""
     places = (
         folder / name / "roslog" / f"{name}.bson",
         folder / "roslog" / f"{name}.bson",
@@ -56,7 +56,7 @@ def collection_file(folder: Path, name: str) -> Path | None:
 
 
 def documents(path: Path) -> Iterator[dict[str, Any]]:
-    """The documents of a BSON file.
+    """Yield the documents of a BSON file.
 
     Raises:
         UserError: the file is cut off or is no BSON; names the document and the byte.
@@ -87,7 +87,7 @@ def _broken(path: Path, count: int, place: int, why: str) -> UserError:
 
 
 def read_tf(path: Path) -> dict[str, Rows]:
-    """Poses of each child frame, as recorded: child -> rows, in file order.
+    """Read the poses of each child frame, as recorded: child -> rows, in file order.
 
     Raises:
         UserError: a document has no transform.
@@ -117,7 +117,7 @@ def _rows(numbers: array[float], parents: array[int], names: dict[str, int], our
 
 
 def read_wrench(path: Path) -> tuple[Floats, Floats]:
-    """Times (N,) and wrenches (N, 6) [N, Nm], of either layout: under ``force`` in older, ``wrench`` in newer dumps."""
+    """Read times (N,) [s] and wrenches (N, 6) [N, Nm], of either layout: under ``force`` in older, ``wrench`` in newer dumps."""
     times, values = array("d"), array("d")
     for count, document in enumerate(documents(path)):
         try:
@@ -130,7 +130,7 @@ def read_wrench(path: Path) -> tuple[Floats, Floats]:
 
 
 def read_triples(path: Path) -> list[Triple]:
-    """Statements of a triples, annotations or inferred collection."""
+    """Read the statements of a triples, annotations or inferred collection."""
     found = []
     for count, document in enumerate(documents(path)):
         if count >= MAX_TRIPLES:
@@ -155,7 +155,7 @@ def _not_a(path: Path, count: int, what: str, error: Exception) -> UserError:
 
 
 def seconds(stamp: object) -> float:
-    """A stamp as seconds: a BSON date, a number, or ROS's {secs, nsecs}.
+    """Convert a time stamp to seconds: a BSON date, a number, or ROS's {secs, nsecs}.
 
     Raises:
         TypeError: it is none of these.
@@ -168,7 +168,7 @@ def seconds(stamp: object) -> float:
 
 
 def write_tf(tracks: dict[str, Track], folder: Path) -> None:
-    """The tf collection of tracks; poses and times exactly as they are."""
+    """Write tracks as the tf collection; poses and times exactly as they are."""
     _write(folder, "tf", (chunk for name, track in tracks.items() for chunk in _transforms(name, track)))
 
 
@@ -208,7 +208,7 @@ def _transform(name: str, seq: int, milliseconds: int, numbers: list[float]) -> 
 
 
 def write_wrench(times: Floats, wrenches: Floats, frame: str, folder: Path) -> None:
-    """The wrench collection, in the newer layout."""
+    """Write the wrench collection, in the newer layout."""
     _write(
         folder,
         "wrench",
@@ -223,7 +223,7 @@ def _wrench(seq: int, time: float, wrench: Floats, frame: str) -> bytes:
 
 
 def write_triples(triples: Iterable[Triple], folder: Path) -> None:
-    """The triples collection; every statement holds always, as KnowRob's scope says it."""
+    """Write the triples collection; every statement holds always, as KnowRob's scope says it."""
     scope = {"time": {"since": 0.0, "until": float("inf")}}
     rows = ({"s": t.s, "p": t.p, "o": t.o, "graph": "user", "scope": scope} for t in triples)
     _write(folder, "triples", map(bson.encode, rows))

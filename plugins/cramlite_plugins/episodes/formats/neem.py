@@ -71,7 +71,7 @@ def _write_extras(episode: Episode, folder: Path) -> None:
 
 
 def read_neem(path: Path | str) -> Episode | None:
-    """The episode in a folder or file, or None if there is no NEEM.
+    """Read the episode in a folder or file; None if there is no NEEM.
 
     Reads RobCoG event data, semantic maps and world states, KnowRob mongodumps and NEEMs as RDF, alone
     or together; see the module's docstring for the names. Repairs are listed in the episode.

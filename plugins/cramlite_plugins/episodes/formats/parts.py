@@ -1,4 +1,4 @@
-"""The parts of an episode as its files hold them, one reader for each kind of file."""
+"""Readers of the single files of an episode, one for each kind of file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MAX_EXTRAS = 2**29
 
 
 class Parts(Struct):
-    """What the files of one episode held."""
+    """Contents of the files of one episode."""
 
     name: str
     entities: dict[str, Entity] = field(default_factory=dict)
@@ -40,6 +40,7 @@ class Parts(Struct):
 
 
 def read_file(file: Path, parts: Parts) -> None:
+    """Read a file of an episode by its kind, and add its contents to the parts."""
     suffix = file.suffix.lower()
     if suffix in RDF:
         _read_rdf(file, parts)
@@ -103,8 +104,10 @@ def _read_dump(file: Path, parts: Parts) -> None:
 
 
 def add_triples(parts: Parts) -> None:
-    """What statements say, where RobCoG's own files do not: once all files are read, because statements about one
-    event may stand in several collections."""
+    """Add what statements say, where RobCoG's own files do not.
+
+    To be called once all files are read, because statements about one event may stand in several collections.
+    """
     if parts.events or not parts.triples:
         return
     other = soma.episode_of(parts.triples, parts.name)

@@ -1,4 +1,4 @@
-"""NEEMs as a plugin: read (RobCoG event data, semantic maps and world state, KnowRob mongodumps, RDF), written, and as triples."""
+"""Plugin that reads NEEMs (RobCoG event data, semantic maps and world state, KnowRob mongodumps, RDF), writes them, and exports triples."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from cramlite.plugin import hookimpl
 
 @hookimpl
 def read_episode(path: Path) -> Episode | None:
+    """Read a NEEM; None if there is none."""
     from .neem import read_neem
 
     return read_neem(path)
@@ -18,6 +19,7 @@ def read_episode(path: Path) -> Episode | None:
 
 @hookimpl
 def write_episode(episode: Episode, path: Path) -> Path:
+    """Write a NEEM."""
     from .neem import write_neem
 
     return write_neem(episode, path)
@@ -25,6 +27,7 @@ def write_episode(episode: Episode, path: Path) -> Path:
 
 @hookimpl
 def episode_triples(episode: Episode) -> Iterable[str]:
+    """Export an episode as SOMA triples in N-Triples."""
     from .soma import ntriples, triples_of
 
     return ntriples(triples_of(episode))

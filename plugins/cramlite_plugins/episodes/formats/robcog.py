@@ -1,4 +1,4 @@
-"""RobCoG's files: event data (``*_ED.owl``), semantic maps (``*_SM.owl``) and world states (JSON or BSON).
+"""Reader of RobCoG's files: event data (``*_ED.owl``), semantic maps (``*_SM.owl``) and world states (JSON or BSON).
 
 Both generations (ameva_log.owl, unreal_log.owl) are read by matching local names. Conventions are those of
 the published converter (ease-crc/vr-neem-converter): lengths in cm, left-handed Unreal coordinates;
@@ -54,7 +54,7 @@ _NOT_OBJECTS = {
 
 
 def unreal_pose(numbers: Iterable[float]) -> Pose:
-    """The pose of seven numbers x y z [cm] qx qy qz qw in Unreal's coordinates.
+    """Convert seven numbers x y z [cm] qx qy qz qw in Unreal's left-handed coordinates to a pose.
 
     Raises:
         ValueError: they are not seven, or no pose.
@@ -64,21 +64,23 @@ def unreal_pose(numbers: Iterable[float]) -> Pose:
 
 
 def to_unreal(pose: Pose) -> tuple[float, ...]:
-    """The inverse of ``unreal_pose``."""
+    """Convert a pose to Unreal's coordinates: the inverse of ``unreal_pose``."""
     (x, y, z), (qw, qx, qy, qz) = pose.position, pose.quaternion
     return (y * 100, x * 100, z * 100, -qx, qy, -qz, qw)
 
 
 def is_event_data(found: Individuals) -> bool:
+    """Check whether individuals are RobCoG event data."""
     return any("startTime" in p for p in found.values())
 
 
 def is_semantic_map(found: Individuals) -> bool:
+    """Check whether individuals are a RobCoG semantic map."""
     return any("describedInMap" in p for p in found.values())
 
 
 def read_events(found: Individuals) -> tuple[tuple[Event, ...], tuple[Repair, ...]]:
-    """Events in their writer's order, else by start; what is no event is left out and reported."""
+    """Read the events in their writer's order, else by start; what is no event is left out and reported."""
     events: list[tuple[float, Event]] = []
     repairs: list[Repair] = []
     for name, properties in found.items():
@@ -98,7 +100,7 @@ def _order(properties: dict[str, list[str]]) -> float:
 
 
 def experiment(found: Individuals) -> dict[str, list[str]]:
-    """What is said of the experiment itself; empty if nothing is."""
+    """Return what is said of the experiment itself; empty if nothing is."""
     return next((p for p in found.values() if _is_experiment(p)), {})
 
 
@@ -155,7 +157,7 @@ def _event(name: str, properties: dict[str, list[str]], start: float, end: float
 
 
 def read_map(found: Individuals, place: Path) -> tuple[tuple[Entity, ...], tuple[Repair, ...]]:
-    """Entities of a semantic map: types, sizes, poses, parts."""
+    """Read the entities of a semantic map: types, sizes, poses, parts."""
     entities: list[Entity] = []
     repairs: list[Repair] = []
     mine = {n: p for n, p in found.items() if "describedInMap" in p}
@@ -204,7 +206,7 @@ def _class_size(class_: dict[str, list[str]], found: Individuals) -> Vector3 | N
 
 
 def read_world_state(path: Path) -> tuple[dict[str, Rows], tuple[str, ...]]:
-    """Poses of every individual, and the names of those that have a skeleton (hands).
+    """Read the poses of every individual, and the names of those that have a skeleton (hands).
 
     Raises:
         UserError: a frame has no timestamp or a pose is none.

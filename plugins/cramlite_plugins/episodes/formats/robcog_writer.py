@@ -28,7 +28,7 @@ _CLASSES = {ours: theirs for theirs, (ours, _) in reversed(EVENTS.items()) if ou
 
 
 def event_data(episode: Episode, id_: str, map_id: str) -> str:
-    """The text of ``<id>_ED.owl``."""
+    """Return the text of ``<id>_ED.owl``."""
     times = sorted({t for e in episode.events for t in (e.start, e.end)})
     return _document(
         line
@@ -42,7 +42,7 @@ def event_data(episode: Episode, id_: str, map_id: str) -> str:
 
 
 def semantic_map(episode: Episode, map_id: str) -> str:
-    """The text of ``<id>_SM.owl``: a class for each type and size, individuals, and their poses in the world."""
+    """Return the text of ``<id>_SM.owl``: a class for each type and size, individuals, and their poses in the world."""
     classes = {e.name: _class_name(e) for e in episode.entities}
     blocks = {classes[e.name]: e for e in episode.entities}
     start = episode.span[0]

@@ -1,4 +1,4 @@
-"""An episode as SOMA triples, and triples as an episode: KnowRob's triples collection, and NEEMs as RDF.
+"""Conversion of an episode to SOMA triples and back: KnowRob's triples collection, and NEEMs as RDF.
 
 Events are classified by SOMA's classes, have a time interval with ``hasIntervalBegin`` and
 ``hasIntervalEnd``, and participants; an action executes a task. What SOMA cannot say goes beside it
@@ -59,7 +59,7 @@ Index = dict[str, dict[str, list[str | float]]]
 
 
 def triples_of(episode: Episode) -> Iterator[Triple]:
-    """The episode's statements: itself, its entities and its events."""
+    """Yield the statements of an episode: itself, its entities and its events."""
     base = f"{NEEM}{quote(episode.name, safe='')}#"
     top = base + "episode"
     yield Triple(top, RDF_TYPE, SOMA + "Episode")
@@ -77,7 +77,7 @@ def triples_of(episode: Episode) -> Iterator[Triple]:
 
 
 def ntriples(triples: Iterable[Triple]) -> Iterator[str]:
-    """Statements as lines of N-Triples, which is Turtle too; numbers keep every digit, unlike rdflib's Turtle."""
+    """Format statements as lines of N-Triples, which is Turtle too; numbers keep every digit, unlike rdflib's Turtle."""
     for s, p, o in triples:
         if isinstance(o, str):
             literal = "".join(_ESCAPES.get(c, c) for c in o)
@@ -122,7 +122,7 @@ def _event_triples(event: Event, base: str, order: int) -> Iterator[Triple]:
 
 
 def episode_of(triples: Iterable[Triple], name: str) -> Episode | None:
-    """The episode that statements describe: entities, events, effector; no tracks. None when they hold no event.
+    """Build the episode that statements describe: entities, events, effector; no tracks. None when they hold no event.
 
     Args:
         triples: statements in any order; IRIs may have angle brackets.

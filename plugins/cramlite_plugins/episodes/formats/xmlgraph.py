@@ -1,4 +1,4 @@
-"""RDF files as plain dictionaries, read with rdflib behind guards: size, format, entity declarations."""
+"""Safe parsing of RDF files to plain dictionaries, with rdflib behind guards: size, format, entity declarations."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Individuals = dict[str, dict[str, list[str]]]
 
 
 def parse(path: Path) -> Graph:
-    """The graph of an RDF file.
+    """Parse an RDF file.
 
     Raises:
         UserError: too large, functional syntax, harmful entities, or not well-formed; names file and line.
@@ -138,7 +138,7 @@ def _check_xml(path: Path, text: str) -> None:
 
 
 def individuals(graph: Graph) -> Individuals:
-    """What a graph says of each subject, by local names: RobCoG's generations differ in namespaces only."""
+    """Return what a graph says of each subject, by local names: RobCoG's generations differ in namespaces only."""
     found: Individuals = {}
     for s, p, o in graph:
         found.setdefault(local_name(str(s)), {}).setdefault(local_name(str(p)), []).append(str(o))

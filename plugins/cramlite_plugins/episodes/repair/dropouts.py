@@ -1,4 +1,4 @@
-"""Objects that vanish for a moment: lost from the hand, or from where they stand, and back at the same place.
+"""Repair of tracking dropouts: objects lost from the hand, or from where they stand, and back at the same place.
 
 A thing that is let go falls g t^2 / 2: 44 mm in 0.1 s, 0.44 m in 0.3 s. So a thing that is found again at its very
 place in the hand was never let go; what was lost is the recording. The paper (Alt et al., KR 2023) lost one of 60
@@ -37,8 +37,8 @@ STAYED = 0.005
 MOVED = 0.02
 
 
-class Absence(Value):
-    """A thing that was gone.
+class Dropout(Value):
+    """Tracking dropout of a thing.
 
     Args:
         thing: its name.
@@ -54,8 +54,8 @@ class Absence(Value):
     place: Pose
 
 
-def bridged(episode: Episode, longest: float = VANISH) -> Episode:
-    """The episode without absences.
+def bridge_dropouts(episode: Episode, longest: float = VANISH) -> Episode:
+    """Bridge the tracking dropouts of an episode.
 
     Args:
         episode: with states and tracks.
@@ -69,7 +69,7 @@ def bridged(episode: Episode, longest: float = VANISH) -> Episode:
     return episode
 
 
-def _absences(episode: Episode, longest: float) -> Iterator[Absence]:
+def _absences(episode: Episode, longest: float) -> Iterator[Dropout]:
     for thing in [n for n in episode.tracks if n != episode.effector and episode.whole(n) == n]:
         mine = [e for e in episode.of("state") if thing in _wholes(e, episode)]
         for start, end, hand in _losses(mine, thing, episode, longest):
@@ -115,7 +115,7 @@ def _pauses(group: list[Event]) -> Iterator[tuple[float, float]]:
         end = event.end if end == float("inf") else max(end, event.end)
 
 
-def _absence(episode: Episode, thing: str, hand: str | None, start: float, end: float) -> Absence | None:
+def _absence(episode: Episode, thing: str, hand: str | None, start: float, end: float) -> Dropout | None:
     """What was lost, if it is back at its place; None if it may really have been let go."""
     before, after = start - MARGIN, end + MARGIN
     if hand is not None:
@@ -124,11 +124,11 @@ def _absence(episode: Episode, thing: str, hand: str | None, start: float, end: 
             return None
         places = [h.inverse() * b for h, b in at]  # type: ignore[union-attr, operator]
         moved = _travel(episode.tracks.get(hand), before, after)
-        return Absence(thing, start, end, hand, places[0]) if moved > MOVED and _same(*places) else None
+        return Dropout(thing, start, end, hand, places[0]) if moved > MOVED and _same(*places) else None
     rest = [episode.pose_at(thing, t) for t in (before, after)]
     if rest[0] is None or rest[1] is None or not _same(rest[0], rest[1]):
         return None
-    return Absence(thing, start, end, None, rest[0])
+    return Dropout(thing, start, end, None, rest[0])
 
 
 def _same(a: Pose, b: Pose) -> bool:
@@ -144,7 +144,7 @@ def _travel(track: Track | None, start: float, end: float) -> float:
     return float(np.max(np.linalg.norm(rows - rows[0], axis=1))) if len(rows) else 0.0
 
 
-def _without(absence: Absence, episode: Episode) -> Episode:
+def _without(absence: Dropout, episode: Episode) -> Episode:
     """Continue the thing's states, drop the phantom's, and put its poses right."""
     mine = [e for e in episode.of("state") if absence.thing in _wholes(e, episode)]
     start, end = absence.start - MARGIN, absence.end + MARGIN
@@ -167,7 +167,7 @@ def _without(absence: Absence, episode: Episode) -> Episode:
     return replace(mended, events=tuple(events), repairs=(*episode.repairs, repair))
 
 
-def _stays(absence: Absence, event: Event, mended: Episode) -> float:
+def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
     """Until when a thing stayed, by its mended poses, where it was when a state of it was cut off by its absence [s]."""
     partner = next((w for w in _wholes(event, mended) if w != absence.thing), absence.thing)
     times = [t for t in mended.tracks[absence.thing].times.tolist() if absence.start <= t < absence.end]
@@ -187,7 +187,7 @@ def _between(episode: Episode, partner: str, thing: str, time: float) -> Pose | 
 
 
 def _repair(
-    absence: Absence, removed: tuple[Event, ...], added: tuple[Event, ...], phantoms: int, track: Track | None
+    absence: Dropout, removed: tuple[Event, ...], added: tuple[Event, ...], phantoms: int, track: Track | None
 ) -> Repair:
     carrier = f"its place in '{absence.hand}'" if absence.hand else "the place where it was, and nothing held it"
     what = f"'{absence.thing}' vanished for {absence.end - absence.start:.3f} s: {_names(added)} continued"
@@ -212,7 +212,7 @@ def _pairs(events: list[Event]) -> Iterator[tuple[Event, Event]]:
 
 
 def signature(event: Event) -> tuple[object, ...]:
-    """What a state says, without its times; the sides of a contact are equal."""
+    """Return what a state says, without its times; the sides of a contact are equal."""
     symmetric = event.type == "soma:ContactState"
     return event.type, tuple(sorted(event.roles.values()) if symmetric else sorted(event.roles.items()))
 
@@ -222,7 +222,7 @@ def _recorded(track: Track, start: float, end: float) -> tuple[tuple[float, ...]
     return tuple(map(tuple, np.column_stack([track.times, track.poses])[within].tolist()))
 
 
-def _carried(absence: Absence, episode: Episode) -> Track | None:
+def _carried(absence: Dropout, episode: Episode) -> Track | None:
     """The thing's track with poses as if it had never been gone; None if it needs no change."""
     track = episode.tracks[absence.thing]
     within = (track.times >= absence.start) & (track.times < absence.end)
@@ -246,7 +246,7 @@ def _agree(track: Track, times: Floats, expected: Floats) -> bool:
 
 
 def spliced(track: Track, when: tuple[float, float], rows: Floats) -> Track:
-    """A track with other rows (time, pose) in an interval, end exclusive."""
+    """Return a track with other rows (time, pose) in an interval, end exclusive."""
     first, last = (int(np.searchsorted(track.times, t)) for t in when)
     rows = rows.reshape(-1, 8)
     times = np.concatenate([track.times[:first], rows[:, 0], track.times[last:]])

@@ -1,9 +1,9 @@
-"""Smoothing of flickering states, with a report of each change, and its undoing.
+"""Debouncing of flickering states, with a report of each change, and its undoing.
 
 Recorded contacts flicker: RobCoG's logs hold hundreds of contacts of 0.02 to 0.3 s for one touch.
 Two changes, in this order: a gap shorter than ``gap`` between two equal states belongs to them; a
 state that is then still shorter than ``min_duration`` is dropped as noise. Things that vanish for a
-moment (vanish.py) come before. Every repair keeps what it removed and added, so that ``undo``
+moment (dropouts.py) come before. Every repair keeps what it removed and added, so that ``undo``
 restores the original.
 """
 
@@ -26,7 +26,7 @@ SHORT = 0.05
 
 
 def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) -> Episode:
-    """The episode with flickering states smoothed.
+    """Debounce the flickering states of an episode.
 
     Args:
         episode: as recorded.
@@ -59,7 +59,7 @@ def debounce(episode: Episode, gap: float = GAP, min_duration: float = SHORT) ->
 
 
 def undo(episode: Episode, repair: Repair) -> Episode:
-    """The episode as it was before one of its repairs.
+    """Undo a repair: return the episode as it was before.
 
     Raises:
         ValueError: it is not a repair of this episode, or a later one changed the same events.

@@ -1,4 +1,4 @@
-"""Two hands read as one, as a plugin: a robot with two arms can block it without losing the repair of recorders' defects."""
+"""Plugin that reads two hands as one: a robot with two arms can block it without losing the repair of recorders' defects."""
 
 from __future__ import annotations
 
@@ -16,4 +16,5 @@ def _one_handed(episode: Episode) -> Episode:
 
 @hookimpl
 def episode_repairs() -> Iterable[EpisodeRepair]:
+    """Declare the repair of demonstrations with two hands."""
     return [EpisodeRepair("two hands", 30, _one_handed)]

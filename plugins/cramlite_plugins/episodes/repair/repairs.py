@@ -1,4 +1,4 @@
-"""Repairs of defects of recorders as a plugin: objects that vanish for a moment, then states that flicker."""
+"""Plugin that repairs defects of recorders: objects that vanish for a moment, then states that flicker."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from cramlite.plugin import EpisodeRepair, hookimpl
 
 
 def _bridge_dropouts(episode: Episode) -> Episode:
-    from .dropouts import bridged
+    from .dropouts import bridge_dropouts
 
-    return bridged(episode)
+    return bridge_dropouts(episode)
 
 
 def _smooth_flicker(episode: Episode) -> Episode:
@@ -22,4 +22,5 @@ def _smooth_flicker(episode: Episode) -> Episode:
 
 @hookimpl
 def episode_repairs() -> Iterable[EpisodeRepair]:
+    """Declare the repairs of dropouts and flicker."""
     return [EpisodeRepair("dropouts", 10, _bridge_dropouts), EpisodeRepair("flicker", 20, _smooth_flicker)]

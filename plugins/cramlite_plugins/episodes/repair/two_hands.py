@@ -1,4 +1,4 @@
-"""Demonstrations with two hands, read as those of one: the hand that acts.
+"""Conversion of two-handed demonstrations to one hand: the one that acts.
 
 A robot with one arm has nobody to hand over to. What a person passes from hand to hand is held all along, so both are one
 effector for it: first the hand that gives, and from when it lets go the one that took. What either does beside that
@@ -20,7 +20,7 @@ from .dropouts import signature
 
 
 class Handover(Value):
-    """A thing that two hands hold for a while.
+    """Handover: a thing that two hands hold for a while.
 
     Args:
         thing: that is handed over.
@@ -33,12 +33,12 @@ class Handover(Value):
 
     @property
     def time(self) -> float:
-        """When the hand that gives lets go [s]."""
+        """Time at which the hand that gives lets go [s]."""
         return self.given.end
 
 
 def one_handed(episode: Episode) -> Episode:
-    """The episode with hands that pass something on as its one effector.
+    """Merge hands that pass something on into the episode's one effector.
 
     Returns:
         The very episode, if nothing is handed over; else a new one. The repair that it lists holds the states as they
@@ -64,7 +64,7 @@ def one_handed(episode: Episode) -> Episode:
 
 
 def handovers(episode: Episode) -> Iterator[Handover]:
-    """Every thing that one hand grasps before another, which then holds it alone."""
+    """Yield the handovers: every thing that one hand grasps before another, which then holds it alone."""
     grasps = [e for e in episode.of("state", ["cram:GraspState"]) if {"gripper", "object"} <= e.roles.keys()]
     for given in grasps:
         for taken in grasps:

@@ -51,7 +51,7 @@ def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIG
         return []
     back = points.mean(0) - np.array(view.camera.position)
     turn = Pose.from_axes((0, 0, 0), (0, 0, 1), np.cross((back[0], back[1], 0.0), (0, 0, 1.0))).inverse()
-    start = Pose(tuple(model.centre - turn.turn(points.mean(0))), turn.quaternion)
+    start = Pose(tuple(model.centre - turn.rotate(points.mean(0))), turn.quaternion)
     return [_hypothesis(_icp(points, model, start, planes=True))]
 
 

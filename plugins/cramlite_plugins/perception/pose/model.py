@@ -140,7 +140,7 @@ class PoseModel(Value, eq=False, dict=True):
     def _apart(self, pose: Pose, truth: Pose) -> tuple[float, float]:
         metres = float(np.linalg.norm(pose.apply(self.centre) - truth.apply(self.centre)))
         if self.axis is not None:
-            cosine = float(pose.turn(self.axis) @ truth.turn(self.axis))
+            cosine = float(pose.rotate(self.axis) @ truth.rotate(self.axis))
             return metres, float(np.arccos(np.clip(cosine, -1, 1)))
         return metres, pose.distance(truth)[1]
 
@@ -190,7 +190,7 @@ def with_symmetries(model: PoseModel) -> PoseModel:
         if all(_invariant(model, p) for p in odd):
             turned = [Pose.from_rotvec((0, 0, 0), [v * math.radians(a) for v in axis]) for a in range(5, 360, 5)]
             around = [_about(model, p) for p in turned]
-            flips = [p for p in found[1:] if abs(p.turn(axis)[k] + 1) < 1e-6][:1]
+            flips = [p for p in found[1:] if abs(p.rotate(axis)[k] + 1) < 1e-6][:1]
             return replace(model, symmetries=(Pose(), *flips, *around), axis=axis)
     return replace(model, symmetries=tuple(found))
 
@@ -211,7 +211,7 @@ def cube_rotations() -> tuple[Pose, ...]:
 def _about(model: PoseModel, turn: Pose) -> Pose:
     """A rotation about the model's centre."""
     centre = model.centre
-    return Pose(tuple(centre - turn.turn(centre)), turn.quaternion)
+    return Pose(tuple(centre - turn.rotate(centre)), turn.quaternion)
 
 
 def _invariant(model: PoseModel, pose: Pose) -> bool:

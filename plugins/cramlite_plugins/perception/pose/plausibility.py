@@ -71,7 +71,7 @@ def _hanging(fit: Fit, model: Thing, hanger: Thing, limits: Mapping[str, float])
         return limits["impossible"], f"'{model.name}' has no hole to hang by" if hole is None else ""
     ring, axis = fit.pose * hole.pose, hanger.pose * peg.pose
     x, y, _ = axis.inverse().apply(ring.position)
-    along = float(ring.turn((0, 0, 1)) @ axis.turn((0, 0, 1)))
+    along = float(ring.rotate((0, 0, 1)) @ axis.rotate((0, 0, 1)))
     off = math.hypot(x, y)
     if off > limits["hole_m"] or abs(along) < limits["axis"]:
         angle = math.degrees(float(np.arccos(min(1.0, abs(along)))))

@@ -36,6 +36,6 @@ UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
 def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Floats:
     """(H,): angle [rad] between the nearest of the axes and the directions."""
     axes, directions = np.array(alignment.axes), np.array(alignment.directions)
-    in_model = np.einsum("hij,dj->hdi", turn, camera.inverse().turn(directions))
+    in_model = np.einsum("hij,dj->hdi", turn, camera.inverse().rotate(directions))
     cosine = np.einsum("hdi,ai->hda", in_model, axes).max(axis=(1, 2), initial=-1.0)
     return np.asarray(np.arccos(np.clip(cosine, -1, 1)))

@@ -118,12 +118,12 @@ def _facing(geom: Geom, frame: Pose, points: Floats, rays: Floats) -> tuple[Floa
 
     back = frame.inverse()
     away, normal = nearest_on(back.apply(points), geom)
-    normal = frame.turn(normal)
+    normal = frame.rotate(normal)
     hidden = np.einsum("ij,ij->i", normal, rays) > 0
     if hidden.any():
         step = 2 * min(geom.size[: 3 if geom.shape == "box" else 1]) * rays[hidden]
         near, n = nearest_on(back.apply(points[hidden] - step), geom)
-        n = frame.turn(n)
+        n = frame.rotate(n)
         away[hidden], normal[hidden] = near + np.einsum("ij,ij->i", step, n), n
     return away, normal
 

@@ -41,7 +41,7 @@ def render(
     """
     rays = intrinsics.rays.reshape(-1, 3)
     lengths = np.linalg.norm(rays, axis=1)
-    directions = camera.turn(rays / lengths[:, None])
+    directions = camera.rotate(rays / lengths[:, None])
     geom, distance, normal = cast(model, data, np.asarray(camera.position), directions)
     size = (intrinsics.height, intrinsics.width)
     depth = np.where(geom >= 0, distance / lengths, np.inf).reshape(size)

@@ -48,7 +48,7 @@ def render(
         shadows: cast a second ray from each point to the light; about twice the time.
     """
     camera = camera or Camera()
-    directions = camera.pose.turn(_rays(width, height, camera.fov))
+    directions = camera.pose.rotate(_rays(width, height, camera.fov))
     eye = np.asarray(camera.eye, dtype=float)
     geom, distance, normal = cast(model, data, eye, directions)
     lit = np.ones(len(directions))

@@ -62,7 +62,7 @@ class Controller:
         self.kinematics = NominalArm(index.robot)
         self.base = index.robot.arm_at(base)
         self.platform = PlatformDrive(model, data, index, base) if index.platform else None
-        self.up = base.inverse().turn((0.0, 0.0, 1.0))
+        self.up = base.inverse().rotate((0.0, 0.0, 1.0))
         self.sensor = WristSensor(self.up, noise, seed)
         self.gripper: GripperDrive = drive(index.robot.gripper, index, model)
         self.gripper.begin_as(data)

@@ -49,7 +49,7 @@ class ForceMode(Struct):
 
     def target(self, nominal: Pose) -> Pose:
         """Return the commanded TCP pose: the nominal one of the running motion and the deviation."""
-        shift = self.frame.turn(self.offset[:3])
-        turn = Pose.from_rotvec((0, 0, 0), self.frame.turn(self.offset[3:]).tolist())
+        shift = self.frame.rotate(self.offset[:3])
+        turn = Pose.from_rotvec((0, 0, 0), self.frame.rotate(self.offset[3:]).tolist())
         x, y, z = (float(a + b) for a, b in zip(nominal.position, shift, strict=True))
         return Pose((x, y, z), (turn * Pose((0, 0, 0), nominal.quaternion)).quaternion)

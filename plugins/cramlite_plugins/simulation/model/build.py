@@ -167,7 +167,7 @@ def _add_joint(spec: Any, body: Any, name: str, joint: Joint) -> None:
         name=name,
         type=kinds[joint.kind],
         pos=joint.pose.position,
-        axis=tuple(joint.pose.turn((0.0, 0.0, 1.0))),
+        axis=tuple(joint.pose.rotate((0.0, 0.0, 1.0))),
         ref=joint.value,
         range=(joint.lower, joint.upper),
         damping=joint.damping,

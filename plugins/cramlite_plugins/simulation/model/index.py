@@ -28,7 +28,7 @@ class Owner(Value):
 
     @property
     def touch(self) -> str:
-        """Return the name in ``cramlite.model.rollout.Touch``: "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
+        """Return the name in ``cramlite.model.Touch``: "thing", "thing/part", "effector/left" or "mount/link" of an arm."""
         return str(EntityName("effector" if self.kind == "effector" else self.name, self.part))
 
 

@@ -200,7 +200,7 @@ def hung(product: Thing, hanger: Thing, depth: float, yaw: float = 0.0) -> Pose:
     peg_pose = hanger.pose * peg.pose
     place = peg_pose.apply((0, 0, depth)) - (0, 0, drop)
     turn = Pose((0, 0, 0), (math.cos(yaw / 2), 0, 0, math.sin(yaw / 2)))
-    axis = turn.turn(peg_pose.turn((0, 0, 1)))
+    axis = turn.rotate(peg_pose.rotate((0, 0, 1)))
     side = (-axis[1], axis[0], 0.0)  # up x axis: the hole's y axis is then up
     return Pose.from_axes(tuple(place), axis, side) * hole.pose.inverse()
 

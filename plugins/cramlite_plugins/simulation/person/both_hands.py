@@ -25,8 +25,8 @@ WIDEST, CLEAR = 0.075, 0.25
 def from_above(pose: Pose, thing: Thing) -> Pose:
     """Compute a grasp pose from above, across the thing's shorter side, in the world."""
     half = half_extents(thing)
-    top = np.add(pose.position, pose.turn((0.0, 0.0, half[2] - DEEP)))
-    axis = pose.turn((1.0, 0.0, 0.0) if half[0] <= half[1] else (0.0, 1.0, 0.0))
+    top = np.add(pose.position, pose.rotate((0.0, 0.0, half[2] - DEEP)))
+    axis = pose.rotate((1.0, 0.0, 0.0) if half[0] <= half[1] else (0.0, 1.0, 0.0))
     return Pose.from_axes(tuple(top), (0.0, 0.0, -1.0), np.cross(axis, (0.0, 0.0, -1.0)))
 
 
@@ -92,7 +92,7 @@ def hand_over(person: Person, scene: Scene, hold: Pose, take: Pose) -> None:
     hand, width = person.other, extent(scene, take)
     person.wait(person.between(0.1, 0.4))
     goal = person.pose(scene.product.name) * scene.product.pose.inverse() * take
-    before = Pose(tuple(goal.position + goal.turn((0, 0, -person.between(0.10, 0.14)))), goal.quaternion)
+    before = Pose(tuple(goal.position + goal.rotate((0, 0, -person.between(0.10, 0.14)))), goal.quaternion)
     hand.move([before], person.pace * person.between(0.2, 0.35))
     hand.grip(min(width + 2 * MARGIN, OPENING), 0.3)
     hand.move([goal], person.pace * person.between(0.06, 0.12))
@@ -101,7 +101,7 @@ def hand_over(person: Person, scene: Scene, hold: Pose, take: Pose) -> None:
     person.wait_for_other()
     person.grip(min(extent(scene, hold) + 2 * MARGIN, OPENING), person.between(0.3, 0.5))
     person.wait(person.between(0.1, 0.3))
-    back = np.add(person.aim.position, person.aim.turn((0, 0, -person.between(0.15, 0.2))))
+    back = np.add(person.aim.position, person.aim.rotate((0, 0, -person.between(0.15, 0.2))))
     person.move([Pose(tuple(back), person.aim.quaternion)], person.between(0.15, 0.3))
     person.change_hands()
     _get_out_of_the_way(person, scene)

@@ -81,7 +81,7 @@ def _grasp(scene: Scene, rng: np.random.Generator) -> Pose:
     tilt, yaw, roll = rng.normal(0, [0.10, 0.06, 0.05])
     if scene.stands:  # palm and wrist stay above what it stands on
         height, tilt = max(height, FLOOR - half[2]), abs(tilt)
-    front = scene.product.pose.inverse().turn(-scene.facing)
+    front = scene.product.pose.inverse().rotate(-scene.facing)
     level = Pose.from_axes((0, 0, height), front, (0, 0, -1))
     offset = np.array(level.position) + rng.uniform(-0.15, 0.15) * half[1] * np.array(front)
     turned = Pose((0, 0, 0), level.quaternion) * Pose.from_rotvec((0, 0, 0), (yaw, tilt, roll))

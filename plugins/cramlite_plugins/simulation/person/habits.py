@@ -74,7 +74,7 @@ def pause(person: Person, own: Habits) -> None:
 
 def look_twice(person: Person, grasp: Pose) -> None:
     """Approach the grasp and back off again."""
-    near = Pose(tuple(grasp.position + grasp.turn((0, 0, -person.between(0.09, 0.14)))), grasp.quaternion)
+    near = Pose(tuple(grasp.position + grasp.rotate((0, 0, -person.between(0.09, 0.14)))), grasp.quaternion)
     before = person.aim
     person.move([near], person.between(0.2, 0.35))
     back = np.add(near.position, 0.4 * np.subtract(before.position, near.position))
@@ -88,11 +88,11 @@ def go_wrong(person: Person, scene: Scene, grasp: Pose) -> None:
     if not others:
         return
     other = others[int(person.rng.integers(len(others)))]
-    off = np.array(grasp.turn((0, 0, 1))) * person.between(0.12, 0.18)
+    off = np.array(grasp.rotate((0, 0, 1))) * person.between(0.12, 0.18)
     place = np.add(other.pose.position, (0.0, 0.0, person.between(0.02, 0.08))) - off
     person.move([Pose(tuple(place), grasp.quaternion)], person.between(0.2, 0.35))
     person.wait(person.between(0.4, 1.0))
-    back = np.array(grasp.position) - np.array(grasp.turn((0, 0, 1))) * person.between(0.2, 0.3)
+    back = np.array(grasp.position) - np.array(grasp.rotate((0, 0, 1))) * person.between(0.2, 0.3)
     person.move([Pose(tuple(back), grasp.quaternion)], person.between(0.2, 0.35))
 
 
@@ -130,7 +130,7 @@ def put_down_and_take(person: Person, scene: Scene, grasp: Pose) -> None:
     person.grip(min(extent(scene, grasp) + 0.02, OPENING), person.between(0.3, 0.5))
     person.wait(person.between(0.2, 0.4))
     hold = person.aim
-    back = Pose(tuple(hold.position + hold.turn((0, 0, -person.between(0.10, 0.15)))), hold.quaternion)
+    back = Pose(tuple(hold.position + hold.rotate((0, 0, -person.between(0.10, 0.15)))), hold.quaternion)
     person.move([back], person.between(0.15, 0.25))
     person.wait(person.between(0.2, 0.6))
     person.move([hold], person.between(0.08, 0.15))
@@ -168,7 +168,7 @@ def put_down(person: Person, scene: Scene, support: Thing, top: Feature, grasp: 
 
 def _upright(pose: Pose) -> Pose:
     """The same place and heading, z up."""
-    x = pose.turn((1, 0, 0))
+    x = pose.rotate((1, 0, 0))
     return Pose.from_axes(pose.position, (0, 0, 1), (x[0], x[1], 0.0))
 
 

@@ -19,7 +19,7 @@ SQUEEZE = 10000.0
 def reach(person: Person, scene: Scene, grasp: Pose) -> None:
     """Reach from the hand's pose, by a detour, to in front of the object; hesitate; approach."""
     person.grip(max(extent(scene, grasp) + 2 * MARGIN, person.between(0.08, OPENING)), 0.2)
-    away = grasp.position + grasp.turn((0, 0, -person.between(0.07, 0.12)))
+    away = grasp.position + grasp.rotate((0, 0, -person.between(0.07, 0.12)))
     before = Pose(tuple(away), grasp.quaternion)
     middle = np.add(person.aim.position, away) / 2 + person.rng.normal(0, 0.03, 3)
     person.move([Pose(tuple(middle)), before], person.between(0.2, 0.4), curved=True)
@@ -30,7 +30,7 @@ def reach(person: Person, scene: Scene, grasp: Pose) -> None:
 
 def extent(scene: Scene, grasp: Pose) -> float:
     """Compute the object's extent along the closing axis of a grasp [m]."""
-    axis = np.abs(scene.product.pose.inverse().turn(grasp.turn((0, 1, 0))))
+    axis = np.abs(scene.product.pose.inverse().rotate(grasp.rotate((0, 1, 0))))
     half = half_extents(scene.product)
     return float(min(2 * half[int(np.argmax(axis))], OPENING))
 

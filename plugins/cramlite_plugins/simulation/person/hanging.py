@@ -86,6 +86,6 @@ def leave(person: Person, scene: Scene, grasp: Pose) -> None:
     person.wait(person.between(0.1, 0.3))
     person.grip(min(extent(scene, grasp) + person.between(*FREE), OPENING), person.between(0.3, 0.6))
     person.wait(0.2)
-    back = person.aim.position + person.aim.turn((0, 0, -(TCP + person.between(0.0, 0.08))))
+    back = person.aim.position + person.aim.rotate((0, 0, -(TCP + person.between(0.0, 0.08))))
     person.move([Pose(tuple(back), person.aim.quaternion)], person.between(0.15, 0.3))
     person.wait(1.5)

@@ -34,12 +34,12 @@ class Scene(Value):
     @property
     def along(self) -> Floats:
         """Return the unit vector (3,) along the peg, out of the wall, world axes."""
-        return self.hanger.pose.turn(self.peg.pose.turn((0, 0, 1)))
+        return self.hanger.pose.rotate(self.peg.pose.rotate((0, 0, 1)))
 
     @property
     def facing(self) -> Floats:
         """Return the unit vector (3,) that the hand comes from: the object's front if it stands, else the peg's."""
-        return self.product.pose.turn(self.hole.pose.turn((0, 0, 1))) if self.stands else self.along
+        return self.product.pose.rotate(self.hole.pose.rotate((0, 0, 1))) if self.stands else self.along
 
     @property
     def stands(self) -> bool:

@@ -29,7 +29,7 @@ def pull_off(person: Person, scene: Scene) -> None:
     peg = scene.hanger.pose * scene.peg.pose
     hole = person.pose(scene.product.name) * scene.hole.pose
     x, y, depth = peg.inverse().apply(hole.position)
-    centred = np.array(hole.position) - peg.turn((x, y, 0))
+    centred = np.array(hole.position) - peg.rotate((x, y, 0))
     end = peg.apply((0, 0, max(scene.peg.size["length"], depth)))
     route = [centred, end, *tip_points(scene), tip_points(scene)[-1] + scene.along * person.between(0.05, 0.09)]
     lead(person, scene, route[:1], 0.03)
@@ -59,7 +59,7 @@ def carry(person: Person, scene: Scene) -> None:
 
 def _below(tool: Pose) -> float:
     """How far palm and wrist reach below the tool's origin when it is tilted."""
-    return PALM + max(0.0, -float(tool.turn((0, 0, -(TCP + 0.08)))[2]))
+    return PALM + max(0.0, -float(tool.rotate((0, 0, -(TCP + 0.08)))[2]))
 
 
 def let_go(person: Person, scene: Scene) -> None:
@@ -71,6 +71,6 @@ def let_go(person: Person, scene: Scene) -> None:
         person.move([Pose((x, y, lowest), person.aim.quaternion)], person.between(0.08, 0.2))
     person.wait(person.between(0.05, 0.3))
     person.grip(OPENING, person.between(0.25, 0.5))
-    back = person.aim.position + person.aim.turn((0, 0, -(TCP - 0.02)))
+    back = person.aim.position + person.aim.rotate((0, 0, -(TCP - 0.02)))
     person.move([Pose((*back[:2], z + person.between(0.05, 0.1)), person.aim.quaternion)], person.between(0.15, 0.3))
     person.wait(1.0)

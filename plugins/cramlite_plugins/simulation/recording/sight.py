@@ -68,7 +68,7 @@ class Sight:
         rays = intrinsics.rays[rows.start : rows.stop : stride, columns.start : columns.stop : stride].reshape(-1, 3)
         if not len(rays):
             return 0.0
-        ways = camera.turn(rays / np.linalg.norm(rays, axis=1)[:, None])
+        ways = camera.rotate(rays / np.linalg.norm(rays, axis=1)[:, None])
         hit, _, _ = cast(self._compiled.model, data, np.asarray(camera.position), ways)
         owners = self._compiled.owners
         count = sum(owners[g].kind == "thing" and owners[g].name == thing for g in hit[hit >= 0].tolist())

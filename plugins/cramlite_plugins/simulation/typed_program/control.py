@@ -1,7 +1,7 @@
 """Control steps of typed programs: attempts, repetition, parallel branches, monitors.
 
 A branch is a generator. Stopping one closes it and brings the arm to rest; the fingers of a stopped branch stay where they
-are. Meaning: ``cramlite.model.program``, and backends/urscript/flow.py for the same in URScript.
+are. Meaning: ``cramlite.model.Control``, and backends/urscript/flow.py for the same in URScript.
 """
 
 from __future__ import annotations

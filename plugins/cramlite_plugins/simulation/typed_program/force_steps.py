@@ -182,7 +182,7 @@ def _spiral(step: SpiralSearch, center: Pose) -> Generator[Pose, None, None]:
     while radius < step.radius:
         angle += CHORD / (radius + CHORD)
         radius = step.pitch * angle / math.tau
-        yield _moved(center, step.frame.turn((radius * math.cos(angle), radius * math.sin(angle), 0.0)))
+        yield _moved(center, step.frame.rotate((radius * math.cos(angle), radius * math.sin(angle), 0.0)))
 
 
 def _moved(pose: Pose, way: Floats) -> Pose:
@@ -191,7 +191,7 @@ def _moved(pose: Pose, way: Floats) -> Pose:
 
 
 def _axis(frame: Pose) -> Floats:
-    return np.array(frame.turn((0.0, 0.0, 1.0)))
+    return np.array(frame.rotate((0.0, 0.0, 1.0)))
 
 
 def _along(start: Pose, here: Pose, axis: Floats) -> float:

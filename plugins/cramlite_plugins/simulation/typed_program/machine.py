@@ -33,7 +33,7 @@ from cramlite.model import (
     TryInOrder,
     Wait,
     ZeroSensor,
-    clash,
+    branch_conflict,
     read_program,
     walk,
 )
@@ -86,7 +86,7 @@ def load_program(text: str, robot: Robot) -> ProgramText:
             _count(q, robot, f"step in line {found.lines[id(step)]}")
         if isinstance(step, Drive) and robot.platform is None:
             raise UserError(f"The program, line {found.lines[id(step)]}: a '{robot.type}' stands still; it cannot drive.")
-        if wrong := clash(step.branches) if isinstance(step, Parallel) else _wrong(step):
+        if wrong := branch_conflict(step.branches) if isinstance(step, Parallel) else _wrong(step):
             raise UserError(f"The program, line {found.lines[id(step)]}: {type(step).__name__}: {wrong}.")
     return found
 
