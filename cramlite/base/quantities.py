@@ -55,14 +55,14 @@ def parse_quantity(value: Any, kind: str) -> float:
 
 
 def beyond_reason(value: float, kind: str) -> str:
-    """Why a number in SI units cannot be meant, as a clause; empty if it can."""
+    """Say why a number in SI units cannot be meant, as a clause; empty if it can."""
     if abs(value) <= MOST[kind]:
         return ""
     return f"beyond reason: {_A[kind]} here is at most {MOST[kind]:g} {_SI[kind]}, so a unit or a power of ten is wrong"
 
 
 def beyond_reason_by_name(name: str, value: float) -> str:
-    """The same for a parameter whose unit its name ends with, such as "speed_m_s"; others have none that could be exceeded."""
+    """Say the same of a parameter whose unit its name ends with, such as "speed_m_s"; others have none that could be exceeded."""
     kind = next((kind for ending, kind in _ENDINGS if name.endswith(ending)), None)
     return beyond_reason(value, kind) if kind is not None else ""
 

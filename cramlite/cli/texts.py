@@ -54,7 +54,7 @@ def _findings(verdict: Verdict) -> list[str]:
 
 
 def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) -> str:
-    """Why a proven program failed in the world as it really is, and what can be done about it."""
+    """Say why a proven program failed in the world as it really is, and what can be done about it."""
     assert solution.execution is not None and solution.candidate.code is not None
     text = run / f"program{solution.candidate.code.suffix}"
     again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and counts on"

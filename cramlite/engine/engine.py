@@ -214,8 +214,12 @@ class Engine:
             yield from (one for one in candidate.attempts() if one.verdict.passed)
 
     def execute(self, solution: Solution) -> Solution:
-        """The solution with its ``execution``: its text runs once in the world as it really is, and the judges of its proof
-        look at what happened. The iterator that gave the solution learns nothing of it.
+        """Execute a proven program once in the world as it really is, and let the judges of its proof look at what happened.
+
+        The iterator that gave the solution learns nothing of it.
+
+        Returns:
+            The solution with its ``execution``.
 
         Raises:
             UserError: its text cannot be run here.

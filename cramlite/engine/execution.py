@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Execution(Value):
-    """A run of a proven program in the world as it really is, and what the judges of its proof found in it.
+    """Execution: a run of a proven program in the world as it really is, and what the judges of its proof found in it.
 
     Args:
         candidate: the program, with rollout and episode of this run; ``candidate.world`` is what was believed.

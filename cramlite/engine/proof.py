@@ -132,7 +132,7 @@ def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: 
 
 
 def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
-    """What of a candidate runs here: its own text, the typed program in its place, or nothing."""
+    """Return what of a candidate runs here: its own text, the typed program in its place, or None for nothing."""
     if backend.executable or candidate.code is None:
         return candidate.code
     return typed_code(candidate.program) if getattr(backend, "typed_stands_in", False) else None

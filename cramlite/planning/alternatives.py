@@ -130,7 +130,7 @@ class Alternatives(Value):
 
 
 def wrong_with(answer: object, item: Designator) -> str:
-    """Why an answer is no grounding of a designator, as a clause: who uses it later is not to blame for it. Empty if it is one."""
+    """Say why an answer is no grounding of a designator, as a clause: who uses it later is not to blame for it. Empty if it is one."""
     kind, value = type(item).__name__, getattr(answer, "value", None)
     if not isinstance(answer, Grounding):
         return f"an answer is a Grounding or a Refused, not {_short(answer)}"
