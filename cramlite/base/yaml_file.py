@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from .errors import UserError, nearest
@@ -59,14 +60,23 @@ def line_of(data: Any, location: Sequence[str | int]) -> int:
     return line
 
 
-def explain_validation(path: Path, data: Any, error: ValidationError, fields: Sequence[str]) -> UserError:
-    """Convert pydantic's first complaints to one paragraph with lines and the nearest valid names."""
+def explain_validation(
+    path: Path, data: Any, error: ValidationError, fields: Sequence[str], renamed: Mapping[str, str] = MappingProxyType({})
+) -> UserError:
+    """Convert pydantic's first complaints to one paragraph with lines and the nearest valid names.
+
+    Args:
+        fields: keys that are right where the first unknown key stands.
+        renamed: keys that older files have -> what they are called now.
+    """
     clauses = []
     for problem in error.errors()[:3]:
         location = [part for part in problem["loc"] if isinstance(part, int | str)]
         line, key = line_of(data, location), _in_words(data, location)
         if problem["type"] == "extra_forbidden":
-            clauses.append(f"{path}:{line}: unknown key '{location[-1]}'; {nearest(str(location[-1]), fields)}")
+            given = str(location[-1])
+            right = f"it is called '{renamed[given]}' now" if renamed.get(given) in fields else nearest(given, fields)
+            clauses.append(f"{path}:{line}: unknown key '{given}'; {right}")
         elif problem["type"] == "missing":
             clauses.append(f"{path}:{line}: {key} is missing")
         else:

@@ -5,18 +5,21 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, NoReturn, Protocol
 
 from ..base.errors import UserError, did_you_mean
 from ..plugin.selection import PluginChoice
 
 Command = Callable[[argparse.Namespace], int]
+RENAMED = {"--wants": "--attributes"}
+"""Options that older scripts give, and what they are called now."""
 
 
 class Add(Protocol):
-    """Function that declares a command: its name, what it does in one clause, and the function that does it."""
+    """Declares a command: its name, and the function that does it."""
 
-    def __call__(self, name: str, text: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
+    def __call__(self, name: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
         """Return the command's parser, for its own arguments; ``asks_plugins``: whether it loads plugins by itself."""
         ...
 
@@ -30,6 +33,8 @@ class Parser(argparse.ArgumentParser):
         wrong = next((word.partition("=")[0] for word in left if word.startswith("-")), None)
         if wrong is not None:
             valid = sorted(o for o in self._option_string_actions if o.startswith("--"))
+            if RENAMED.get(wrong) in valid:
+                self.error(f"the option '{wrong}' is called '{RENAMED[wrong]}' now")
             hint = did_you_mean(wrong.strip("-"), [o.strip("-") for o in valid]).replace("mean '", "mean '--")
             self.error(f"there is no option '{wrong}'; {hint}valid are: {', '.join(valid)}")
         return found, left
@@ -39,6 +44,15 @@ class Parser(argparse.ArgumentParser):
         wrong = re.search(r"invalid choice: '([^']*)' \(choose from (.*)\)", message)
         hint = did_you_mean(wrong[1], re.findall(r"[\w.-]+", wrong[2])).strip() if wrong else ""
         super().error(f"{message}; {hint}" if hint else message)
+
+
+def add_plugin_choice(command: argparse.ArgumentParser) -> None:
+    """Add the options that choose plugins, which every command has."""
+    command.add_argument(
+        "--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file"
+    )
+    command.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
+    command.add_argument("--prefer", action="append", default=[], metavar="NAME", help="ask this plugin first")
 
 
 def plugin_choice(arguments: argparse.Namespace) -> PluginChoice:

@@ -123,6 +123,8 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
         read = read_program(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"The program '{path}' cannot be read: {error}.") from error
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from error
     knowledge = Knowledge(plugins.registry())
     robot = pick("robot", knowledge.robots, read.program.robot_type, str(path))
     lines = {s.origin: read.lines[id(s)] for s in walk(read.program.steps)}
@@ -141,5 +143,5 @@ def _check(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``check`` with its arguments."""
-    check = add("check", "check a scenario, a rule file or a program without running it", _check)
+    check = add("check", _check)
     check.add_argument("file", help="a scenario's file or name, a rule file, or a program's text")

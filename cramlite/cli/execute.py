@@ -255,7 +255,7 @@ def _controller(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``execute``, ``controller`` with their arguments."""
-    execute = add("execute", "run a program's text in a world", _execute)
+    execute = add("execute", _execute)
     execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
     execute.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
@@ -266,7 +266,7 @@ def add_commands(add: Add) -> None:
     execute.add_argument("--out", type=Path, help="folder for the recorded run")
     execute.add_argument("--no-episode", action="store_true", help="write no episode into it")
     execute.add_argument("--json", action="store_true")
-    controller = add("controller", "open the ports of a virtual robot controller", _controller)
+    controller = add("controller", _controller)
     controller.add_argument(
         "--world",
         default="grasp_one_thing",

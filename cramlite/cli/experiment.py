@@ -27,7 +27,7 @@ def _experiment(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``experiment`` with its arguments."""
-    experiment = add("experiment", "run an experiment and print its tables", _experiment)
+    experiment = add("experiment", _experiment)
     experiment.add_argument("experiment", help="a file, its folder, or the name of a shipped one")
     experiment.add_argument("--set", default="main", metavar="NAME", help="which demonstrations (default main)")
     experiment.add_argument("--short", action="store_true", help="only the first of each object, against thresholds")

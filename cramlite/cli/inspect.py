@@ -98,22 +98,22 @@ def _explain(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``interpret``, ``tasks``, ``plugins``, ``explain``, ``schema``, ``ontology``, ``new`` with their arguments."""
-    interpret = add("interpret", "say which tasks the actions of an episode may execute", _interpret)
+    interpret = add("interpret", _interpret)
     interpret.add_argument("episode", type=Path, help="a NEEM: folder or file")
     interpret.add_argument("--why", metavar="TASK@ACTION", help="why an action is, or is not, a task")
     interpret.add_argument("--json", action="store_true")
-    tasks = add("tasks", "list the task types", _tasks)
+    tasks = add("tasks", _tasks)
     tasks.add_argument("--json", action="store_true")
-    plugins = add("plugins", "list the plugins, with their faults", _plugins)
+    plugins = add("plugins", _plugins)
     plugins.add_argument("--all", action="store_true", help="the shipped ones one by one, too")
     plugins.add_argument("--json", action="store_true", help="all of them, with file, load time and faults")
-    explain = add("explain", "print the decisions of a run", _explain, asks_plugins=False)
+    explain = add("explain", _explain, asks_plugins=False)
     explain.add_argument("directory", type=Path, metavar="RUN", help="a run directory")
     explain.add_argument("designator", nargs="?", help="only this designator, e.g. object_1 or grasp")
     explain.add_argument("--json", action="store_true")
-    schema = add("schema", "print the JSON Schema of scenario or rule files", _schema, asks_plugins=False)
+    schema = add("schema", _schema, asks_plugins=False)
     schema.add_argument("kind", choices=["scenario", "rule"])
-    ontology = add("ontology", "check ontologies", _ontology)
+    ontology = add("ontology", _ontology)
     ontology.add_argument(
         "action", choices=["check"], help="consistency, and agreement of the fast closure with OWL-RL"
     )
@@ -124,7 +124,7 @@ def add_commands(add: Add) -> None:
         "--against", type=Path, action="append", metavar="PATH", help="originals of SOMA and DUL to compare with"
     )
     ontology.add_argument("--json", action="store_true")
-    new = add("new", "write a package for a new plugin: complete, installable and tested", _new, asks_plugins=False)
+    new = add("new", _new, asks_plugins=False)
     new.add_argument("kind", choices=["backend", "expert", "predicate", "robot", "task", "validator"])
     new.add_argument("name", metavar="NAME", help="of the plugin, in small letters, e.g. wiping or no_spill")
     new.add_argument("--out", type=Path, metavar="DIR", help="the package's folder; default cramlite-NAME")

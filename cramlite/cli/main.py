@@ -3,17 +3,37 @@
 from __future__ import annotations
 
 import argparse
+import importlib
 import sys
-from collections.abc import Sequence
-from pathlib import Path
+from collections.abc import Collection, Mapping, Sequence
 
 from ..base.errors import CramliteError, PluginError
 from ..version import VERSION
-from . import check, execute, experiment, inspect, perceive, resolve, serve, sparql, view
-from .arguments import Command, Parser, plugin_choice
+from .arguments import Command, Parser, add_plugin_choice, plugin_choice
 
-MODULES = (resolve, inspect, execute, check, experiment, perceive, view, sparql, serve)
-"""Each declares its commands with ``add_commands``."""
+COMMANDS: Mapping[str, tuple[str, str]] = {
+    "resolve": ("resolve", "make a proven robot program from a scenario"),
+    "record": ("resolve", "let a simulated person demonstrate a scenario"),
+    "interpret": ("inspect", "say which tasks the actions of an episode may execute"),
+    "tasks": ("inspect", "list the task types"),
+    "plugins": ("inspect", "list the plugins, with their faults"),
+    "explain": ("inspect", "print the decisions of a run"),
+    "schema": ("inspect", "print the JSON Schema of scenario or rule files"),
+    "ontology": ("inspect", "check ontologies"),
+    "new": ("inspect", "write a package for a new plugin: complete, installable and tested"),
+    "execute": ("execute", "run a program's text in a world"),
+    "controller": ("execute", "open the ports of a virtual robot controller"),
+    "check": ("check", "check a scenario, a rule file or a program without running it"),
+    "experiment": ("experiment", "run an experiment and print its tables"),
+    "perceive": ("perceive", "ask what a camera sees"),
+    "view": ("view", "look at a run in an interactive 3D viewer"),
+    "query": ("sparql", "run SPARQL over the ontologies and episodes"),
+    "serve": ("serve", "answer requests of programs in other languages: JSON lines on standard input and output"),
+}
+"""Each command with the module here that declares its arguments and runs it (``add_commands``), and what it does in one clause.
+
+Only the module of the command that is asked for is imported: ``cramlite --help`` loads none of them.
+"""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -24,7 +44,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """
     if argv is None:
         _start_lightly()
-    arguments = parser().parse_args(argv)
+    words = sys.argv[1:] if argv is None else argv
+    arguments = parser([w for w in words[:1] if w in COMMANDS]).parse_args(words)
     try:
         _heed(arguments)
         return int(arguments.run(arguments))
@@ -41,26 +62,29 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
-def parser() -> argparse.ArgumentParser:
-    """Return the parser of all commands."""
+def parser(asked: Collection[str] = COMMANDS.keys()) -> argparse.ArgumentParser:
+    """Return the parser of all commands.
+
+    Args:
+        asked: commands whose arguments are needed; of the others only names are known.
+    """
     whole = Parser(
         prog="cramlite", description="Demonstrations become robot programs whose text was proven in simulation."
     )
     whole.add_argument("--version", action="version", version=f"cramlite {VERSION}")
     group = whole.add_subparsers(required=True, metavar="COMMAND")
+    parsers = {n: group.add_parser(n, help=t, description=f"{t[0].upper()}{t[1:]}.") for n, (_, t) in COMMANDS.items()}
 
-    def add(name: str, text: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
-        command = group.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".")
-        command.set_defaults(run=run, asks_plugins=asks_plugins)
-        command.add_argument(
-            "--plugin", type=Path, action="append", default=[], metavar="FILE", help="load a plugin module from a file"
-        )
-        command.add_argument("--block", action="append", default=[], metavar="NAME", help="do not load this plugin")
-        command.add_argument("--prefer", action="append", default=[], metavar="NAME", help="ask this plugin first")
-        return command
+    def add(name: str, run: Command, *, asks_plugins: bool = True) -> argparse.ArgumentParser:
+        command = parsers[name]
+        if name in asked:
+            command.set_defaults(run=run, asks_plugins=asks_plugins)
+            add_plugin_choice(command)
+            return command
+        return argparse.ArgumentParser()  # declared beside the one that is asked for
 
-    for module in MODULES:
-        module.add_commands(add)
+    for module in dict.fromkeys(COMMANDS[name][0] for name in asked):
+        importlib.import_module(f".{module}", __package__).add_commands(add)
     return whole
 
 

@@ -32,7 +32,7 @@ def perceive_view(
     source: str,
     text: str,
     *,
-    wants: tuple[str, ...] = ("type", "pose"),
+    attributes: tuple[str, ...] = ("type", "pose"),
     seed: int = 0,
     out: Path | None = None,
     plugins: PluginChoice = INSTALLED,
@@ -43,7 +43,7 @@ def perceive_view(
     Args:
         source: a scenario's path or name, or a file that a plugin reads as a view.
         text: the query, as ``object_query.parse_query`` reads it.
-        wants: values that answers should have, beside those that decide.
+        attributes: those that answers should have, beside those that decide.
         out: folder for the page ``perception.html``.
 
     Returns:
@@ -58,7 +58,7 @@ def perceive_view(
 
     engine = Engine.with_plugins(plugins)
     knowledge = engine.knowledge
-    query = replace(parse_query(text, knowledge.taxonomy, knowledge.experts), wanted=wants)
+    query = replace(parse_query(text, knowledge.taxonomy, knowledge.experts), wanted=attributes)
     taken = picture_of(source, query, engine, seed)
     found = ask(query, taken.view, taken.fixtures, knowledge, robot=taken.robot)
     if out is not None:
@@ -96,7 +96,7 @@ def _perceive(arguments: argparse.Namespace) -> int:
     return perceive_view(
         arguments.view,
         arguments.query,
-        wants=tuple(w for w in arguments.wants.split(",") if w),
+        attributes=tuple(w for w in arguments.attributes.split(",") if w),
         seed=arguments.seed,
         out=arguments.out,
         plugins=plugin_choice(arguments),
@@ -106,12 +106,14 @@ def _perceive(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``perceive`` with its arguments."""
-    perceive = add("perceive", "ask what a camera sees", _perceive)
+    perceive = add("perceive", _perceive)
     perceive.add_argument("view", help="a scenario with a camera, or a recorded view (NPZ, ...)")
     perceive.add_argument(
         "--query", default="", help='e.g. "type=cram:TeaBox colour=red on=Hanger"; default everything'
     )
-    perceive.add_argument("--wants", default="type,pose", help="values that answers have beside (default type,pose)")
+    perceive.add_argument(
+        "--attributes", default="type,pose", help="what answers say beside what decides (default type,pose)"
+    )
     perceive.add_argument("--seed", type=int, default=0, help="of the scenario's world and of the camera's noise")
     perceive.add_argument("--out", type=Path, help="folder for perception.html")
     perceive.add_argument("--json", action="store_true")

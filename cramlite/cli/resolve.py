@@ -318,7 +318,7 @@ def _record(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``resolve``, ``record`` with their arguments."""
-    resolve = add("resolve", "make a proven robot program from a scenario", _resolve)
+    resolve = add("resolve", _resolve)
     resolve.add_argument("scenario", help="a scenario file, or the name of a shipped one")
     resolve.add_argument("--out", type=Path, help="run directory; default runs/SCENARIO-SEED")
     resolve.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
@@ -326,7 +326,7 @@ def add_commands(add: Add) -> None:
     resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
-    record = add("record", "let a simulated person demonstrate a scenario", _record)
+    record = add("record", _record)
     record.add_argument("scenario")
     record.add_argument("--seed", type=int, default=0)
     record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")

@@ -315,4 +315,4 @@ def _serve(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``serve`` with its arguments."""
-    add("serve", "answer requests of programs in other languages: JSON lines on standard input and output", _serve)
+    add("serve", _serve)

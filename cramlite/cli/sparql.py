@@ -129,7 +129,7 @@ def _query(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``query`` with its arguments."""
-    query = add("query", "run SPARQL over the ontologies and episodes", _query)
+    query = add("query", _query)
     query.add_argument("sparql", metavar="SPARQL", help="a query, or @FILE that holds one")
     query.add_argument(
         "--episode", type=Path, action="append", default=[], metavar="PATH", help="a NEEM to ask about as well"

@@ -191,7 +191,7 @@ def _view(arguments: argparse.Namespace) -> int:
 
 def add_commands(add: Add) -> None:
     """Declare ``view`` with its arguments."""
-    view = add("view", "look at a run in an interactive 3D viewer", _view)
+    view = add("view", _view)
     view.add_argument("directory", type=Path, metavar="RUN", help="a folder of 'resolve --out' or 'execute --out'")
     view.add_argument("--world", help="a run directory, its world.json, or a scenario, where RUN holds no world; default RUN/world.json")
     view.add_argument("--seed", type=int, default=0, help="of a scenario's world (default 0)")

@@ -278,13 +278,16 @@ class Engine:
         return setting
 
     def plans(
-        self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None
+        self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
         """Generate the plans of a goal, best first; those of a demonstration each with the sequence it was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
+
+        _refuse(unknown)
         from ..scenario.scenario import Scenario
 
+        _refuse(unknown)
         reading = self.read(goal)
         asked, knowledge = reading.goal, self._for(reading.goal).knowledge
         found, episode = reading.interpretation, reading.episode

@@ -79,8 +79,8 @@ def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:
     """
     from ..perception.query import parse_query
 
-    told = scenario.spec.camera.look if scenario.spec.camera is not None else ()
-    places = (scenario.where("camera", "look", k) for k in range(len(told)))
+    told = scenario.spec.camera.queries if scenario.spec.camera is not None else ()
+    places = (scenario.where("camera", "queries", k) for k in range(len(told)))
     return tuple((parse_query(t, knowledge.taxonomy, knowledge.experts, p),) for t, p in zip(told, places, strict=True))
 
 

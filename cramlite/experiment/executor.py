@@ -6,6 +6,11 @@ time, measured; the execution itself takes 3 s).
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import signal
+import sys
+import threading
 import time
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -16,7 +21,6 @@ from msgspec import Struct
 
 from ..base.errors import UserError
 from ..plugin.selection import INSTALLED, PluginChoice
-from .worker import worker_pool
 
 if TYPE_CHECKING:
     from ..model.rollout import Rollout
@@ -79,3 +83,23 @@ def _execute(plugins: PluginChoice, text: str, world: World, seed: int) -> tuple
     knowledge = _knowledge(plugins)
     rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
     return rollout, time.process_time()
+
+
+def worker_pool(workers: int) -> ProcessPoolExecutor:
+    """Return a pool of processes that start afresh, each when there is work for it; they leave Ctrl-C to this one, and end
+    when it does."""
+    return ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"), initializer=_begin)
+
+
+def _begin() -> None:
+    """What plugins print is no answer of this command; nobody is left to work for when the parent is gone."""
+    sys.stdout = sys.stderr
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+
+    def follow() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=follow, daemon=True).start()

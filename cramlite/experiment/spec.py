@@ -11,7 +11,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from ..base.errors import UserError, nearest
 from ..base.resources import data_folder
 from ..base.value import Value
-from ..base.yaml_file import explain_validation, load_yaml
+from ..base.yaml_file import explain_validation, line_of, load_yaml
+from ..planning.budget import budget_from
 from .twin import TwinSpec
 
 FILE = "experiment.yaml"
@@ -180,6 +181,8 @@ def read_experiment(path: Path) -> Experiment:
     if not isinstance(data, Mapping):
         raise UserError(f"{path}:1: an experiment is a mapping that begins with 'experiment: NAME'.")
     try:
-        return Experiment(path, ExperimentSpec.model_validate(data))
+        spec = ExperimentSpec.model_validate(data)
     except ValidationError as error:
         raise explain_validation(path, data, error, list(ExperimentSpec.model_fields)) from error
+    budget_from(spec.budget, lambda key: f"{path}:{line_of(data, ('budget', key))}")
+    return Experiment(path, spec)

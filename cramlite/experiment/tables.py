@@ -79,16 +79,6 @@ class Confusion(Value):
     refused_succeeded: int
     refused_failed: int
 
-    @property
-    def precision(self) -> Share:
-        """Precision: the share of accepted programs that succeeded."""
-        return Share(self.accepted_succeeded, self.accepted_succeeded + self.accepted_failed)
-
-    @property
-    def wrongly_refused(self) -> Share:
-        """False omission rate: the share of refused programs that would have succeeded."""
-        return Share(self.refused_succeeded, self.refused_succeeded + self.refused_failed)
-
 
 class Tables(Value):
     """Tables of a run: everything that is reported about it.

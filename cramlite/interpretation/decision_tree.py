@@ -3,7 +3,8 @@
 Rules ask first what the states of an episode decide, cheapest condition first, and then what must be measured.
 Rules that begin with the same conditions (whatever their variables are called) share a path, and a condition that
 fails ends all rules below it. What states decide is asked once for all actions before, during and after which the
-same states hold. ``matching.match`` is the definition; a test holds the two together.
+same states hold. What a rule alone gives is the definition
+(tests/helpers/plain_matcher.py); a test holds the two together.
 """
 
 from __future__ import annotations

@@ -68,7 +68,7 @@ class SymbolicWorld(Value):
         return any(self.is_a(p, class_) for p in parts)
 
     def filled(self) -> tuple[Thing, ...]:
-        """Vessels with something in them."""
+        """Return the vessels with something in them."""
         return tuple(t for t in self.world.things if t.filling is not None)
 
 

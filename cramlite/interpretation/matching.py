@@ -1,4 +1,4 @@
-"""Matching of a rule with an action: every binding of the roles, or the condition that failed."""
+"""Matches and rejections of a rule at an action: the fillings of the roles, or the condition that failed."""
 
 from __future__ import annotations
 
@@ -57,17 +57,6 @@ class Rejection(Value):
     facts: tuple[str, ...]
     sentence: str
     where: str
-
-
-def match(rule: Rule, phases: Phases) -> tuple[Match, ...]:
-    """Return all ways in which an action is this task: one for each distinct filling of the roles."""
-    bindings: list[Binding] = [{}]
-    for clause in rule.quick_order:
-        phase, condition = phases[clause.phase], clause.condition
-        bindings = [found for binding in bindings for found in condition.solve(phase, binding)]
-        if not bindings:
-            return ()
-    return matches_of(rule, bindings)
 
 
 def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:

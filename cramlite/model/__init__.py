@@ -12,7 +12,7 @@ from ..base.lazy_names import LazyNames
 if TYPE_CHECKING:
     from ..base.value import Value, replace
     from .belief import Belief, Estimate, Held, Relation, initial_belief
-    from .control_flow import Compound, fallback, monitor, retry, sequence
+    from .control_flow import Compound, choose, fallback, monitor, parallel, repeat, retry, sequence, try_all
     from .designator_name import enclosing_names, is_part_of, part_name, task_of
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
     from .entity_name import EntityName, thing_of
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         CompliantSlide,
         Control,
         Drive,
+        Fallback,
         ForceExtract,
         ForceInsert,
         ForceMove,
@@ -43,7 +44,6 @@ if TYPE_CHECKING:
         SetPayload,
         SpiralSearch,
         Step,
-        TryInOrder,
         Wait,
         ZeroSensor,
         branch_conflict,
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "..base.value": "Value replace",
     ".belief": "Belief Estimate Held Relation initial_belief",
-    ".control_flow": "Compound fallback monitor retry sequence",
+    ".control_flow": "Compound choose fallback monitor parallel repeat retry sequence try_all",
     ".designators": "Action Designator Late Location Motion Object Place Stand",
     ".designator_name": "enclosing_names part_name is_part_of task_of",
     ".entity_name": "EntityName thing_of",
@@ -69,9 +69,9 @@ _HOMES = {
     ".program_safety": "PROGRAM_RULES STEP_RULES violations",
     ".robot": "Gripper Platform Robot",
     ".rollout": "Message Rollout Scene Solid Touch",
-    ".steps": "AnyStep CompliantSlide Control Drive ForceExtract ForceInsert ForceMove Joints"
+    ".steps": "AnyStep CompliantSlide Control Drive Fallback ForceExtract ForceInsert ForceMove Joints"
     " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
-    " SpiralSearch Step TryInOrder Wait ZeroSensor branch_conflict uses_arm walk",
+    " SpiralSearch Step Wait ZeroSensor branch_conflict uses_arm walk",
     ".verdict": "Cost Finding Verdict",
     ".view": "D435 Depth Image Intrinsics Mask Points View",
     ".world": "Camera Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
@@ -99,6 +99,7 @@ __all__ = [
     "Episode",
     "Estimate",
     "Event",
+    "Fallback",
     "Feature",
     "Filling",
     "Finding",
@@ -152,7 +153,6 @@ __all__ = [
     "Thing",
     "Touch",
     "Track",
-    "TryInOrder",
     "Value",
     "Vector3",
     "Verdict",
@@ -161,19 +161,23 @@ __all__ = [
     "World",
     "ZeroSensor",
     "branch_conflict",
+    "choose",
     "enclosing_names",
     "fallback",
     "initial_belief",
     "is_part_of",
     "is_program_text",
     "monitor",
+    "parallel",
     "part_name",
     "read_program",
+    "repeat",
     "replace",
     "retry",
     "sequence",
     "task_of",
     "thing_of",
+    "try_all",
     "typed_code",
     "uses_arm",
     "violations",

@@ -1,8 +1,8 @@
 """Plan language: control structures over designators. See docs/reference/plan_language.md.
 
 A ``Compound`` is an action that is made of others. Two of its kinds are decided while planning: "sequence", and
-"try_in_order", whose branches are alternatives of the search. The others are decided while the program runs: they become
-control steps of the program (``cramlite.model.program``), and text.
+"choose", whose branches are alternatives of the search. The others are decided while the program runs: they become
+control steps of the program (``cramlite.model.steps``), and text; "fallback" is what behaviour trees call so.
 
     >>> from cramlite.model import Motion
     >>> search = Motion("1.Search/spiral", "spiral_search", parameters={"radius_m": 0.003})
@@ -21,7 +21,7 @@ from ..base.value import Value
 from .designator_name import part_name
 from .designators import Action, Designator, Motion
 
-Kind = Literal["sequence", "try_in_order", "attempts", "parallel", "try_all", "repeat", "monitor"]
+Kind = Literal["sequence", "choose", "fallback", "parallel", "try_all", "repeat", "monitor"]
 Branch = tuple[Designator, ...]
 
 
@@ -44,7 +44,7 @@ class Compound(Action):
     @property
     def decided_at_run_time(self) -> bool:
         """Whether the structure becomes a control step of the program, instead of being decided while planning."""
-        return self.kind not in ("sequence", "try_in_order")
+        return self.kind not in ("sequence", "choose")
 
 
 class Mark(Value):
@@ -71,7 +71,7 @@ def choose(name: str, *parts: Designator) -> Compound:
 
     The program holds only the first part that can be resolved, and whose program is proven.
     """
-    return compound("try_in_order", name, tuple((p,) for p in parts))
+    return compound("choose", name, tuple((p,) for p in parts))
 
 
 def fallback(name: str, *parts: Designator) -> Compound:
@@ -79,7 +79,7 @@ def fallback(name: str, *parts: Designator) -> Compound:
 
     The program holds all of them.
     """
-    return compound("attempts", name, tuple((p,) for p in parts))
+    return compound("fallback", name, tuple((p,) for p in parts))
 
 
 def retry(name: str, part: Action | Motion, *changes: Mapping[str, Any]) -> Compound:
@@ -136,10 +136,10 @@ class Way(Value):
 
 
 def ways(item: Compound) -> Iterator[Way]:
-    """Yield the expansions of a compound: the alternatives of try_in_order, else one with markers."""
+    """Yield the expansions of a compound: the alternatives of choose, else one with markers."""
     if item.kind == "sequence":
         yield Way(item.branches[0], "in this order")
-    elif item.kind == "try_in_order":
+    elif item.kind == "choose":
         for k, branch in enumerate(item.branches):
             names = ", ".join(p.name for p in branch)
             steps = (Mark(item, 0), *branch, Mark(item, len(item.branches)))

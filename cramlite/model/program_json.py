@@ -25,6 +25,8 @@ FORMAT = "cramlite program 1"
 TAG = "step"
 SILENT: Mapping[str, object] = {"origin": "", "comment": "", "relative": "", "late": (), "force_limit_of": "robot"}
 """Left out where they have these values; every number is there."""
+RENAMED: Mapping[str, str] = {"TryInOrder": "Fallback"}
+"""Steps that older texts have, and what they are called now."""
 
 
 class ProgramText(Value):
@@ -214,7 +216,9 @@ def _chosen(hint: Any, value: Any, where: _Where, name: str, lines: dict[int, in
     if steps:
         tag = _object(value, where, name).get(TAG)
         if tag not in steps:
-            raise _error(where, f"{name}.{TAG}", tag, f"the class of a step; {nearest(str(tag), steps)}")
+            now = RENAMED.get(str(tag))
+            right = f"'{now}', as it is called now" if now else f"the class of a step; {nearest(str(tag), steps)}"
+            raise _error(where, f"{name}.{TAG}", tag, right)
         kinds = [steps[tag]]
     failed: UserError | None = None
     for kind in kinds:

@@ -125,7 +125,7 @@ class Rollout(Value):
     force: Floats | None = None
 
     def contact_force(self) -> Floats:
-        """(N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""
+        """Return the (N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""
         norm: Floats = (self.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
         return norm if self.force is None else self.force
 

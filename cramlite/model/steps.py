@@ -280,8 +280,8 @@ class Drive(Step):
     turn_acceleration: float
 
 
-class TryInOrder(Step):
-    """Fallback: branches, tried one after the other while the program runs, until one succeeds.
+class Fallback(Step):
+    """Branches, tried one after the other while the program runs, until one succeeds: a behaviour tree's fallback.
 
     A branch fails when one of its steps would have aborted the program. Each branch but the first begins with the steps
     that lead back to where the first began. All branches end at the same place. If the last one fails, so does this.
@@ -323,7 +323,7 @@ class Monitor(Step):
     time: float | None = None
 
 
-Control = TryInOrder | Parallel | Repeat | Monitor
+Control = Fallback | Parallel | Repeat | Monitor
 """Steps that hold steps."""
 AnyStep = (
     MoveJoints
@@ -346,7 +346,7 @@ AnyStep = (
 
 def branches(step: Control) -> tuple[tuple[AnyStep, ...], ...]:
     """Return the branches of a control step."""
-    return step.branches if isinstance(step, TryInOrder | Parallel) else (step.steps,)
+    return step.branches if isinstance(step, Fallback | Parallel) else (step.steps,)
 
 
 def uses_arm(steps: Iterable[AnyStep]) -> bool:

@@ -77,19 +77,21 @@ class Intrinsics(Value, dict=True):
         return min(math.atan2(beside, self.fx), math.atan2(below, self.fy))
 
     @classmethod
-    def from_field_of_view(cls, width: int, height: int, fov: float | None = None) -> Intrinsics:
+    def from_field_of_view(cls, width: int, height: int, horizontal_fov: float | None = None) -> Intrinsics:
         """Return the intrinsics of a camera with square pixels and the principal point in the middle of the image.
 
         Args:
             width, height: of the image [pixel].
-            fov: horizontal field of view [rad]; None for that of a D435.
+            horizontal_fov: horizontal field of view [rad]; None for that of a D435.
 
         Raises:
             UserError: the field of view is not between 0 and pi.
         """
-        if fov is not None and not 0 < fov < math.pi:
-            raise UserError(f"no pinhole camera sees {math.degrees(fov):.0f} degrees; it must be between 0 and 180")
-        focal = D435.fx * width / D435.width if fov is None else width / 2 / math.tan(fov / 2)
+        if horizontal_fov is not None and not 0 < horizontal_fov < math.pi:
+            raise UserError(f"no pinhole camera sees {math.degrees(horizontal_fov):.0f} degrees; it must be between 0 and 180")
+        focal = D435.fx * width / D435.width
+        if horizontal_fov is not None:
+            focal = width / 2 / math.tan(horizontal_fov / 2)
         return cls(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
 
@@ -158,10 +160,6 @@ class View(Value, eq=False, dict=True):
         """
         chosen = self._measured(mask)
         return np.asarray(self.intrinsics.rays[chosen] * self.depth[chosen][:, None])
-
-    def world_points(self, mask: Mask | None = None) -> Points:
-        """Return the (N, 3) measured points of a mask or of the whole image, row by row, world frame [m]."""
-        return self.camera.apply(self.points(mask))
 
     def _measured(self, mask: Mask | None) -> Mask:
         if mask is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from ..base.errors import UserError, nearest
@@ -11,11 +12,16 @@ if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
 
 
+RENAMED = {"asks": "expansions"}
+"""Budgets that older files have, and what they are called now."""
+
+
 class Budget(Value):
     """Limits on the work of a search, counted rather than timed: the same seed gives the same program on any machine.
 
     Args:
-        asks: designators that plugins may be asked about, over one task sequence.
+        expansions: nodes of the search that may be expanded (designators that plugins are asked about), over one task
+            sequence.
         proofs: fully grounded candidates that may be executed, over one task sequence.
         samples: of a sampling planner, per query.
         sequences: candidate task sequences that are tried.
@@ -24,7 +30,7 @@ class Budget(Value):
         UserError: one is no whole number of at least 1.
     """
 
-    asks: int = 3000
+    expansions: int = 3000
     proofs: int = 8
     samples: int = 4000
     sequences: int = 12
@@ -42,12 +48,25 @@ def budget_of(scenario: Scenario) -> Budget:
     Raises:
         UserError: there is no such budget, or it is below 1; with file and line.
     """
-    asked, valid = scenario.spec.budget, Budget.__struct_fields__
+    return budget_from(scenario.spec.budget, lambda key: scenario.where("budget", key))
+
+
+def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget:
+    """Return the budget that a file asks for.
+
+    Args:
+        where: "file:line" of a key.
+
+    Raises:
+        UserError: there is no such budget, or it is below 1; with file and line.
+    """
+    valid = Budget.__struct_fields__
     for key, value in asked.items():
         if key not in valid:
-            raise UserError(f"{scenario.where('budget', key)}: no budget '{key}'; {nearest(key, valid)}.")
+            right = f"it is called '{RENAMED[key]}' now" if key in RENAMED else nearest(key, valid)
+            raise UserError(f"{where(key)}: no budget '{key}'; {right}.")
         if value < 1:
-            raise UserError(f"{scenario.where('budget', key)}: a budget is at least 1, not {value}.")
+            raise UserError(f"{where(key)}: a budget is at least 1, not {value}.")
     return Budget(**asked)
 
 

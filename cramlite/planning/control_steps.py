@@ -16,7 +16,7 @@ from msgspec.structs import replace
 from ..base.errors import Unresolvable
 from ..model.control_flow import Mark, touched
 from ..model.designators import Motion
-from ..model.steps import Monitor, Parallel, Repeat, TryInOrder, branch_conflict
+from ..model.steps import Fallback, Monitor, Parallel, Repeat, branch_conflict
 from .state import Frame, Item, State
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def state_after_mark(state: State, mark: Mark) -> State:
     frame = state.frames[-1]
     if mark.branch < len(compound.branches):
         ended = replace(frame, starts=(*frame.starts, len(state.steps)), ends=(*frame.ends, state.belief))
-        back = (_back(state, frame, f"back_{mark.branch}"),) if compound.kind == "attempts" else ()
+        back = (_back(state, frame, f"back_{mark.branch}"),) if compound.kind == "fallback" else ()
         return replace(state, agenda=(*back, *rest), frames=(*state.frames[:-1], ended))
     if compound.kind == "repeat" and _differ(frame.begin, state.belief):
         return replace(state, agenda=(_back(state, frame, "back"), *state.agenda))
@@ -66,7 +66,7 @@ def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
     if not frame.compound.decided_at_run_time:
         return closed
     for k, (one, other) in enumerate(pairwise(frame.ends), 1):
-        if frame.compound.kind == "attempts" and (why := _differ(one, other)):
+        if frame.compound.kind == "fallback" and (why := _differ(one, other)):
             raise Unresolvable(f"attempts {k} and {k + 1} of '{frame.compound.name}' end in different ways: {why}")
     cuts = (*frame.starts, len(state.steps))
     parts = tuple(state.steps[a:b] for a, b in pairwise(cuts))
@@ -80,7 +80,7 @@ def _folded(state: State, frame: Frame, rest: tuple[Item, ...]) -> State:
 
 
 SAID = {
-    "attempts": "one after the other, until one succeeds", "parallel": "at the same time, until all are done",
+    "fallback": "one after the other, until one succeeds", "parallel": "at the same time, until all are done",
     "try_all": "at the same time, until one succeeds", "monitor": "watched all the while",
 }  # fmt: skip
 """The rules of control steps, for the reader of the program."""
@@ -89,8 +89,8 @@ SAID = {
 def _control(compound: Compound, parts: tuple[tuple[AnyStep, ...], ...]) -> Control:
     name, p = compound.name, compound.parameters
     comment = SAID.get(compound.kind, "")
-    if compound.kind == "attempts":
-        return TryInOrder(parts, origin=name, comment=comment)
+    if compound.kind == "fallback":
+        return Fallback(parts, origin=name, comment=comment)
     if compound.kind == "repeat":
         return Repeat(parts[0], int(p["times"]), origin=name, comment=f"{p['times']:.0f} times")
     if compound.kind == "monitor":

@@ -50,7 +50,7 @@ def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[
     for call in calls:
         if isinstance(call, TaskCall):
             yield call
-        elif alternatives or call.kind != "try_in_order":
+        elif alternatives or call.kind != "choose":
             for branch in call.branches:
                 yield from task_calls(branch, alternatives=alternatives)
 
@@ -98,10 +98,10 @@ def _action(call: Call, objects: Mapping[str, Object], numbers: Iterator[int], w
         where = {"where": call.where} if call.where else {}
         return Action(name, call.task.task, roles, parameters={**(call.parameters or {}), **where})
     name = part_name(whole, f"{next(numbers)}.{call.rule}")
-    within = name if call.kind == "attempts" and not call.changes else whole
+    within = name if call.kind == "fallback" and not call.changes else whole
     branches: tuple[tuple[Designator, ...], ...]
     branches = tuple(tuple(_action(c, objects, numbers, within) for c in branch) for branch in call.branches)
-    if call.kind == "try_in_order":  # what only one alternative is about is looked for when that one is tried
+    if call.kind == "choose":  # what only one alternative is about is looked for when that one is tried
         used = [{f for c in task_calls(b) for f in c.roles.values() if f in objects} for b in call.branches]
         branches = tuple((*_in_order(objects[f] for f in u), *b) for u, b in zip(used, branches, strict=True))
     if call.changes:

@@ -51,7 +51,7 @@ class Search(Struct, dict=True):
     stop: Callable[[], bool] = lambda: False
 
     def __post_init__(self) -> None:
-        self._asks = self._planned = 0
+        self._expanded = self._planned = 0
         self._nogoods = Nogoods()
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
 
@@ -143,15 +143,15 @@ class Search(Struct, dict=True):
         return {"task": self._planned - left, "depth": depth}
 
     def _count(self) -> None:
-        """One more designator that plugins are asked about.
+        """Count a node that is expanded: a designator that plugins are asked about.
 
         Raises:
             BudgetSpent: there are too many.
             Stopped: the caller has had enough.
         """
-        self._asks += 1
+        self._expanded += 1
         if self.stop():
             raise Stopped
-        if self._asks > self.budget.asks:
-            reason = f"{self.budget.asks} designators were asked about, the budget of one task sequence"
-            raise BudgetSpent("asks", reason)
+        if self._expanded > self.budget.expansions:
+            reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
+            raise BudgetSpent("expansions", reason)

@@ -78,8 +78,8 @@ def _listed(goal: Tasks) -> list[tuple[Entry, Path]]:
 
 def _ruled(entry: RuleSpec, where: str, branches: tuple[tuple[Call, ...], ...]) -> RuleCall:
     kinds: Mapping[str, Kind] = {
-        "sequence": "sequence", "try_in_order": "attempts" if entry.at == "run" else "try_in_order",
-        "try_all": "try_all", "parallel": "parallel", "repeat": "repeat", "retry": "attempts", "monitor": "monitor",
+        "sequence": "sequence", "choose": "choose", "fallback": "fallback", "try_all": "try_all",
+        "parallel": "parallel", "repeat": "repeat", "retry": "fallback", "monitor": "monitor",
     }  # fmt: skip
     watched = {"force_n": entry.force, "slip_m": entry.slip, "time_s": entry.time}
     parameters = {k: v for k, v in watched.items() if v is not None}

@@ -20,6 +20,9 @@ from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .task_specs import TaskEntry
 
+RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
+"""Keys that older files have, and what they are called now."""
+
 
 class _Spec(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -105,17 +108,17 @@ class CameraSpec(_Spec):
 
     mount: Literal["flange", "world"] = "flange"
     at: PoseSpec = PoseSpec()
-    look: tuple[str, ...] = ()
+    queries: tuple[str, ...] = ()
     width: int = Field(D435.width, ge=16, le=4096)
     height: int = Field(D435.height, ge=16, le=4096)
-    fov: Angle | None = None
+    horizontal_fov: Angle | None = None
     intrinsics: IntrinsicsSpec | None = None
     noise: bool = True
 
     @model_validator(mode="after")
     def _is_a_camera(self) -> CameraSpec:
-        if self.fov is not None and self.intrinsics is not None:
-            raise ValueError("a camera has 'fov' or 'intrinsics', not both: each says how wide it sees")
+        if self.horizontal_fov is not None and self.intrinsics is not None:
+            raise ValueError("a camera has 'horizontal_fov' or 'intrinsics', not both: each says how wide it sees")
         try:
             self.pinhole()
         except UserError as error:
@@ -123,10 +126,10 @@ class CameraSpec(_Spec):
         return self
 
     def pinhole(self) -> Intrinsics:
-        """Return the intrinsics: as written, else of square pixels with horizontal field of view ``fov``, that of a D435 by default."""
+        """Return the intrinsics: as written, else of square pixels with ``horizontal_fov``, by default a D435's."""
         if self.intrinsics is not None:
             return Intrinsics(**self.intrinsics.model_dump(), width=self.width, height=self.height)
-        return Intrinsics.from_field_of_view(self.width, self.height, self.fov)
+        return Intrinsics.from_field_of_view(self.width, self.height, self.horizontal_fov)
 
 
 class UnknownErrorSpec(_Spec):
@@ -293,7 +296,7 @@ def scenario_from(path: Path, data: Any) -> Scenario:
     try:
         return Scenario(path, ScenarioSpec.model_validate(data), data)
     except ValidationError as error:
-        raise explain_validation(path, data, error, _valid_keys(error)) from error
+        raise explain_validation(path, data, error, _valid_keys(error), RENAMED) from error
 
 
 def _valid_keys(error: ValidationError) -> list[str]:

@@ -21,8 +21,13 @@ from pydantic import (
 from ..base.errors import nearest
 from ..base.quantities import Force, Length, Time, beyond_reason_by_name
 
-RULES = ("sequence", "try_in_order", "try_all", "parallel", "repeat", "retry", "monitor")
+RULES = ("sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry", "monitor")
 """A mapping with one of these as its only key is no task but a rule over tasks."""
+
+RENAMED: Mapping[str, str] = {
+    "try_in_order": "'choose' where the search decides while planning, 'fallback' where the program decides while it runs",
+}
+"""Rules that older scenarios write, and what they are called now."""
 
 Path = tuple[str | int, ...]
 
@@ -102,10 +107,9 @@ class RuleSpec(BaseModel):
     """Tasks under a rule of the plan language, which may be nested: what ``task_entry`` makes of ``{RULE: ...}``.
 
     Args:
-        rule: "sequence", "try_in_order", "try_all", "parallel", "repeat", "retry" or "monitor".
+        rule: "sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry" or "monitor".
         do: the branches, each a list of tasks or rules; sequence, repeat, retry and monitor have one.
         paths: where each task of each branch stands in the YAML or Python data, from the rule on: for messages.
-        at: of try_in_order: "plan" (the search decides) or "run" (the program does).
         times: of repeat, 1 to 1000.
         changes: of retry, written ``with``: the parameters that each further attempt changes.
         force, slip, time: of monitor: what is watched, and how much is too much [N, m, s].
@@ -119,7 +123,6 @@ class RuleSpec(BaseModel):
     rule: str
     do: tuple[tuple[TaskEntry, ...], ...]
     paths: tuple[tuple[Path, ...], ...]
-    at: str = Field("plan", pattern="^(plan|run)$")
     times: int = Field(1, ge=1, le=1000)
     changes: tuple[Parameters, ...] = Field((), alias="with")
     force: Annotated[Force, Field(gt=0)] | None = None
@@ -131,7 +134,7 @@ class RuleSpec(BaseModel):
         if not self.do or not all(self.do):
             raise ValueError(f"'{self.rule}' needs something to do")
         if self.rule == "retry" and (len(self.do[0]) > 1 or not isinstance(self.do[0][0], TaskSpec)):
-            raise ValueError("'retry' is for one task, whose parameters it changes; try_in_order with 'at: run' is for more")
+            raise ValueError("'retry' is for one task, whose parameters it changes; 'fallback' is for more")
         if self.rule == "retry" and not self.changes:
             raise ValueError("'retry' needs 'with': a list of changed parameters, one for each further attempt")
         if self.rule == "monitor" and self.force is None and self.slip is None and self.time is None:
@@ -140,7 +143,7 @@ class RuleSpec(BaseModel):
 
 
 OWN: Mapping[str, tuple[str, ...]] = {
-    "try_in_order": ("at",), "repeat": ("times",), "retry": ("with",), "monitor": ("force", "slip", "time"),
+    "repeat": ("times",), "retry": ("with",), "monitor": ("force", "slip", "time"),
 }  # fmt: skip
 
 
@@ -152,6 +155,8 @@ def _entry(value: Any) -> Any:
         return {"task": value}
     if isinstance(value, Mapping) and len(value) == 1 and next(iter(value)) in RULES:
         return _rule(*next(iter(value.items())))
+    if isinstance(value, Mapping) and len(value) == 1 and (old := str(next(iter(value)))) in RENAMED:
+        raise ValueError(f"the rule '{old}' is called {RENAMED[old]}")
     if not isinstance(value, Mapping) or "task" not in value:
         keys = list(value) if isinstance(value, Mapping) else []
         hint = f" ({nearest(str(keys[0]), RULES)})" if len(keys) == 1 else ""

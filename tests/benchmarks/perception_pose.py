@@ -15,16 +15,21 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
 import math
+import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "experiments" / "pose_recipes"))
+
+import paper_registration
 import pose_views
 from seeds import wilson
 
 from cramlite.plugin import UserError
-from cramlite_plugins.perception.pose import baselines as pose_recipes
 from cramlite_plugins.perception.pose import libraries as pose_libraries
 from cramlite_plugins.perception.pose.estimate import PoseHypothesis, estimate
 from cramlite_plugins.perception.pose.model import PoseModel
@@ -34,9 +39,9 @@ METHODS: dict[str, Callable[..., list[PoseHypothesis]]] = {
     "ours": estimate,
     "small_gicp, 24 point-to-plane": pose_libraries.small_gicp_pose,
     "Open3D, 24 point-to-plane": pose_libraries.open3d_pose,
-    "paper: PCA, 12 point-to-point": pose_recipes.paper,
-    "one point-to-plane ICP, upright": pose_recipes.one_plane_icp,
-    "one point-to-point ICP": pose_recipes.one_icp,
+    "paper: PCA, 12 point-to-point": paper_registration.paper,
+    "one point-to-plane ICP, upright": paper_registration.one_plane_icp,
+    "one point-to-point ICP": paper_registration.one_icp,
 }
 RIGHT = (0.005, math.radians(5))
 CONFIDENT = 0.6
@@ -80,7 +85,7 @@ def prepare(samples: list[pose_views.Sample]) -> None:
     """What is made once a product: grids, twins and trees."""
     for sample in samples:
         model = pose_views.model_of(sample.product)
-        _ = model.grid, model.twins, model.tree
+        _ = model.grid, model.opposite_points, model.tree
 
 
 def row(name: str, outcomes: list[Outcome]) -> str:

@@ -32,7 +32,7 @@ from cramlite.model import Floats
 from cramlite_plugins.kinematics.blends import rounded, zone
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.motion_planning.planner import Path, plan, resampled
-from cramlite_plugins.motion_planning.planning_scene import CLEARANCE, Scene
+from cramlite_plugins.motion_planning.planning_scene import CLEARANCE, PlanningScene
 
 SPEED, ACCELERATION = 1.57, 3.0  # of the planners' comparison [rad/s, rad/s2]
 PEER = ("sscbirrt==3.15.0", "mujoco==3.14.0")
@@ -62,7 +62,7 @@ def solve(task: Problem, seed: int) -> Result:
     return Result(seconds, found, checks, smallest(scene, executed(scene, found)))
 
 
-def executed(scene: Scene, path: Path) -> Iterator[Floats]:
+def executed(scene: PlanningScene, path: Path) -> Iterator[Floats]:
     """Joint positions of the path with its corners rounded."""
     zones = []
     for (a, corner, b), radius in zip(zip(path.points, path.points[1:], path.points[2:], strict=False), path.radii, strict=True):
@@ -73,13 +73,13 @@ def executed(scene: Scene, path: Path) -> Iterator[Floats]:
         yield from (section.at(section.length * k / count) for k in range(count + 1))
 
 
-def smallest(scene: Scene, positions: Iterator[Floats] | Sequence[Floats]) -> float:
+def smallest(scene: PlanningScene, positions: Iterator[Floats] | Sequence[Floats]) -> float:
     """The smallest distance for Coal [m]."""
     solids, checked = coal_check.shapes(scene), coal_check.pairs(scene)
     return min(min(coal_check.distances(scene, q, solids, checked).values()) for q in positions)
 
 
-def raw_check(scene: Scene, count: int = 2000) -> float:
+def raw_check(scene: PlanningScene, count: int = 2000) -> float:
     """CPU seconds of one mj_kinematics and mj_collision."""
     model, data = scene.compiled.model, scene.data
     positions = np.random.default_rng(1).uniform(-3, 3, (count, 6))

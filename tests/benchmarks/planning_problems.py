@@ -15,7 +15,7 @@ from scenes import TABLE, box, make
 
 from cramlite.model import Pose, Thing
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.motion_planning.planning_scene import Scene
+from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.robots.ur5e import UR5E
 
 Joints = tuple[float, ...]
@@ -27,7 +27,7 @@ SHAPES = {2: "sphere", 5: "cylinder", 6: "box"}  # mjtGeom
 class Problem:
     """From a joint position to a tool pose; every other one carries a box. ``known`` is a free goal."""
 
-    scene: Scene
+    scene: PlanningScene
     start: Joints
     goal: Pose
     known: Joints
@@ -63,7 +63,7 @@ def shelf(rng: np.random.Generator) -> tuple[Thing, ...]:
     return (*walls, *clutter)
 
 
-def stand(scene: Scene, rng: np.random.Generator) -> tuple[Pose, Joints]:
+def stand(scene: PlanningScene, rng: np.random.Generator) -> tuple[Pose, Joints]:
     """A tool pose in the shelf or before it that has a free inverse solution, and that solution."""
     while True:
         inside = rng.random() < 0.75
@@ -76,7 +76,7 @@ def stand(scene: Scene, rng: np.random.Generator) -> tuple[Pose, Joints]:
             return pose, free[0]
 
 
-def mjcf(scene: Scene) -> str:
+def mjcf(scene: PlanningScene) -> str:
     """The planning model with the arm's joints only, ``joint0`` to ``jointN``, and the site ``tcp``."""
     model, data = scene.compiled.model, scene.data
     scene.tip([0.0] * len(scene.robot.joints))

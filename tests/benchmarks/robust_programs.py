@@ -1,7 +1,7 @@
 """What retries and searches are worth: one program, and the same one without any, in the same perturbed twins.
 
 ``python tests/benchmarks/robust_programs.py --twins 20 --hook 4``: resolves hang_onto_hanger (or takes ``--run``, its run directory),
-writes the text twice, with and without every search (SpiralSearch) and every attempt but the first (TryInOrder), and runs both in each
+writes the text twice, with and without every search (SpiralSearch) and every attempt but the first (Fallback), and runs both in each
 twin. Success: the text came to its end, and the product is where it hangs in an undisturbed run, moved along with the hook.
 """
 
@@ -19,13 +19,13 @@ from cramlite import Engine, find_scenario, read_scenario
 from cramlite.experiment.twin import OffSpec, TwinSpec, twin
 from cramlite.model import (
     AnyStep,
+    Fallback,
     Monitor,
     Parallel,
     Program,
     Repeat,
     Rollout,
     SpiralSearch,
-    TryInOrder,
     World,
     read_program,
 )
@@ -42,7 +42,7 @@ def without(steps: Iterable[AnyStep]) -> tuple[AnyStep, ...]:
         match step:
             case SpiralSearch():
                 pass
-            case TryInOrder():
+            case Fallback():
                 found += without(step.branches[0])
             case Repeat() | Monitor():
                 found.append(replace(step, steps=without(step.steps)))

@@ -106,11 +106,11 @@ KEYS = [
 
 def test_json_of_what_was_not_solved(run: Run, tmp_path: Path) -> None:
     path = tmp_path / "short.yaml"
-    path.write_text(TASKS.read_text() + "budget: {asks: 2}\n")
+    path.write_text(TASKS.read_text() + "budget: {expansions: 2}\n")
     ran = run("resolve", path, "--no-report", "--out", tmp_path / "run", "--json")
-    assert ran.code == 1 and "asks = 2" in ran.err
+    assert ran.code == 1 and "expansions = 2" in ran.err
     said = json.loads(ran.out)
-    assert said["solved"] is False and "asks = 2" in said["reason"]
+    assert said["solved"] is False and "expansions = 2" in said["reason"]
     assert list(said) == KEYS
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from as_a_user import cramlite
-from test_ontology import SMALL_SOMA
+from small_soma import SMALL_SOMA
 
 from cramlite import Engine, data_folder
 from cramlite.cli.main import main
@@ -107,7 +107,7 @@ def test_users_add_ontologies_by_hook(tmp_path: Path) -> None:
     path = own(tmp_path, "cram:Candle rdfs:subClassOf cram:Product .")
     plugin = tmp_path / "candles.py"
     plugin.write_text(
-        "from pathlib import Path\nfrom cramlite import hookimpl\n\n@hookimpl\ndef ontologies():\n"
+        "from pathlib import Path\nfrom cramlite.plugin import hookimpl\n\n@hookimpl\ndef ontologies():\n"
         f"    return [Path({str(path)!r})]\n"
     )
     assert Engine(files=[plugin]).knowledge.taxonomy.is_a("cram:Candle", "cram:Product")

@@ -99,6 +99,12 @@ def test_the_page_of_python_names_has_all() -> None:
     assert " at 0x" not in page  # the same page from every build
 
 
+@pytest.mark.parametrize("name", _generated().PAGES)
+def test_every_page_is_made(name: str) -> None:
+    page = _generated().PAGES[name]()
+    assert page.startswith("# ") and len(page.splitlines()) > 10
+
+
 def test_the_navigation_has_every_page() -> None:
     text = (ROOT / "mkdocs.yml").read_text()
     listed = set(re.findall(r": ([\w/-]+\.md)$", text, re.MULTILINE))

@@ -38,7 +38,7 @@ def seen(folder: Path) -> Path:
     shipped = find_scenario("fetch_from_hanger_camera")
     text = shipped.read_text().replace("demonstration: ", f"demonstration: {shipped.parent}/")
     path = folder / "seen.yaml"
-    path.write_text(text + "\nbudget: {asks: 1, sequences: 1}\n")
+    path.write_text(text + "\nbudget: {expansions: 1, sequences: 1}\n")
     return path
 
 

@@ -45,7 +45,7 @@ def test_without_search_only_the_search_is_gone() -> None:
 def test_what_cannot_be_meant_is_given_up_at_once() -> None:
     """Another product hangs on another hanger. Whichever grasp it is, it cannot be lifted: no other grasp is tried."""
     trace = Trace()
-    first = next(candidates("hang_onto_hanger", Budget(proofs=1, asks=150), trace, set_name="hard"))
+    first = next(candidates("hang_onto_hanger", Budget(proofs=1, expansions=150), trace, set_name="hard"))
     assert "PickingUp" in str(first.plan)
     assert next(first.attempts()).code
     refused = [e for e in trace.entries if "constrains more than one degree of freedom" in e.reason]

@@ -33,7 +33,7 @@ def experiment(tmp_path: Path) -> Path:
     scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
     (folder / "scenario.yaml").write_text(scenario)
     text = (FOLDER / "experiment.yaml").read_text()
-    text = text.replace("budget: {proofs: 4, asks: 400}", "budget: {proofs: 1, asks: 2}\nmost_candidates: 1")
+    text = text.replace("budget: {proofs: 4, expansions: 400}", "budget: {proofs: 1, expansions: 2}\nmost_candidates: 1")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith(("main:", "hard:"))]
     at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
     lines.insert(at + 1, "  main: {first: 1000, count: 1, about: quick}")
@@ -64,7 +64,7 @@ def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(ex
     run_experiment(order(experiment, tmp_path / "two", 2), lambda _: None)
     assert told(tmp_path / "one") == told(tmp_path / "two")
     assert len(told(tmp_path / "one")) == 6 and "[3/3]" in said[-1] and "left" in said[-1]
-    assert all(r.candidates >= 1 and not r.solved and "asked" in r.results[0].reason for r in one)
+    assert all(r.candidates >= 1 and not r.solved and "expanded" in r.results[0].reason for r in one)
     before = {p: p.stat().st_mtime_ns for p in (tmp_path / "one").rglob("*.json") if p.name != "manifest.json"}
     (tmp_path / "one" / "results" / "O2-01" / "result.json").unlink()  # as if it had been killed there
     again = run_experiment(order(experiment, tmp_path / "one"), said.append)
@@ -73,15 +73,16 @@ def test_any_number_of_workers_finds_the_same_and_finished_work_is_not_redone(ex
     assert [p.name for p in redone] == ["result.json"]  # its candidate was finished, and was read
 
 
-@pytest.mark.parametrize("asks", [pytest.param(400, marks=pytest.mark.heavy), 2])
-def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, tmp_path: Path, asks: int) -> None:
+@pytest.mark.parametrize("expansions", [pytest.param(400, marks=pytest.mark.heavy), 2])
+def test_a_set_may_stop_at_the_first_candidate_that_succeeds(experiment: Path, tmp_path: Path, expansions: int) -> None:
     path = experiment / "experiment.yaml"
-    text = path.read_text().replace("about: quick", "until_solved: true, about: quick").replace("asks: 2", f"asks: {asks}")
+    text = path.read_text().replace("about: quick", "until_solved: true, about: quick")
+    text = text.replace("expansions: 2", f"expansions: {expansions}")
     path.write_text(text.replace("most_candidates: 1", "most_candidates: 2"))
     one = read_experiment(path).demonstrations("main")[0]
     found = run_trial(Trial(path, "main", one, tmp_path / "out", pictures=False))
     assert found.candidates >= 2
-    assert (found.solved, found.tried, len(found.results)) == ((True, 1, 1) if asks == 400 else (False, 2, 2))
+    assert (found.solved, found.tried, len(found.results)) == ((True, 1, 1) if expansions == 400 else (False, 2, 2))
     assert not multiprocessing.active_children()  # a worker that had one left would never end
 
 

@@ -11,10 +11,10 @@ import coal
 import mujoco
 import numpy as np
 
-from cramlite_plugins.motion_planning.planning_scene import Scene
+from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 
 
-def shapes(scene: Scene) -> list[Any]:
+def shapes(scene: PlanningScene) -> list[Any]:
     """A Coal shape for each geom of the planning model."""
     model, kinds = scene.compiled.model, mujoco.mjtGeom
     result = []
@@ -30,7 +30,7 @@ def shapes(scene: Scene) -> list[Any]:
     return result
 
 
-def pairs(scene: Scene) -> list[tuple[int, int]]:
+def pairs(scene: PlanningScene) -> list[tuple[int, int]]:
     """The geoms that may not touch, but for neighbours and what the models exclude."""
     model = scene.compiled.model
     excluded = {(int(s) >> 16, int(s) & 0xFFFF) for s in model.exclude_signature}
@@ -50,7 +50,9 @@ def _parent(model: Any, a: int, b: int) -> bool:
     return bool(parent == model.body_weldid[a] and parent != 0)
 
 
-def distances(scene: Scene, q: Any, solids: list[Any], checked: list[tuple[int, int]]) -> dict[tuple[int, int], float]:
+def distances(
+    scene: PlanningScene, q: Any, solids: list[Any], checked: list[tuple[int, int]]
+) -> dict[tuple[int, int], float]:
     """Coal's signed distance of each pair [m] at a joint position."""
     scene.tcp(q)
     data = scene.data

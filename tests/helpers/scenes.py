@@ -7,7 +7,7 @@ from typing import Any
 
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.motion_planning.planning_scene import Scene, scene
+from cramlite_plugins.motion_planning.planning_scene import PlanningScene, scene
 from cramlite_plugins.robots.ur5e import UR5E
 
 ROBOTS = {"ur5e": UR5E}
@@ -29,7 +29,7 @@ def world(*things: Thing) -> World:
     return World(things, (RobotMount("arm1", "ur5e"),))
 
 
-def make(*things: Thing, **options: Any) -> Scene:
+def make(*things: Thing, **options: Any) -> PlanningScene:
     """A scene of these things."""
     return scene(world(*things), ROBOTS, "arm1", **options)
 
@@ -39,7 +39,7 @@ def down(x: float, y: float, z: float) -> Pose:
     return Pose.from_axes((x, y, z), (0, 0, -1), (1, 0, 0))
 
 
-def stance(scene_: Scene, pose: Pose) -> tuple[float, ...]:
+def stance(scene_: PlanningScene, pose: Pose) -> tuple[float, ...]:
     """The free inverse solution nearest to home."""
     return next(q for q in inverse(UR5E, pose) if scene_.free(q))
 

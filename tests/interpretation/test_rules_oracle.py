@@ -10,12 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from interpretation_samples import action, episode, state, track
+from plain_matcher import match
 from properties import examples
 from rule_translations import clingo_facts, clingo_program, facts_of
 
 from cramlite import data_folder
 from cramlite.interpretation.decision_tree import DecisionTree
-from cramlite.interpretation.matching import Phases, match, reject
+from cramlite.interpretation.matching import Phases, reject
 from cramlite.interpretation.rules import load_rules
 from cramlite.model import Entity, Episode, Event, Pose
 from cramlite.ontology.taxonomy import load_taxonomy

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from cramlite.cli.main import main
 from cramlite.model import (
     AnyStep,
+    Fallback,
     ForceInsert,
     ForceMove,
     MoveJoints,
@@ -22,7 +23,6 @@ from cramlite.model import (
     Repeat,
     SetGripper,
     SetPayload,
-    TryInOrder,
     Wait,
     violations,
     write_program,
@@ -72,9 +72,9 @@ def test_a_sound_program_passes() -> None:
         ((replace(FEEL, timeout=2.0),), {}, "time-outs", "takes 5.0 s, longer than its time-out of 2 s"),
         ((Repeat((Wait(1.0),), 5000),), {}, "time-outs", "5000 repetitions"),
         ((replace(GRIP, force=500.0),), {}, "gripper", "gripper force 500 N is outside 20 .. 235 N"),
-        ((TryInOrder(((Wait(1.0),), ())),), {}, "paths", "a branch has no steps"),
+        ((Fallback(((Wait(1.0),), ())),), {}, "paths", "a branch has no steps"),
         ((Parallel(((MOVE,), (LINE,))),), {}, "paths", "more than one branch needs the arm"),
-        ((TryInOrder(((Wait(1.0),), (replace(LINE, speed=2.0),))),), {}, "speed", "TCP speed 2 m/s"),
+        ((Fallback(((Wait(1.0),), (replace(LINE, speed=2.0),))),), {}, "speed", "TCP speed 2 m/s"),
     ],
 )
 def test_each_rule_refuses_what_breaks_it(

@@ -29,7 +29,7 @@ def test_a_point_behind_the_camera_is_not_seen() -> None:
 
 def test_the_cloud_is_where_the_camera_looks() -> None:
     camera = Pose.from_axes((1, 0, 0), (-1, 0, 0), (0, 1, 0))  # looks along -x
-    points = _view(0.5, camera).world_points()
+    points = camera.apply(_view(0.5, camera).points())
     assert np.allclose(points[:, 0], 0.5) and len(points) == 64 * 48
 
 

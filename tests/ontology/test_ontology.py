@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from small_soma import SMALL_SOMA
 
 from cramlite import data_folder
 from cramlite.ontology.check import check_ontology, report_lines
@@ -18,10 +19,6 @@ from cramlite.plugin import UserError
 
 ORIGINALS = Path(__file__).resolve().parents[3] / "shared" / "data" / "soma"
 OURS = data_folder("ontologies")
-SMALL_SOMA = """
-soma:hasDisposition a owl:ObjectProperty .
-soma:Cup rdfs:subClassOf soma:Crockery . soma:Crockery rdfs:subClassOf dul:Object . soma:Bottle rdfs:subClassOf dul:Object .
-"""
 HEAD = "\n".join(f"@prefix {p}: <{n}> ." for p, n in PREFIXES.items()) + "\n"
 
 

@@ -1,4 +1,4 @@
-"""What ``cramlite perceive --query`` takes a scenario's ``camera.look`` takes too: one parser, and the experts that are loaded."""
+"""What ``cramlite perceive --query`` takes a scenario's ``camera.queries`` takes too: one parser, and the experts that are loaded."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def bright(tmp_path: Path) -> Path:
 def told(folder: Path, query: str, *, poses: str = "camera") -> Path:
     """The shipped scenario with a camera that is told what to look for."""
     text = find_scenario(SCENARIO).read_text()
-    text = text.replace("  mount: flange\n", f"  mount: flange\n  look:\n    - {query}\n").replace("poses: camera", f"poses: {poses}")
+    text = text.replace("  mount: flange\n", f"  mount: flange\n  queries:\n    - {query}\n").replace("poses: camera", f"poses: {poses}")
     assert query in text
     path = folder / "told.yaml"
     path.write_text(text.replace("demonstration: ", f"demonstration: {find_scenario(SCENARIO).parent}/"))

@@ -17,21 +17,24 @@ from cramlite.model import (
     Belief,
     Compound,
     Control,
+    Fallback,
     Monitor,
     Motion,
     Parallel,
     Repeat,
     RobotMount,
-    TryInOrder,
     Wait,
     World,
+    choose,
     fallback,
     monitor,
+    parallel,
+    repeat,
     retry,
     sequence,
+    try_all,
     walk,
 )
-from cramlite.model.control_flow import choose, parallel, repeat, try_all
 from cramlite.planning.search import Search
 from cramlite.planning.state import State
 from cramlite.plugin import Context, UserError
@@ -139,7 +142,7 @@ def test_an_alternative_whose_program_is_not_proven_gives_way_to_the_next(trial:
 
 def test_attempts_are_all_in_the_program_and_each_begins_where_the_first_did(trial: Trial) -> None:
     steps = trial.steps(fallback("1.attempts", go("a", 2.0), go("b", 2.0), go("c", 2.0)), go("d"))
-    assert steps is not None and isinstance(steps[0], TryInOrder) and len(steps) == 2
+    assert steps is not None and isinstance(steps[0], Fallback) and len(steps) == 2
     assert [names(b) for b in steps[0].branches] == [
         ["a"], ["1.attempts/back_1", "b"], ["1.attempts/back_2", "c"],
     ]  # fmt: skip
@@ -229,7 +232,7 @@ def _first(part: Any) -> list[str]:
     """The motions of a tree in order; of alternatives the first."""
     if not isinstance(part, Compound):
         return [part.name]
-    branches = part.branches[:1] if part.kind == "try_in_order" else part.branches
+    branches = part.branches[:1] if part.kind == "choose" else part.branches
     return [n for branch in branches for p in branch for n in _first(p)]
 
 
@@ -255,7 +258,7 @@ HEAD = "scenario: s\nrobot: {type: ur5e}\nthings:\n  - {name: tea, model: block,
         ("  - repeat: {time: 3, do: [ParkArms]}\n", 6, "'repeat' has no 'time'; did you mean 'times'"),
         ("  - repeat: {times: 0, do: [ParkArms]}\n", 6, "greater than or equal to 1"),
         ("  - repeat:\n      times: 2\n      do:\n        - ParkArms\n        - ParkLegs\n", 10, "no task type 'ParkLegs'"),
-        ("  - try_in_order:\n    - ParkArms\n    - [ParkArms, {task: Grasp, Patient: te}]\n", 8, "did you mean 'tea'"),
+        ("  - choose:\n    - ParkArms\n    - [ParkArms, {task: Grasp, Patient: te}]\n", 8, "did you mean 'tea'"),
         ("  - monitor: {do: [ParkArms]}\n", 6, "needs 'force', 'slip' or 'time'"),
         ("  - monitor: {force: 20 mm, do: [ParkArms]}\n", 6, "'mm' is not a unit of force"),
         ("  - retry: {do: [ParkArms, ParkArms], with: [{x: 1}]}\n", 6, "'retry' is for one task"),

@@ -128,11 +128,11 @@ def test_choice_points_are_capped(plugin: Plugin) -> None:
 
 
 def test_asks_are_counted(plugin: Plugin) -> None:
-    trial = Trial(plugin("my_objects", _with(OBJECTS, 5)), budget=Budget(asks=3))
+    trial = Trial(plugin("my_objects", _with(OBJECTS, 5)), budget=Budget(expansions=3))
     trial.bindings(*(Object(f"cup{k}") for k in range(5)))
     last = trial.trace.entries[-1]
-    assert "3 designators were asked about" in last.reason
-    assert (last.kind, last.text, last.numbers) == ("budget", "asks = 3", {"asks": 3})
+    assert "3 nodes were expanded" in last.reason
+    assert (last.kind, last.text, last.numbers) == ("budget", "expansions = 3", {"expansions": 3})
 
 
 def test_a_spent_budget_says_which_one_it_was(plugin: Plugin, monkeypatch: pytest.MonkeyPatch) -> None:

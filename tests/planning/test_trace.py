@@ -20,27 +20,27 @@ SCENARIO = "tasks/opening_blocked"
 def spent() -> Trace:
     """Two task sequences, each cut short by a budget."""
     trace = Trace()
-    trace.spent("asks", 3, "3 designators were asked about")
+    trace.spent("expansions", 3, "3 nodes were expanded")
     trace.candidate = 2
     trace.spent("proofs", 8, "so many programs were made")
     return trace
 
 
 def garbled(entries: list[Entry]) -> list[Entry]:
-    return [replace(e, designator="x", text="asks = many", reason="1 of 2") for e in entries]
+    return [replace(e, designator="x", text="expansions = many", reason="1 of 2") for e in entries]
 
 
 def test_a_spent_budget_is_known_by_its_numbers() -> None:
     said = how_it_ended(spent().entries)
-    assert "its budget asks = 3 and proofs = 8," in said
-    assert "'budget: {asks: 6, proofs: 16}'" in said and "Budget(asks=6, proofs=16)" in said
+    assert "its budget expansions = 3 and proofs = 8," in said
+    assert "'budget: {expansions: 6, proofs: 16}'" in said and "Budget(expansions=6, proofs=16)" in said
     assert how_it_ended(garbled(spent().entries)) == said
 
 
 def test_words_alone_end_nothing() -> None:
     """A thing that is called budget, and what looks like its text."""
     trace = Trace()
-    trace.add(0, "budget", "asks = 3", "capped", "engine", "stopped by the caller", kind="object")
+    trace.add(0, "budget", "expansions = 3", "capped", "engine", "stopped by the caller", kind="object")
     assert how_it_ended(trace.entries).startswith("every alternative that was tried was refused; limits")
 
 
@@ -88,7 +88,7 @@ def test_a_trace_is_read_back(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("change", "said"),
-    [({"kind": None}, "kind"), ({"kind": "colour"}, "Invalid enum value 'colour'"), ({"numbers": {"asks": "3"}}, "numbers")],
+    [({"kind": None}, "kind"), ({"kind": "colour"}, "Invalid enum value 'colour'"), ({"numbers": {"expansions": "3"}}, "numbers")],
 )
 def test_a_trace_without_kinds_is_refused_in_one_paragraph(run: Run, tmp_path: Path, change: dict[str, object], said: str) -> None:
     """Those of versions before the kinds, and damaged ones."""

@@ -70,21 +70,23 @@ def belief_of(engine: Engine, sigma: float, *, held: bool = False) -> Any:
 
 @pytest.mark.parametrize(("sigma", "more"), [(0.0, 0.0), (0.002, 0.004), (0.005, 0.01), (0.1, 0.01)])
 def test_paths_keep_two_standard_deviations_from_things(engine: Engine, sigma: float, more: float) -> None:
-    from cramlite_plugins.motion_planning.reach import wider
+    from cramlite_plugins.motion_planning.reach import uncertainty_margins
 
     for held in (False, True):
-        assert wider(belief_of(engine, sigma, held=held)) == ({"second": pytest.approx(more)} if more else {})
+        assert uncertainty_margins(belief_of(engine, sigma, held=held)) == (
+            {"second": pytest.approx(more)} if more else {}
+        )
 
 
 def test_what_is_free_beside_a_known_thing_is_not_beside_an_unsure_one(engine: Engine) -> None:
     from cramlite.plugin import Context
-    from cramlite_plugins.motion_planning.reach import make_scene, stance
+    from cramlite_plugins.motion_planning.reach import collision_free_ik, make_scene
 
     robot = engine.knowledge.robots["ur5e"]
     sure, unsure = belief_of(engine, 0.0), belief_of(engine, 0.004)
     context = Context(robot, sure.world.robots[0], {}, engine.knowledge.taxonomy)
     asked = {sigma: make_scene(b, context) for sigma, b in ((0, sure), (4, unsure))}
-    reach = [stance(asked[0], context, Pose((x, 0.0, 0.385), Pose.from_rotvec((0, 0, 0), (0, 1.5708, 0)).quaternion), robot.home)
+    reach = [collision_free_ik(asked[0], context, Pose((x, 0.0, 0.385), Pose.from_rotvec((0, 0, 0), (0, 1.5708, 0)).quaternion), robot.home)
              for x in (0.72 + 0.001 * k for k in range(45))]  # fmt: skip
     free = [q for q in reach if not isinstance(q, str)]
     assert free, "some of them are free beside what is known"

@@ -172,7 +172,7 @@ def test_perceive_answers_and_writes_a_page(tmp_path: Path) -> None:
     ],
 )
 def test_questions_without_an_answer_say_why(query: str, code: int, said: str) -> None:
-    done = cramlite("perceive", "fetch_from_hanger_camera", "--query", query, "--wants", "type")
+    done = cramlite("perceive", "fetch_from_hanger_camera", "--query", query, "--attributes", "type")
     assert done.returncode == code
     assert said in done.stdout + done.stderr
 
@@ -223,7 +223,7 @@ def test_a_product_is_taken_off_the_hanger_that_it_hangs_on(world: World, peg: s
     [
         ("mount: flange", (385.0, 385.0, 319.5, 239.5, 640, 480)),
         ("width: 320\n  height: 240", (192.5, 192.5, 159.5, 119.5, 320, 240)),
-        ("width: 200\n  height: 100\n  fov: 90 deg", (100.0, 100.0, 99.5, 49.5, 200, 100)),
+        ("width: 200\n  height: 100\n  horizontal_fov: 90 deg", (100.0, 100.0, 99.5, 49.5, 200, 100)),
         ("intrinsics: {fx: 600, fy: 590, cx: 330, cy: 250}", (600, 590, 330, 250, 640, 480)),
     ],
 )
@@ -239,8 +239,8 @@ def test_a_camera_is_as_the_scenario_says(written: str, expected: tuple[float, .
 @pytest.mark.parametrize(
     ("written", "said"),
     [
-        ("fov: 90 deg\n  intrinsics: {fx: 600, fy: 590, cx: 330, cy: 250}", "'fov' or 'intrinsics', not both"),
-        ("fov: 190 deg", "no pinhole camera sees 190 degrees"),
+        ("horizontal_fov: 90 deg\n  intrinsics: {fx: 600, fy: 590, cx: 330, cy: 250}", "'horizontal_fov' or 'intrinsics', not both"),
+        ("horizontal_fov: 190 deg", "no pinhole camera sees 190 degrees"),
         ("intrinsics: {fx: 600, fy: 590, cx: 900, cy: 250}", "outside the image of 640 x 480"),
         ("intrinsics: {fx: 600, fy: 0, cx: 300, cy: 250}", "greater than 0"),
         ("width: 3", "greater than or equal to 16"),

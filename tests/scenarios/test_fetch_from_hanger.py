@@ -154,7 +154,7 @@ def test_an_arm_that_there_is_not(tmp_path: Path) -> None:
 def test_the_program_sees_only_text_and_world(shipped: tuple[Path, CompletedProcess[str]]) -> None:
     """Another process that is given the program and the world file, nothing else, gets the same end."""
     run, _ = shipped
-    command = [sys.executable, "-m", "cramlite_plugins.simulation.execute", run / "program.script", run / "world.json"]
+    command = [sys.executable, "-m", "cramlite", "execute", run / "program.script", "--world", run / "world.json"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert "finished" in done.stdout

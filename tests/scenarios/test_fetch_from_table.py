@@ -32,7 +32,7 @@ def test_an_arm_that_is_bolted_down_cannot(engine: Engine) -> None:
     scenario = read_scenario(find_scenario("fetch_from_table"))
     bolted = scenario.spec.model_copy(update={"robot": scenario.spec.robot.model_copy(update={"type": "ur5e"})})
     trace = Trace()
-    assert not list(engine.resolve(replace(scenario, spec=bolted), budget=Budget(asks=200), trace=trace))
+    assert not list(engine.resolve(replace(scenario, spec=bolted), budget=Budget(expansions=200), trace=trace))
     assert any("m > 1.01 m reach of arm 'ur5e'" in e.reason for e in trace.entries)
 
 
@@ -42,7 +42,7 @@ def test_who_may_not_drive_cannot(engine: Engine) -> None:
     assert scenario.spec.tasks is not None
     stays = scenario.spec.model_copy(update={"tasks": scenario.spec.tasks[1:3]})
     trace = Trace()
-    assert not list(engine.resolve(replace(scenario, spec=stays), budget=Budget(asks=300, proofs=1), trace=trace))
+    assert not list(engine.resolve(replace(scenario, spec=stays), budget=Budget(expansions=300, proofs=1), trace=trace))
     assert any("m > 0.917 m of arm 'ur5e_mobile'" in e.reason for e in trace.entries)
 
 

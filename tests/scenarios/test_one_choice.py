@@ -114,7 +114,7 @@ def test_block(asked: str, says: str, tmp_path: Path, files: list[Path], capsys:
 
 
 @pytest.mark.parametrize(
-    ("asked", "says"), [("budget: {asks: 2}", "asks = 2"), ("budget: {asks: 0}", "yaml:7: a budget is at least 1")]
+    ("asked", "says"), [("budget: {expansions: 2}", "expansions = 2"), ("budget: {expansions: 0}", "yaml:7: a budget is at least 1")]
 )
 def test_budget(asked: str, says: str, tmp_path: Path, files: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
     assert says in _alike(_scenario(tmp_path, asked), [], tmp_path / "run", capsys)
@@ -126,7 +126,7 @@ def test_ontologies(asked: str, says: str, tmp_path: Path, files: list[Path], ca
 
 
 def test_a_budget_of_the_caller_wins(tmp_path: Path) -> None:
-    scenario = read_scenario(_scenario(tmp_path, "budget: {asks: 2}"))
+    scenario = read_scenario(_scenario(tmp_path, "budget: {expansions: 2}"))
     assert next(Engine().resolve(scenario), None) is None
     assert next(Engine().resolve(scenario, budget=Budget())).verdict.passed
 
@@ -143,7 +143,7 @@ def test_the_engine_of_a_scenario(tmp_path: Path, files: list[Path]) -> None:
 
 
 @pytest.mark.parametrize("value", [0, -1, 2.5, "3", True, None])
-@pytest.mark.parametrize("name", ["asks", "proofs", "samples", "sequences"])
+@pytest.mark.parametrize("name", ["expansions", "proofs", "samples", "sequences"])
 def test_a_budget_is_a_whole_number_of_at_least_1(name: str, value: object) -> None:
     assert getattr(Budget(**{name: 1}), name) == 1
     with pytest.raises(UserError, match=f"Budget\\({name}=.*at least 1"):

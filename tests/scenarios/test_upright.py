@@ -14,7 +14,7 @@ from properties import examples
 from cramlite import Budget, Engine, read_scenario
 from cramlite.model import Pose, Rollout
 from cramlite_plugins.motion_planning.cartesian import sampled
-from cramlite_plugins.motion_planning.upright import Load, way
+from cramlite_plugins.motion_planning.upright import Load, waypoints_over
 
 SCENARIO = """
 scenario: carry_cup
@@ -68,7 +68,7 @@ def test_a_way_between_upright_poses_is_upright_and_keeps_its_height(
 ) -> None:
     here, there = Pose(a), Pose.from_rotvec(b, (0.0, 0.0, yaw))
     load = Load("cup", math.radians(1.0), Pose(), (0.0, 0.0, 1.0))
-    corners = way(here, there, load.up, 0.1, around)
+    corners = waypoints_over(here, there, load.up, 0.1, around)
     assert corners[-1] == there
     assert max(load.tilt(p) for p in sampled(here, corners, 0.05, 0.1)) < 1e-3
     assert max(p.position[2] for p in corners) == pytest.approx(max(a[2], b[2]) + 0.1)

@@ -1,1 +1,1 @@
-"""cramlite inside other frameworks: behaviour trees (py_trees) and symbolic planners (unified-planning)."""
+"""Adapters of cramlite to behaviour trees (py_trees) and symbolic planners (unified-planning)."""

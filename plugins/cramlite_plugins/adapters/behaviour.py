@@ -1,4 +1,4 @@
-"""A behaviour for py_trees that resolves a designator, a list of tasks or a goal, and runs the proven program.
+"""Behaviour for py_trees that resolves a designator, a list of tasks or a goal, and runs the proven program.
 
 Needs py_trees 2.3 or later (``pip install 'cramlite[py-trees]'``). Source of the life cycle (initialise, update,
 terminate): py_trees documentation, "Behaviours".
@@ -18,7 +18,7 @@ Work = Goal | TaskSpec | RuleSpec | list[TaskSpec | RuleSpec]
 
 
 class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, known only where it is installed
-    """Resolves in a thread of its own, then hands the program over to ``run``.
+    """Behaviour that resolves a goal in a thread of its own, then hands the program over to ``run``.
 
     RUNNING while it resolves; SUCCESS when ``run`` says so; FAILURE with the nearest miss as feedback message. Ticked
     again after that it goes on from the setting that its own run left. When it is interrupted the search is stopped.
@@ -47,7 +47,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
         self.solution: Solution | None = None
 
     def initialise(self) -> None:
-        """Begin to resolve."""
+        """Start resolving."""
         self._leave()
         self._stop, self.solution, self._said = threading.Event(), None, ""
         self._worker = threading.Thread(target=self._work, args=(self._stop,), daemon=True)
@@ -67,7 +67,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
             self.solution = solution
 
     def update(self) -> py_trees.common.Status:
-        """RUNNING until there is a program or none."""
+        """Return RUNNING until there is a program or none, then SUCCESS or FAILURE."""
         assert self._worker is not None
         if self._worker.is_alive():
             self.feedback_message = "resolving"
@@ -91,7 +91,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 
 
 class Place:
-    """The setting of a tree: what one behaviour's run left is where the next one begins.
+    """Setting of a behaviour tree: what one behaviour's run left is where the next one begins.
 
     ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
     the world as it really is then, and judged there.
@@ -101,6 +101,7 @@ class Place:
         self._engine, self._setting = engine, setting
 
     def now(self) -> Setting:
+        """Return the current setting."""
         return self._setting
 
     def run(self, solution: Solution) -> bool:

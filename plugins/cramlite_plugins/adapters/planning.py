@@ -1,4 +1,4 @@
-"""Task rules as a problem for unified-planning; a real planner's plan resolved step by step, failures fed back as facts.
+"""Adapter to unified-planning: task rules as a planning problem; a plan resolved stepwise, failures fed back as facts.
 
 Needs unified-planning 1.2 or later with an engine, e.g. pyperplan (``pip install 'cramlite[planning]'``). Each task with
 its fillers is one action without parameters; ``possible(action)`` is a fact of its own, which a failed resolution denies.
@@ -18,7 +18,7 @@ Planner = Callable[[Any], "list[str] | None"]
 
 
 class Planned(Value):
-    """How it went.
+    """Result of planning and resolving.
 
     Args:
         solution: proven, or None.
@@ -41,7 +41,7 @@ def problem_of(engine: Engine, setting: Setting, goal: Goal) -> PlanningProblem:
 
 
 def to_unified_planning(problem: PlanningProblem, impossible: Iterable[str] = ()) -> Any:
-    """The problem for unified-planning: one fluent a fact, one action an operator.
+    """Convert a planning problem for unified-planning: one fluent a fact, one action an operator.
 
     Args:
         impossible: names of operators that a resolution refused.
@@ -78,7 +78,7 @@ def to_unified_planning(problem: PlanningProblem, impossible: Iterable[str] = ()
 
 
 def pyperplan(problem: Any) -> list[str] | None:
-    """A plan by pyperplan (Helmert group, Basel), which knows no denials: they are compiled away first."""
+    """Plan with pyperplan (Helmert group, Basel); it knows no denials: they are compiled away first."""
     from unified_planning.engines import CompilationKind
     from unified_planning.shortcuts import Compiler, OneshotPlanner, get_environment
 
@@ -96,7 +96,7 @@ def pyperplan(problem: Any) -> list[str] | None:
 def resolve_planned(
     engine: Engine, setting: Setting, goal: Goal, planner: Planner = pyperplan, *, rounds: int = 5
 ) -> Planned:
-    """Plan, resolve the plan one task more at a time, and tell the planner of the first that cannot be; then again.
+    """Plan, resolve the plan one task more at a time; tell the planner of the first that cannot be, and plan again.
 
     Args:
         planner: see ``Planner``.

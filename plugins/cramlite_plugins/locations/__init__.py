@@ -1,0 +1,1 @@
+"""Location resolvers: grasps, handles, pegs, places, base stands, viewpoints, from a belief."""

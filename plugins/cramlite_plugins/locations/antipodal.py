@@ -1,4 +1,4 @@
-"""Where two parallel pads can hold a shape of primitives: contact pairs by exact ray casting, and room for the hand.
+"""Antipodal grasps on a shape of primitives: contact pairs by exact ray casting, and room for the hand.
 
 A line along the closing direction meets each convex primitive in one interval; the union of the intervals around
 the pinch point ends in the contact pair. Pads can hold it when both normals lie in the friction cone about the line
@@ -16,7 +16,7 @@ import numpy as np
 
 from cramlite.model import Floats, Geom, Gripper, Pose, Value
 
-from ..shapes.hull import hull_planes
+from ..shapes.convex import hull_planes
 from ..shapes.ray_casting import Body, body, crossed, inverse, spans
 from ..shapes.segment_casting import SKIN
 
@@ -31,7 +31,7 @@ ANGLES = 8  # side grasps around a cylinder
 
 
 class Pinch(Value):
-    """A contact pair between two pads.
+    """Contact pair between two pads.
 
     Args:
         pose: of the TCP, half way between the contacts, in the thing's frame.
@@ -57,7 +57,7 @@ def pinch(shape: Body, pose: Pose) -> Pinch | None:
 
 
 def clear(shape: Body, pose: Pose, opening: float, gripper: Gripper) -> bool:
-    """Whether fingers at this opening, and the palm, meet nothing at the pose and on the straight way to it."""
+    """Check whether fingers at this opening [m], and the palm, meet nothing at the pose and on the straight way to it."""
     starts, ends = _hand(round(opening, 6), gripper)
     return not crossed(shape, pose.apply(starts), pose.apply(ends))
 
@@ -83,7 +83,7 @@ def _hand(opening: float, gripper: Gripper) -> tuple[Floats, Floats]:
 
 
 def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
-    """The pose drawn back until the pads end before the geom's far side; None where they do already.
+    """Draw a TCP pose back until the pads end before the geom's far side; None where they do already.
 
     A thin thing that lies on a table is gripped so.
     """
@@ -105,7 +105,7 @@ def by_tips(geom: Geom, pose: Pose, gripper: Gripper) -> tuple[Pose, float] | No
 
 
 def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, float, str]]:
-    """TCP poses that bring the pads to a contact pair, how far before the TCP it then is [m], and words for it.
+    """Yield TCP poses that bring the pads to a contact pair, how far before the TCP it then is [m], and words for it.
 
     As deep as the hand is; drawn back until the pads end before the far side; and by the tips of the pads.
     """
@@ -121,7 +121,7 @@ def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, fl
 
 
 def round_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
-    """TCP frames around a cylinder, capsule or sphere in the thing's frame, with a name for people."""
+    """Yield TCP frames around a cylinder, capsule or sphere in the thing's frame, with a name for people."""
     if geom.shape == "sphere":
         yield from _ball_frames(geom, depth)
         return
@@ -165,7 +165,7 @@ def _around(shape: Body, point: Floats, way: Floats) -> tuple[float, float, tupl
 
 
 def coverage(shape: Body, pose: Pose, width: float, gripper: Gripper) -> float:
-    """Rays over the pad, along the closing direction: the share that meets the shape between the pads."""
+    """Return the share of the pad, sampled by rays along the closing direction, that meets the shape between the pads."""
     half, reach = 0.45 * gripper.pad[0], 0.45 * gripper.pad[1]
     way, hits = pose.rotate((0.0, 1.0, 0.0)), 0
     grid = list(itertools.product(np.linspace(-half, half, 3), np.linspace(-reach, reach, 3)))

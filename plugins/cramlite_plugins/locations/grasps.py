@@ -1,4 +1,4 @@
-"""Where to grasp a thing: contact pairs on its primitives that fit between the fingers, ranked and explained.
+"""Grasp candidates: contact pairs on a thing's primitives that fit between the fingers, ranked and explained.
 
 Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the convex parts of
 meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
@@ -19,7 +19,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import volume
-from ..shapes.hull import hull_planes
+from ..shapes.convex import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
 
@@ -34,7 +34,7 @@ SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the p
 
 
 class Grip(Value):
-    """A candidate in the thing's frame.
+    """Grasp candidate in the thing's frame.
 
     Args:
         pose: of the TCP.
@@ -56,7 +56,7 @@ class Grip(Value):
 
     @property
     def cost(self) -> float:
-        """Lever [m]; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
+        """Return the cost [m]: the lever; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
         return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant
 
     @property
@@ -68,20 +68,21 @@ class Grip(Value):
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "grasp": grasps of a thing that the arm reaches, best first; None for other relations."""
     if location.relation != "grasp":
         return None
     return _places(location, belief, context)
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, make_scene, stance, whereabouts
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     grips = ranked(thing, context.robot.gripper, belief.world.physics.pad_friction)
     if not grips:
         raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
-    pose = whereabouts(belief, location, context)
+    pose = reference_pose(belief, location, context)
     scenes: dict[float, tuple[object, object]] = {}
     for grip in grips:
         opening = min(grip.width + SLACK, context.robot.gripper.opening[1])
@@ -93,11 +94,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         at = pose * grip.pose
         before = at * Pose((0, 0, -STANDOFF))
         near, free = scenes[opening]
-        there = stance(near, context, at, belief.joints)  # type: ignore[arg-type]
+        there = collision_free_ik(near, context, at, belief.joints)  # type: ignore[arg-type]
         if isinstance(there, str):
             yield Refused(grip.name, f"at the grasp: {there}")
             continue
-        off = stance(free, context, before, there)  # type: ignore[arg-type]
+        off = collision_free_ik(free, context, before, there)  # type: ignore[arg-type]
         if isinstance(off, str):
             yield Refused(grip.name, f"at the pre-grasp: {off}")
             continue
@@ -112,7 +113,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
-    """Grasps that the whole shape allows, best first.
+    """Return the grasps that the whole shape allows, best first.
 
     Args:
         friction: of the pads; contacts must lie within its cone.
@@ -144,7 +145,7 @@ def _varied(grips: Sequence[Grip]) -> Iterator[Grip]:
 
 
 def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
-    """Grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
+    """Yield grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
     body = [g for g in geoms if not g.part]
     for i, geom in enumerate(body):
         for grip in _of_geom(geom, gripper):
@@ -180,7 +181,7 @@ def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
 
 
 def why_none(thing: Thing, gripper: Gripper) -> str:
-    """Why nothing can be grasped, with the nearest miss."""
+    """Explain why nothing can be grasped, with the nearest miss."""
     limit = gripper.opening[1] - LEAST_SLACK
     thin = sorted({round(_thinnest(g), 4) for g in thing.geoms if not g.part})
     widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin[:4])

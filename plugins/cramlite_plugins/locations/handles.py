@@ -1,4 +1,4 @@
-"""Where to hold what opens, and where its handle goes: grasps across the bar, and the path that its joint leaves."""
+"""Grasps of handles, and the paths along which drawers and doors move them."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ CLOSED = 0.005  # share of the range that a joint is closed to: what friction le
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve locations "handle", "opened" and "closed"; None for other relations."""
     finders = {"handle": _grasps, "opened": _path, "closed": _path}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
@@ -25,7 +26,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Straight onto the handle, the fingers across its bar; turned half way round as well."""
-    from ..motion_planning.reach import bound, make_scene, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene
 
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
@@ -43,8 +44,8 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         at = belief.pose(thing.name) * Pose.from_axes(handle.pose.position, into, np.cross(across, into))
         at = at * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
         name, before = f"across the handle, turned {turn:.0f} deg", at * Pose((0, 0, -STANDOFF))
-        there = stance(near, context, at, belief.joints)
-        off = stance(free, context, before, there) if not isinstance(there, str) else there
+        there = collision_free_ik(near, context, at, belief.joints)
+        off = collision_free_ik(free, context, before, there) if not isinstance(there, str) else there
         if isinstance(off, str):
             yield Refused(name, off)
             continue
@@ -72,7 +73,7 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
 
 
 def joint_value(belief: Belief, thing: str, pose: Pose) -> float:
-    """The value of a thing's joint when the thing is at a pose in the world [m, rad]."""
+    """Return the value of a thing's joint when the thing is at a pose in the world [m, rad]."""
     start = belief.world.thing(thing)
     assert start.joint is not None
     return start.joint.value + start.joint.between(start.pose, pose)

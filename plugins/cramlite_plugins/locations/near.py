@@ -1,4 +1,4 @@
-"""Where to bring the hand, or what it holds, so that it is near a thing: above it, before it, beside it."""
+"""Hand poses near a thing: above it, before it, beside it, for the empty hand or what it holds."""
 
 from __future__ import annotations
 
@@ -21,15 +21,16 @@ PER_METRE = 1.0  # cost of the way there: the nearest place that is near is near
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "near"; None for other relations."""
     return _places(location, belief, context) if location.relation == "near" else None
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
     and distances of a side alike, and each would be searched below."""
-    from ..motion_planning.reach import bound, make_scene, shift, stance, tcp, whereabouts
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
 
-    there, entity, hand = whereabouts(belief, location, context), bound(context, location.of), tcp(belief, context)
+    there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
     scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
     options = []
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
@@ -48,7 +49,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     for cost, name, side, pose in sorted(options, key=lambda option: option[:2]):
         if side in done:
             continue
-        found = stance(scene, context, pose, belief.joints)
+        found = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(found, str):
             yield Refused(name, found)
         else:

@@ -1,4 +1,4 @@
-"""Which thing of the world plays a role: by class, else by the features and affordances that the tasks need."""
+"""Object resolver: which thing of the world plays a role, by class, else by features and affordances."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SUBSTITUTE = 10.0  # cost of a thing of another class: after every thing of the 
 
 @hookimpl
 def resolve_object(designator: Object | Late, belief: Belief, context: Context) -> Answers:
-    """Snapshot mode: what is late is bound now, to what is believed now."""
+    """Resolve an object designator among the believed things; what is late is bound now, to what is believed now."""
     return _candidates(designator.query if isinstance(designator, Late) else designator, belief, context)
 
 

@@ -1,4 +1,4 @@
-"""How to lead a held thing's hole off a peg, or onto it: lift to the middle, along the axis, over the bent tip."""
+"""Paths of a held thing's hole off a peg, or onto it: lift to the middle, along the axis, over the bent tip."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's r
 
 
 class Peg(Value):
-    """A peg and a hole, vectors in the base frame.
+    """Peg and the hole on it, vectors in the base frame.
 
     Args:
         root, axis: where the peg begins, and its direction towards the tip.
@@ -35,18 +35,19 @@ class Peg(Value):
 
     @property
     def along(self) -> float:
-        """How far from the root the hole is, along the axis [m]."""
+        """Return the distance of the hole from the root, along the axis [m]."""
         return float((self.hole - self.root) @ self.axis)
 
     @property
     def to_middle(self) -> Floats:
-        """Up to where the peg passes through the middle of the hole: no rim is jammed there."""
+        """Return the upward shift (3,) [m] that brings the peg to the middle of the hole: no rim is jammed there."""
         sunk = float(self.root[2] + self.along * self.axis[2] - self.hole[2])
         return np.array([0.0, 0.0, min(max(sunk, 0.0), self.play)])
 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve locations "extract" and "insert"; None for other relations."""
     ways = {"extract": _extract, "insert": _insert}
     way = ways.get(location.relation)
     return way(location, belief, context) if way else None
@@ -114,12 +115,12 @@ def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:
 
 def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> str:
     """Why the arm cannot stand at all corners, one after the other; empty when it can."""
-    from ..motion_planning.reach import bound, make_scene, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene
 
     free, near = make_scene(belief, context), make_scene(belief, context, [bound(context, location.of)], clearance=0.0)
     seed = belief.joints
     for k, pose in enumerate(corners):
-        there = stance(near if k else free, context, pose, seed)
+        there = collision_free_ik(near if k else free, context, pose, seed)
         if isinstance(there, str):
             return f"{('before the tip', 'at the tip', 'past its bend', 'on the peg', 'let down')[k]}: {there}"
         seed = there
@@ -137,7 +138,7 @@ def _unmoved(belief: Belief, context: Context) -> bool:
 
 
 def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
-    """The peg that a location is about, and the hole of what is held.
+    """Return the peg that a location is about, and the hole of what is held.
 
     Raises:
         Unresolvable: one of them is missing, or the peg is too thick for the hole.

@@ -1,4 +1,4 @@
-"""Lines across a shape between which two pads may close, found on the faces of its convex parts.
+"""Antipodal lines across a shape, between which two pads may close, found on the faces of its convex parts.
 
 Each face gives points; the line through a point along the face's normal, where it leaves the whole shape on the other side,
 is a contact pair. Lines near the centre of mass come first, and one of many alike is enough.
@@ -15,7 +15,7 @@ import numpy as np
 from cramlite.model import Floats, Geom, Gripper, Pose, Value
 
 from ..shapes import ray_casting as rays
-from ..shapes.hull import hull_planes
+from ..shapes.convex import hull_planes
 from . import antipodal
 
 LINES = 48  # contact pairs that are looked at from all sides
@@ -26,8 +26,8 @@ LEVEL = math.radians(5)  # faces that lean more than this are also gripped level
 WIDE = 0.022  # faces wider than this are sampled off their middle too [m]
 
 
-class Line(Value):
-    """A contact pair: the middle, the unit closing direction, the distance of the faces [m], and a cost [m]."""
+class PinchLine(Value):
+    """Contact pair: the middle, the unit closing direction, the distance of the faces [m], and a cost [m]."""
 
     middle: Floats
     way: Floats
@@ -37,8 +37,8 @@ class Line(Value):
 
 def lines(
     shape: rays.Body, parts: list[Geom], centre: Floats, gripper: Gripper, slack: float, cone: float
-) -> list[Line]:
-    """Contact pairs between the pads, the nearest to the centre of mass first, no two alike.
+) -> list[PinchLine]:
+    """Return contact pairs between the pads, the nearest to the centre of mass first, no two alike.
 
     Args:
         slack: that must be left between the pads [m].
@@ -49,7 +49,7 @@ def lines(
         line for p, w in pairs.values() if (line := _line(shape, p, w, centre, gripper, slack, cone)) is not None
     ]
     found.sort(key=lambda x: (round(x.cost, 5), *np.round(x.middle, 5), *np.round(x.way, 5)))
-    chosen: list[Line] = []
+    chosen: list[PinchLine] = []
     for line in found:
         if not chosen or not _alike(line, chosen):
             chosen.append(line)
@@ -62,7 +62,7 @@ def _cell(point: Floats, way: Floats) -> tuple[float, ...]:
     return (*np.round(point / CELL).tolist(), *(sign * np.round(5 * way)).tolist())
 
 
-def _spread(found: list[Line]) -> list[Line]:
+def _spread(found: list[PinchLine]) -> list[PinchLine]:
     """The best half of ``LINES``, then those farthest from all before: what is near the centre may be out of the way."""
     chosen, rest = found[: LINES // 2], found[LINES // 2 :]
     if not rest:
@@ -76,8 +76,8 @@ def _spread(found: list[Line]) -> list[Line]:
     return chosen
 
 
-def frames(line: Line) -> Iterator[tuple[Pose, str]]:
-    """TCP frames on a line, one for each direction of approach, downwards first."""
+def frames(line: PinchLine) -> Iterator[tuple[Pose, str]]:
+    """Yield TCP frames on a line, one for each direction of approach, downwards first."""
     up = np.array([0.0, 0.0, 1.0]) if abs(line.way[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     first = up - (up @ line.way) * line.way
     first /= np.linalg.norm(first)
@@ -99,7 +99,7 @@ def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
 
 def _line(
     shape: rays.Body, point: Floats, normal: Floats, centre: Floats, gripper: Gripper, slack: float, cone: float
-) -> Line | None:
+) -> PinchLine | None:
     side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
     pose = Pose.from_axes(tuple(point - 0.0005 * normal), side, np.cross(normal, side))
     found = antipodal.pinch(shape, pose)
@@ -109,7 +109,7 @@ def _line(
     off = middle - centre
     across = off - (off @ normal) * normal
     cost = float(np.linalg.norm(across)) + 0.3 * max(0.0, abs(float(off @ normal)) - found.width / 2)
-    return Line(middle, normal, found.width, cost + 0.02 * found.slant)
+    return PinchLine(middle, normal, found.width, cost + 0.02 * found.slant)
 
 
 def _points(parts: list[Geom]) -> Iterator[tuple[Floats, Floats]]:
@@ -136,7 +136,7 @@ def _on(face: Floats, normal: Floats) -> Iterator[Floats]:
             yield from (middle + 0.6 * end * way for end in (reach.min(), reach.max()))
 
 
-def _alike(line: Line, others: list[Line]) -> bool:
+def _alike(line: PinchLine, others: list[PinchLine]) -> bool:
     turned = np.abs(np.array([o.way for o in others]) @ line.way)
     apart = np.array([o.middle for o in others]) - line.middle
     return bool(((turned > TURN) & (np.einsum("ij,ij->i", apart, apart) < ALIKE**2)).any())

@@ -1,4 +1,4 @@
-"""What a place for a held thing must satisfy: pure functions, each a reason with numbers, or nothing.
+"""Filters of placements of a held thing: pure functions, each returns a reason with numbers, or nothing.
 
 The cheap ones, which only compare shapes, are asked before the arm is; all work in the robot's base frame.
 """
@@ -23,7 +23,7 @@ SEEN = 0.5  # share of a thing that others may not hide
 
 
 class Spot(Value):
-    """A candidate: where the thing would be, and the TCP poses that bring it there.
+    """Placement candidate: where the thing would be, and the TCP poses that bring it there.
 
     Args:
         height: of its lowest point above the target [m].
@@ -37,7 +37,7 @@ class Spot(Value):
 
 
 class Wanted(Value):
-    """What is asked for.
+    """Placement request: the held thing, its target, and further constraints.
 
     Args:
         entity, feature, target: what it is put on or in, and the pose of that feature.
@@ -59,7 +59,7 @@ Filter = Callable[[Spot, Wanted], str]
 
 
 def supported(spot: Spot, wanted: Wanted) -> str:
-    """Its centre of mass is above the surface."""
+    """Check that the thing's centre of mass is above the surface."""
     from .grasps import _centre
 
     at = wanted.target.inverse().apply(spot.thing.apply(_centre(wanted.thing)))
@@ -87,7 +87,7 @@ def inside(spot: Spot, wanted: Wanted) -> str:
 
 
 def near(spot: Spot, wanted: Wanted) -> str:
-    """Near another thing, from middle to middle, seen from above."""
+    """Check that the placement is near another thing, from middle to middle, seen from above."""
     other = wanted.where.get("near")
     if not other:
         return ""
@@ -97,7 +97,7 @@ def near(spot: Spot, wanted: Wanted) -> str:
 
 
 def beside(spot: Spot, wanted: Wanted) -> str:
-    """On the right side of other things, as the robot's base looks: x forwards, y to the left."""
+    """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the left."""
     sides = {"left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)}
     for side, (axis, sign) in sides.items():
         other = wanted.where.get(side)
@@ -111,7 +111,7 @@ def beside(spot: Spot, wanted: Wanted) -> str:
 
 
 def reachable(spot: Spot, wanted: Wanted) -> str:
-    """The arm has a joint position for the place and for the way to it, whatever is in the way."""
+    """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
     from ..kinematics.kinematics import inverse, reach_shortfall
 
     for pose, where in ((spot.before, "above it"), (spot.pose, "at it")):
@@ -122,18 +122,18 @@ def reachable(spot: Spot, wanted: Wanted) -> str:
 
 
 def collision_free(spot: Spot, wanted: Wanted) -> str:
-    """Arm and thing meet nothing there."""
-    from ..motion_planning.reach import stance
+    """Check that arm and thing are free of collision at the placement and above it."""
+    from ..motion_planning.reach import collision_free_ik
 
-    above = stance(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
+    above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
     if isinstance(above, str):
         return f"above it: {above}"
-    there = stance(wanted.scene, wanted.context, spot.pose, above)
+    there = collision_free_ik(wanted.scene, wanted.context, spot.pose, above)
     return f"at it: {there}" if isinstance(there, str) else ""
 
 
 def visible(spot: Spot, wanted: Wanted) -> str:
-    """Other things hide no more than half of it, and a camera looks its way."""
+    """Check that other things hide no more than half of it, and a camera looks its way."""
     asked = wanted.where.get("visible_from")
     if asked is None:
         return ""
@@ -174,7 +174,7 @@ def _eye(asked: Any, wanted: Wanted) -> tuple[Floats | None, Floats | None, floa
 
 
 def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thing]) -> tuple[Floats, str]:
-    """1 for each point (n, 3) of the base frame that a ray from the eye does not reach, and who stops most rays."""
+    """Return the occlusion (n,) of points (n, 3) in the base frame from an eye (1 is hidden), and the main occluder."""
     hidden, counts = np.zeros(len(points)), dict[str, int]()
     for other in others:
         to = belief.pose(other.name).inverse()

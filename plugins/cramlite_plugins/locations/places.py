@@ -1,4 +1,4 @@
-"""Where to bring the hand: home, straight back, straight up, along a surface."""
+"""Hand poses without grasp search: home, straight back, straight up, along a surface."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve locations "home", "retreat", "lift" and "slide"; None for other relations."""
     finders: Mapping[str, Callable[[Location, Belief, Context], Found]] = {
         "home": _home, "retreat": _retreat, "lift": _lift, "slide": _slide,
     }  # fmt: skip
@@ -51,11 +52,11 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:
     """Options whose end is reachable and free, in order."""
-    from ..motion_planning.reach import make_scene, stance
+    from ..motion_planning.reach import collision_free_ik, make_scene
 
     scene = make_scene(belief, context)
     for k, (name, pose) in enumerate(options):
-        there = stance(scene, context, pose, belief.joints)
+        there = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(there, str):
             yield Refused(name, there)
         else:

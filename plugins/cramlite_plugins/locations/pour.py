@@ -1,4 +1,4 @@
-"""Where to pour from: the rim of what is held over an opening, and the poses in which it tilts about its rim.
+"""Pouring poses: the rim of the held vessel over an opening, and the poses in which it tilts about its rim.
 
 The lip, the point of the rim over which the contents leave, stays over one point of the other vessel. While the vessel
 is upright all of it is below its rim, so the lip begins higher, and comes down as the vessel tilts.
@@ -22,12 +22,13 @@ STEP = math.radians(6)  # between two poses of a path [rad]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "pour"; None for other relations."""
     return _places(location, belief, context) if location.relation == "pour" else None
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.cartesian import straight
-    from ..motion_planning.reach import bound, held_pose, make_scene, stance
+    from ..motion_planning.cartesian import plan_straight_line
+    from ..motion_planning.reach import bound, collision_free_ik, held_pose, make_scene
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
@@ -39,11 +40,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     for k, (lip, heading) in enumerate(_ways(now, target)):
         name = f"over its rim at {math.degrees(lip):+.0f} deg, towards {math.degrees(heading):+.0f} deg"
         path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, location.parameters))
-        there = stance(scene, context, path[0], seed)
+        there = collision_free_ik(scene, context, path[0], seed)
         if isinstance(there, str):
             yield Refused(name, there)
             continue
-        ways = (straight(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
+        ways = (plan_straight_line(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
         if (blocked := next((w for w in ways if isinstance(w, Refusal)), None)) is not None:
             yield Refused(name, blocked.reason)
             continue
@@ -73,7 +74,7 @@ def _ways(now: Pose, target: Pose) -> list[tuple[float, float]]:
 def tilted(
     source: Thing, lip: float, heading: float, target: Pose, opening: Feature, parameters: Mapping[str, float]
 ) -> Iterator[Pose]:
-    """Poses of the vessel from upright to tilted, base frame.
+    """Yield poses of the vessel from upright to tilted, base frame.
 
     Args:
         lip: azimuth of the lip in the vessel's frame [rad].
@@ -100,7 +101,7 @@ def tilted(
 
 
 def radius(cavity: Feature, azimuth: float) -> float:
-    """From the middle of an opening to its rim [m]."""
+    """Return the distance from the middle of an opening to its rim [m] at an azimuth [rad]."""
     if "radius" in cavity.size:
         return cavity.size["radius"]
     half = (cavity.size["width"] / 2, cavity.size["depth"] / 2)

@@ -1,4 +1,4 @@
-"""Where to push a thing from: closed fingers beside one of its faces, low, and then straight on."""
+"""Pushing poses: closed fingers beside one of a thing's faces, low, and then straight on."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "push"; None for other relations."""
     finders = {"push": _beside, "pushed": _beyond}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
@@ -25,13 +26,13 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """One place for each of the four upright faces, the one that is pushed straight away from the robot first."""
-    from ..motion_planning.reach import bound, make_scene, shift, stance, whereabouts
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
 
     entity = bound(context, location.of)
     thing, gripper = belief.thing(entity), context.robot.gripper
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
-    pose, shut = whereabouts(belief, location, context), gripper.opening[0]
+    pose, shut = reference_pose(belief, location, context), gripper.opening[0]
     free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
     up = np.array([0.0, 0.0, 1.0])
     low, top = -support(thing, pose, -up), support(thing, pose, up)
@@ -42,7 +43,10 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         point = centre - way * (face + float(centre @ way) + gripper.pad[0] / 2 + ALMOST)
         at = Pose.from_axes((float(point[0]), float(point[1]), height), (0, 0, -1), way)
         before, name = shift(at, -BEHIND * way), f"towards ({way[0]:+.2f} {way[1]:+.2f})"
-        tried = (stance(free, context, before, belief.joints), stance(near, context, at, belief.joints))
+        tried = (
+            collision_free_ik(free, context, before, belief.joints),
+            collision_free_ik(near, context, at, belief.joints),
+        )
         reason = next((r for r in tried if isinstance(r, str)), "")
         if reason:
             yield Refused(name, reason)
@@ -53,12 +57,12 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Straight on from where the fingers are, in the direction of the place that they push from."""
-    from ..motion_planning.reach import bound, causes, make_scene, shift, stance, tcp
+    from ..motion_planning.reach import bound, causes, collision_free_ik, make_scene, shift, tcp
 
     entity, distance = bound(context, location.of), float(location.parameters["distance_m"])
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
-    there = stance(make_scene(belief, context, [entity]), context, end, belief.joints)
+    there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
     if isinstance(there, str):
         raise Unresolvable(f"after {1000 * distance:.0f} mm: {there}", causes(location, context))
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")

@@ -1,4 +1,4 @@
-"""Where to bring a held thing: into a container's opening, or onto a surface.
+"""Placements of a held thing: into a container's opening, or onto a surface.
 
 Positions are generated best first and lazily; filters (``place_filters``) refuse them, each with its name and numbers.
 """
@@ -43,6 +43,7 @@ PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve locations "on" and "in"; None for other relations."""
     wanted = {"in": ("cram:Cavity", INTO), "on": ("vrps:SurfaceFeature", ONTO)}
     if location.relation not in wanted:
         return None
@@ -105,7 +106,7 @@ def _wanted(location: Location, belief: Belief, context: Context, needs: str) ->
 
 
 def held_now(belief: Belief, context: Context) -> Pose:
-    """The pose of what is held, now."""
+    """Return the current pose of what is held, in the base frame."""
     from ..motion_planning.reach import held_pose
 
     return held_pose(belief, context)

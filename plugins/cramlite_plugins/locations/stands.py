@@ -1,4 +1,4 @@
-"""Where a robot that drives should stand: near a thing, so that the arm reaches what the next tasks are about, and sees it.
+"""Base placements of a mobile robot near a thing, such that the arm reaches what the next tasks are about, and sees it.
 
 Places around the target are taken in the order of their cost: the way there, and how far they are from the distance
 at which an arm works best. Each is refused, with the reason, unless the whole robot stands clear of everything
@@ -36,7 +36,7 @@ FEATURES = ("vrps:Peg", "cram:Cavity", "cram:Handle")  # where a fixed thing is 
 
 
 class Target(Value):
-    """What must be reached: a variable, its thing, and whether it is to be grasped."""
+    """Target of reach: a variable, its thing, and whether it is to be grasped."""
 
     variable: str
     thing: str
@@ -45,6 +45,7 @@ class Target(Value):
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "stand"; None for other relations."""
     return _stands(location, belief, context) if location.relation == "stand" else None
 
 
@@ -149,7 +150,7 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 
 def _over(target: Target, there: Belief, context: Context) -> str:
     """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
-    from ..motion_planning.reach import make_scene, stance
+    from ..motion_planning.reach import collision_free_ik, make_scene
 
     scene, point = make_scene(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
@@ -161,7 +162,7 @@ def _over(target: Target, there: Belief, context: Context) -> str:
     first = ""
     for approach, x in tries:
         pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)
-        found = stance(scene, context, pose, there.joints)
+        found = collision_free_ik(scene, context, pose, there.joints)
         if not isinstance(found, str):
             return ""
         first = first or found

@@ -1,4 +1,4 @@
-"""Where an empty hand touches a surface: above its middle, pointing down, turned so that the arm can stand there."""
+"""Touching poses of the empty hand: above the middle of a surface, pointing down, turned so that the arm reaches."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ DOWN = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))  # the tool's z axis down, it
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "touch"; None for other relations."""
     return _places(location, belief, context) if location.relation == "touch" else None
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, make_scene, shift, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
 
     entity = bound(context, location.of)
     surface = belief.feature(entity, "vrps:SurfaceFeature")
@@ -34,7 +35,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         at = shift(Pose(middle.position, turn.quaternion), (0, 0, tips + ALMOST))
         before = shift(at, (0, 0, ABOVE))
         for where, pose, scene in (("above it", before, free), ("at it", at, near)):
-            there = stance(scene, context, pose, belief.joints)
+            there = collision_free_ik(scene, context, pose, belief.joints)
             if isinstance(there, str):
                 yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there}")
                 break

@@ -1,4 +1,4 @@
-"""Where to bring a camera that is on the flange, so that something is in its view."""
+"""Viewpoints of a camera on the flange, from which something is in its view."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 
 
 def looking_at(eye: tuple[float, float, float], target: tuple[float, float, float]) -> Pose:
-    """The optical frame of a camera at ``eye`` [m] that looks at ``target``, its image upright."""
+    """Return the optical frame of a camera at ``eye`` [m] that looks at ``target`` [m], its image upright."""
     forward = np.subtract(target, eye)
     right = np.cross(forward, (0.0, 0.0, 1.0))
     return Pose.from_axes(eye, forward, right if np.linalg.norm(right) > 1e-9 else (1.0, 0.0, 0.0))
@@ -29,11 +29,12 @@ BELOW = 0.08  # what hangs from a peg is about that far below it [m]
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
+    """Resolve location "view"; None for other relations."""
     return _views(location, belief, context) if location.relation == "view" else None
 
 
 def _views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, make_scene, stance
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene
 
     if context.camera is None or context.camera.mount is None:
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
@@ -50,7 +51,7 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield Refused(name, reason, 2)
             continue
         tool = optical * to_flange * context.robot.gripper.tcp
-        there = stance(scene, context, tool, belief.joints)
+        there = collision_free_ik(scene, context, tool, belief.joints)
         if isinstance(there, str):
             yield Refused(name, there, 3)
             continue

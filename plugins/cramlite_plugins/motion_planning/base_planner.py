@@ -1,4 +1,4 @@
-"""Where a platform may stand and drive: the whole robot among things, its arm held still, and ways on the floor.
+"""Motion planning of a mobile base: the whole robot among things, its arm held still, and paths on the floor.
 
 Every shape of the robot is grown by the clearance (the platform's only sideways: it stands on the floor), in a copy of
 the planning model in which only robot and things collide; one collision check then answers for a place. A leg is looked at
@@ -38,7 +38,7 @@ ROBOT, THING = 1, 2
 
 
 class Ground(Value):
-    """A robot on the floor; make one with ``ground``.
+    """Planning scene of a mobile robot on the floor; make one with ``ground``.
 
     Args:
         compiled: the planning model with a grown robot.
@@ -57,7 +57,7 @@ class Ground(Value):
     checks: list[int]
 
     def hit(self, place: Vector3) -> str:
-        """What is nearer than the clearance when the platform is at a place (x, y, turn) in the world; "" for nothing."""
+        """Return what is nearer than the clearance with the platform at (x, y, yaw) in the world [m, rad]; "" for nothing."""
         self.index.put(self.data, self.start, level(place))
         mujoco.mj_kinematics(self.compiled.model, self.data)
         mujoco.mj_collision(self.compiled.model, self.data)
@@ -68,7 +68,7 @@ class Ground(Value):
         return f"'{a}' is less than {1000 * self.clearance:.0f} mm from '{b}'"
 
     def leg(self, a: Vector3, b: Vector3) -> str:
-        """What a straight leg comes too near to, its end first; "" for nothing."""
+        """Return what a straight leg between two places (x, y, yaw) comes too near to, its end first; "" for nothing."""
         way = np.subtract(b, a)
         count = max(1, math.ceil(max(math.hypot(way[0], way[1]) / STEP[0], abs(way[2]) / STEP[1])))
         shares = [1.0, *(k / count for k in range(1, count))]
@@ -86,7 +86,7 @@ def ground(
     opening: float,
     clearance: float = CLEARANCES[0],
 ) -> Ground:
-    """A robot on the floor with its arm at some joints; things as for ``scene.scene``.
+    """Build the planning scene of a mobile robot with its arm at some joints [rad]; things as for ``planning_scene.scene``.
 
     Raises:
         ValueError: the robot has no platform.
@@ -119,38 +119,42 @@ def _grow(model: Any, platform: int, by: float) -> None:
 
 
 def level(place: Vector3) -> Pose:
-    """The pose of a place (x, y, turn)."""
+    """Return the pose of a place (x, y, yaw) [m, rad] on the floor."""
     x, y, turn = place
     return Pose((x, y, 0.0), (math.cos(turn / 2), 0.0, 0.0, math.sin(turn / 2)))
 
 
 def unwound(place: Vector3, near: Vector3) -> Vector3:
-    """The same place with the turn that is nearest to another's."""
+    """Unwrap the yaw of a place (x, y, yaw) to be nearest to another's."""
     turns = round((near[2] - place[2]) / math.tau)
     return place[0], place[1], place[2] + turns * math.tau
 
 
-def way(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoWay:
-    """Places at which legs from a free start meet, the goal last; or why there is no way."""
+def plan_base_path(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoBasePath:
+    """Plan a path of straight legs from a free start to a goal, places (x, y, yaw) in the world [m, rad].
+
+    Returns:
+        The ends of the legs, the goal last; or why there is no path.
+    """
     goal = unwound(goal, start)
     if blocked := floor.hit(goal):
-        return NoWay(f"at the goal {blocked}")
+        return NoBasePath(f"at the goal {blocked}")
     for corners in ([], [(*start[:2], goal[2])], [(*goal[:2], start[2])]):
         places = [start, *corners, goal]
         if not any(floor.leg(a, b) for a, b in itertools.pairwise(places)):
             return _halved(places)
     found = _both_ends(floor, start, goal)
-    return found if isinstance(found, NoWay) else _halved(_shortened(floor, found))
+    return found if isinstance(found, NoBasePath) else _halved(_shortened(floor, found))
 
 
-class NoWay(Value):
-    """Why there is none; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
+class NoBasePath(Value):
+    """Refusal of a base path; ``shut_in``: whatever the goal, the start cannot be left by more than the lattice's cells."""
 
     reason: str
     shut_in: bool = False
 
 
-def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoWay:
+def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | NoBasePath:
     """The way that a search from the start or one from the goal finds first, both ends included; or why there is none."""
     searches = {"start": _Search(floor, start, goal), "goal": _Search(floor, goal, start)}
     while True:
@@ -158,7 +162,7 @@ def _both_ends(floor: Ground, start: Vector3, goal: Vector3) -> list[Vector3] | 
             if search.found:
                 return _rewound(search.found if end == "start" else search.found[::-1], start)
             if not search.step():
-                return NoWay(f"from the {end}, {search.why()}", end == "start" and not search.cut)
+                return NoBasePath(f"from the {end}, {search.why()}", end == "start" and not search.cut)
 
 
 Cell = tuple[int, int, int]
@@ -283,5 +287,5 @@ def _between(a: Vector3, way: Any, share: float) -> Vector3:
 
 
 def at(pose: Pose) -> Vector3:
-    """x, y and turn of a level pose."""
+    """Return the place (x, y, yaw) [m, rad] of a level pose."""
     return flat(pose)

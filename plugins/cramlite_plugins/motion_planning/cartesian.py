@@ -1,4 +1,4 @@
-"""Straight motions of the tcp: inverse kinematics followed along the line, on one branch.
+"""Cartesian paths: straight motions of the tcp, inverse kinematics followed along the line on one branch.
 
 The controller drives a straight line of the tcp with an even rotation about one axis (movel), so
 the line is sampled in the same way (Shoemake, Animating rotation with quaternion curves, 1985)
@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from cramlite.model import Belief, Motion, Place, Pose, Robot, Value
 from cramlite.plugin import Context, Unresolvable
@@ -25,15 +25,17 @@ from ..kinematics.kinematics import (
     smallest_singular_value,
 )
 from ..kinematics.timing import joint_speed_excess, leading
-from .planning_scene import Scene
 from .space import Refusal
+
+if TYPE_CHECKING:
+    from .planning_scene import PlanningScene
 
 SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
 
-def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
-    """Why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
+def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> str:
+    """Return why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
     on its way is up to the motion that follows.
@@ -42,12 +44,12 @@ def goes_on(joints: Any, place: Place, context: Context, scene: Any) -> str:
 
     if near(place.before, place.pose):
         return ""
-    line = straight(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
+    line = plan_straight_line(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
     return line.reason if isinstance(line, Refusal) else ""
 
 
 def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
-    """Checked joint positions along straight lines from here through the targets.
+    """Plan straight lines of the tcp from where it is through targets in the base frame; joint positions, checked [rad].
 
     Raises:
         Unresolvable: out of reach, singular, or something is in the way.
@@ -56,14 +58,14 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
     from .space import Refusal
 
     scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
-    found = straight(scene, context.robot, belief.joints, targets)
+    found = plan_straight_line(scene, context.robot, belief.joints, targets)
     if isinstance(found, Refusal):
         raise Unresolvable(f"no straight line to {motion.to}: {found.reason}")
     return found.points
 
 
 def near(a: Pose, b: Pose) -> bool:
-    """Whether two poses are the same for a motion."""
+    """Check whether two poses are the same for a motion."""
     metres, radians = a.distance(b)
     return metres < SAME[0] and radians < SAME[1]
 
@@ -76,7 +78,7 @@ with 0.017 and less needed up to four attempts, those with 0.08 and more none (t
 
 
 class JointPath(Value):
-    """A straight motion, sampled.
+    """Joint-space samples of a straight motion.
 
     Args:
         points: joint positions, start included [rad].
@@ -88,12 +90,12 @@ class JointPath(Value):
 
     @property
     def length(self) -> float:
-        """The whole way [m]."""
+        """Return the path length of the tcp [m]."""
         return self.ways[-1]
 
 
 def interpolate(a: Pose, b: Pose, part: float) -> Pose:
-    """The pose at a fraction of the way: straight line and even rotation the short way round."""
+    """Interpolate two poses at a fraction of the way: straight line and even rotation the short way round."""
     position = tuple(x + part * (y - x) for x, y in zip(a.position, b.position, strict=True))
     turn = (Pose((0, 0, 0), a.quaternion).inverse() * Pose((0, 0, 0), b.quaternion)).rotvec
     local = Pose.from_rotvec((0.0, 0.0, 0.0), [part * v for v in turn])
@@ -102,7 +104,7 @@ def interpolate(a: Pose, b: Pose, part: float) -> Pose:
 
 
 def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float) -> list[Pose]:
-    """Poses along the line through the targets, no further apart than the steps; the start is left out."""
+    """Sample poses along the lines through the targets, no further apart than the steps; the start is left out."""
     result: list[Pose] = []
     for a, b in pairwise((start, *targets)):
         metres, radians = a.distance(b)
@@ -111,8 +113,8 @@ def sampled(start: Pose, targets: Sequence[Pose], step_m: float, step_rad: float
     return result
 
 
-def straight(
-    scene: Scene | None,
+def plan_straight_line(
+    scene: PlanningScene | None,
     robot: Robot,
     start: Sequence[float],
     targets: Pose | Sequence[Pose],
@@ -121,7 +123,7 @@ def straight(
     step_m: float = 0.005,
     step_rad: float = 0.02,
 ) -> JointPath | Refusal:
-    """A straight motion of the tcp from a joint position through one pose or several.
+    """Plan a straight motion of the tcp from a joint position through one pose or several.
 
     Args:
         scene: checks every step for collisions, near start and end with the clearance that these have;
@@ -189,7 +191,7 @@ def _singular(robot: Robot, q: Joints) -> str:
     return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {LEAST} is kept)"
 
 
-def _clear(scene: Scene, points: Sequence[Joints]) -> tuple[int, str]:
+def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str]:
     """How many points are reached without a collision, and what stops it."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):

@@ -1,4 +1,4 @@
-"""A planning model with bigger shapes: one MuJoCo collision check then finds every pair that is near.
+"""Inflated collision models: one MuJoCo collision check of bigger shapes finds every pair that is near.
 
 A contact margin would do the same in theory. In MuJoCo 4.0.0 it does not: of 15,000 random pairs of boxes nearer than
 the margin 1,078 gave no contact, the nearest at 1.0 mm, and the distances of cylinders come out up to 0.6 mm too large.
@@ -27,7 +27,7 @@ GROWS[int(mujoco.mjtGeom.mjGEOM_CAPSULE), :2] = GROWS[int(mujoco.mjtGeom.mjGEOM_
 
 
 class Inflated(Value):
-    """A model whose shapes are bigger.
+    """Planning model with inflated shapes.
 
     Args:
         distance: pairs nearer than this overlap, and some that are up to sqrt(3) times as far [m].
@@ -38,13 +38,13 @@ class Inflated(Value):
     model: Any
 
     def near(self, data: Any) -> set[tuple[int, int]]:
-        """The pairs of geoms, needs kinematics."""
+        """Return the pairs of geoms that may be near; forward kinematics must have been computed in ``data``."""
         mujoco.mj_collision(self.model, data)
         return {(g, h) for g, h in data.contact.geom.tolist()} if data.ncon else set()
 
 
 def inflated(model: Any, moved: Floats, distance: float) -> Inflated:
-    """A model in which only geoms collide that some joint of the arm moves apart.
+    """Inflate the geoms of a model; only those collide that some joint of the arm moves apart.
 
     Args:
         model: the planning model; it is not changed.

@@ -1,4 +1,4 @@
-"""Which joints move which shapes, and what distance each pair of shapes must keep."""
+"""Collision pairs: which joints move which geoms, and what distance each pair must keep."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Pairs = frozenset[frozenset[str]]
 
 
 def movers(compiled: Compiled, index: RobotIndex) -> Floats:
-    """(geoms, joints): 1 where joint j of the arm is above geom g in the kinematic tree, else 0."""
+    """Return (geoms, joints): 1 where joint j of the arm is above geom g in the kinematic tree, else 0."""
     model = compiled.model
     bodies = [int(model.jnt_bodyid[np.flatnonzero(model.jnt_qposadr == a)[0]]) for a in index.joints]
     result = np.zeros((model.ngeom, len(bodies)))
@@ -29,10 +29,12 @@ def movers(compiled: Compiled, index: RobotIndex) -> Floats:
     return result
 
 
-def needed(
+def required_distances(
     compiled: Compiled, moved: Floats, allowed: Pairs, clearance: float, wider: Mapping[str, float] = MappingProxyType({})
 ) -> Floats:
-    """The distance that each pair of geoms must keep; two that no joint moves apart need none.
+    """Return the distance (geoms, geoms) [m] that each pair of geoms must keep.
+
+    Two that no joint moves apart, or that are allowed to touch, need none (-inf).
 
     Args:
         wider: thing -> what its pairs must keep beyond the clearance [m]; of two the larger counts.

@@ -1,4 +1,4 @@
-"""Collision-free joint paths: RRTConnect over all inverse solutions, then shortened.
+"""Sampling-based planning of collision-free joint paths: RRTConnect over all inverse solutions, then shortened.
 
 Every decision depends on counted work (tree extensions, shortening attempts), never on the
 clock: the same seed gives the same path. OMPL's generator is global to the process, so
@@ -22,7 +22,7 @@ import numpy as np
 from cramlite.model import Floats, Value
 
 from ..kinematics.timing import duration, leading
-from .round_off import blended
+from .round_off import blend_radii
 from .shorten import shortened
 from .space import Joints, Refusal, Space
 
@@ -34,7 +34,7 @@ SAFETY_S = 120.0  # wall time after which a query is cut and marked truncated
 
 
 class Path(Value):
-    """A checked path.
+    """Collision-free joint path.
 
     Args:
         points: joint positions, start included; the lines between them are free [rad].
@@ -64,7 +64,7 @@ def plan(
     acceleration: float = 1.4,
     attempts: int = 120,
 ) -> Path | Refusal:
-    """A short path from a joint position to one of several.
+    """Plan a short collision-free path from a joint position to one of several.
 
     Args:
         goals: joint positions, usually every inverse solution of a pose, in order of preference.
@@ -93,7 +93,7 @@ def plan(
         return Refusal(_no_path(eased, origin, chosen[0][1], spent, truncated), spent, truncated)
     short = shortened(eased, points, *law, seed=seed, attempts=attempts)
     index = next(i for i, q in chosen if q == points[-1])
-    radii, time_s = blended(eased, short, *law)
+    radii, time_s = blend_radii(eased, short, *law)
     return Path(short, index, spent, time_s, duration(points, *law), radii)
 
 
@@ -229,7 +229,7 @@ class _Counter:
 
 
 def resampled(points: Sequence[Joints], step: float) -> Floats:
-    """The path as samples no further apart than ``step`` in any joint: (n, joints) [rad]."""
+    """Resample a path so that no joint moves more than ``step`` between samples: (n, joints) [rad]."""
     rows = [np.asarray(points[0], dtype=float)[None]]
     for a, b in pairwise(points):
         count = max(1, math.ceil(leading(a, b) / step))

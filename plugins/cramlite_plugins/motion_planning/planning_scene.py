@@ -1,4 +1,4 @@
-"""What an arm may bump into: collision and clearance of joint positions and of the lines between them.
+"""Planning scene: collision and clearance of joint positions and of the straight joint-space lines between them.
 
 A planning model (``simulation.compile``) has no capsule that MuJoCo would miss across a plate, and
 only what moves with the arm can touch anything. ``inflated`` copies of it, in which every shape is bigger,
@@ -15,6 +15,7 @@ everywhere in between.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -30,8 +31,7 @@ from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled, compile_world
 from ..simulation.model.index import RobotIndex
 from .inflated import Inflated, inflated
-from .line_parts import Line, Part, Rates
-from .pairs import Pairs, movers, needed
+from .pairs import Pairs, movers, required_distances
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
@@ -46,9 +46,38 @@ NEAR = 0.35  # the neighbourhood of a start or goal that touches something, larg
 FAR = 0.1  # up to where distances of near pairs are measured [m]
 SMALLEST = 0.002  # shortest interval of a line, largest joint difference [rad]: only counts near such contacts
 
+CHUNK = 0.3  # a line is cut into parts with less than this sum of joint differences [rad], for which levers are worked out
 
-class Scene(Value):
-    """A robot among things; make one with ``scene``.
+
+class Rates(Value):
+    """How far each two geoms (geoms, geoms) may move towards one another over a whole line, and any at most [m]."""
+
+    between: Floats
+    most: float
+
+
+Part = tuple[float, float, Rates | None]
+
+
+class JointLine:
+    """A straight joint-space line."""
+
+    def __init__(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> None:
+        self.start, self.way = np.asarray(a, dtype=float), np.subtract(b, a)
+        self.size = float(np.abs(self.way).max())
+
+    def at(self, fraction: float) -> Floats:
+        q: Floats = self.start + fraction * self.way
+        return q
+
+    def parts(self) -> list[Part]:
+        """The line in equal parts."""
+        count = math.ceil(float(np.abs(self.way).sum()) / CHUNK + 1e-9)
+        return [(k / count, (k + 1) / count, None) for k in range(count)]
+
+
+class PlanningScene(Value):
+    """Planning scene: a robot among things; make one with ``scene``.
 
     Args:
         compiled: the planning model.
@@ -78,22 +107,23 @@ class Scene(Value):
 
     @property
     def robot(self) -> Robot:
+        """Return the description of the robot that moves."""
         return self.index.robot
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
-        """(lower, upper) of each joint [rad]."""
+        """Return the limits (lower, upper) of each joint [rad]."""
         return self.robot.limits
 
     def free(self, q: Position) -> bool:
-        """Whether the joints are inside their limits and every pair keeps the distance that it needs."""
+        """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
         return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
 
     def line_free(self, a: Position, b: Position) -> bool:
-        """Whether the straight joint-space line from a free position is free; its end and the longest intervals first."""
+        """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""
         if not self.free(b):
             return False
-        line = Line(a, b)
+        line = JointLine(a, b)
         rest = deque(line.parts())
         while rest:
             halves = self._judge(line, rest.popleft())
@@ -103,15 +133,15 @@ class Scene(Value):
         return True
 
     def blocked(self, a: Position, b: Position) -> float | None:
-        """The fraction of the straight joint-space line where it is first blocked; None when it is free."""
+        """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
         if not self.free(a):
             return 0.0
-        line = Line(a, b)
+        line = JointLine(a, b)
         found = next((at for part in line.parts() if (at := self._first(line, part)) is not None), None)
         return found if found is not None or self.free(b) else 1.0
 
     def collisions(self, q: Position) -> tuple[tuple[str, str, float], ...]:
-        """What is closer than it needs to be: (one, other, depth), deepest first.
+        """Return the pairs that are closer than they need to be: (one, other, depth), deepest first.
 
         Depth is positive inside each other and negative for a distance that is too small [m]. Names are those of
         ``Owner.touch``: "thing", "thing/part", "effector/left", "mount/link".
@@ -124,11 +154,14 @@ class Scene(Value):
         return tuple(sorted(((a, b, depth) for (a, b), depth in found.items()), key=lambda c: (-c[2], c)))
 
     def clearance(self, q: Position) -> float:
-        """The smallest distance of any pair that may not touch [m]; at most ``HORIZON``, negative inside each other."""
+        """Return the smallest distance of any pair that may not touch [m].
+
+        At most ``HORIZON``, negative inside each other.
+        """
         return min((d for _, _, d in self._look(q, self.levels[-1])), default=HORIZON)
 
     def why(self, q: Position) -> str:
-        """What is in the way, as a clause with numbers; empty when free."""
+        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
         for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
             if not low <= value <= high:
                 return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
@@ -140,13 +173,13 @@ class Scene(Value):
         ]
         return ", ".join(clauses)
 
-    def relaxed(self, anchors: Sequence[Position]) -> Scene:
-        """The same scene, asking near each of these positions for no more clearance than there is at it."""
+    def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
+        """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
         found = [self._anchor(q) for q in anchors]
         return replace(self, anchors=tuple((q, closer) for q, closer in found if closer))
 
-    def at(self, poses: Mapping[str, Pose]) -> Scene:
-        """The same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
+    def at(self, poses: Mapping[str, Pose]) -> PlanningScene:
+        """Return the same scene with movable things elsewhere; poses in the world. A held thing stays in the hand."""
         data = mujoco.MjData(self.compiled.model)
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
@@ -154,13 +187,13 @@ class Scene(Value):
         return replace(self, data=data, anchors=())
 
     def tcp(self, q: Position) -> Pose:
-        """The tcp in the world frame."""
+        """Return the pose of the tcp in the world frame."""
         self.data.qpos[list(self.index.joints)] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
         return self.index.pose(self.data)
 
     def tip(self, q: Position) -> Floats:
-        """The position of the tcp in the world (3,) [m]."""
+        """Return the position (3,) of the tcp in the world frame [m]."""
         address = self.index.joints[0]
         self.data.qpos[address : address + len(self.index.joints)] = q
         mujoco.mj_kinematics(self.compiled.model, self.data)
@@ -189,7 +222,7 @@ class Scene(Value):
         near = {(g, h): d - 1e-5 for g, h, d in self._look(q, self.levels[0]) if -TOUCH <= d < self.need[g, h]}
         return tuple(float(v) for v in q), near
 
-    def _judge(self, line: Line, part: Part) -> list[Part] | None:
+    def _judge(self, line: JointLine, part: Part) -> list[Part] | None:
         """Look at the middle of a part of a line: None where it is blocked, else the halves that are not known to be
         free by that."""
         low, high, rates = part
@@ -210,7 +243,7 @@ class Scene(Value):
             rates = self._rates(line, half)
         return [(low, middle, rates), (middle, high, rates)]
 
-    def _first(self, line: Line, part: Part) -> float | None:
+    def _first(self, line: JointLine, part: Part) -> float | None:
         """The first blocked fraction within a part of a line."""
         halves = self._judge(line, part)
         low, high, rates = part
@@ -222,7 +255,7 @@ class Scene(Value):
             return middle if before is None else before
         return next((at for p in halves if (at := self._first(line, p)) is not None), None)
 
-    def _rates(self, line: Line, half: float) -> Rates:
+    def _rates(self, line: JointLine, half: float) -> Rates:
         """How far each joint may move any point of each geom over the whole line, within ``half`` of where it is now.
 
         The lever is the distance of the geom's centre p from the axis u through a, |p - a|^2 - ((p - a) u)^2 under
@@ -252,8 +285,8 @@ def scene(
     allowed: Pairs = frozenset(),
     clearance: float = CLEARANCE,
     wider: Mapping[str, float] = MappingProxyType({}),
-) -> Scene:
-    """A scene for planning.
+) -> PlanningScene:
+    """Build a planning scene of a world.
 
     Args:
         robots: descriptions by type name.
@@ -282,8 +315,8 @@ def scene(
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
     moved = movers(compiled, index)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
-    need = needed(compiled, moved, allowed, clearance, wider)
+    need = required_distances(compiled, moved, allowed, clearance, wider)
     most = clearance + max(wider.values(), default=0.0)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated(compiled.model, moved, v) for v in distances)
-    return Scene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0])
+    return PlanningScene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0])

@@ -1,4 +1,4 @@
-"""Where the arm can stand: joint positions for TCP poses, or the reason why there is none."""
+"""Reachability: joint positions for TCP poses in a belief, or the reason why there is none."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from cramlite.model import Belief, EntityName, Location, Place, Pose, World, thi
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, inverse, reach_shortfall
-from .planning_scene import Scene, scene
+from .planning_scene import PlanningScene, scene
 
 Joints = tuple[float, ...]
 SIGMAS = 2.0
@@ -25,12 +25,12 @@ TRIED = 24  # nearest inverse solutions that are looked at: eight branches with 
 
 
 def tcp(belief: Belief, context: Context) -> Pose:
-    """The TCP in the base frame, now."""
+    """Return the believed TCP pose in the base frame."""
     return forward(context.robot, belief.joints)
 
 
 def held_pose(belief: Belief, context: Context) -> Pose:
-    """Pose of the held thing in the base frame.
+    """Return the pose of the held thing in the base frame.
 
     Raises:
         Unresolvable: nothing is held.
@@ -41,7 +41,7 @@ def held_pose(belief: Belief, context: Context) -> Pose:
 
 
 def inside_held(belief: Belief, context: Context) -> tuple[Pose, tuple[str, ...]]:
-    """Where in the world what is held was when it was taken, and the things that were in it: they go along with it."""
+    """Return the pose in the world at which the held vessel was taken, and the things in it, which go along with it."""
     if belief.held is None or belief.thing(belief.held.thing).feature("cram:Cavity") is None or not belief.held.joints:
         return Pose(), ()
     from ..shapes.contents import things_in
@@ -56,8 +56,8 @@ def make_scene(
     touch: Iterable[str] = (),
     opening: float | None = None,
     clearance: float | None = None,
-) -> Scene:
-    """The planning scene of a belief.
+) -> PlanningScene:
+    """Build the planning scene of a belief.
 
     Args:
         touch: entities that gripper and held thing may touch.
@@ -72,7 +72,7 @@ def make_scene(
     pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
     if belief.held:
         pairs |= {frozenset((belief.held.thing, name)) for name in inside_held(belief, context)[1]}
-    extra: dict[str, Any] = {"wider": wider(belief)} if clearance is None else {"clearance": clearance}
+    extra: dict[str, Any] = {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
     return scene(
@@ -80,8 +80,8 @@ def make_scene(
     )  # fmt: skip
 
 
-def wider(belief: Belief) -> dict[str, float]:
-    """What is kept from each thing beyond the clearance, for the uncertainty of its pose [m]."""
+def uncertainty_margins(belief: Belief) -> dict[str, float]:
+    """Return the distance [m] kept from each thing beyond the clearance, for the uncertainty of its pose."""
     spread = {name: e.sigma for name, e in belief.poses.items()}
     if belief.held:
         spread[belief.held.thing] = belief.held.sigma
@@ -89,7 +89,7 @@ def wider(belief: Belief) -> dict[str, float]:
 
 
 def standing(belief: Belief, context: Context) -> World:
-    """The world with the acting robot where it stands now."""
+    """Return the world with the acting robot's base where it is believed to be."""
     if belief.at is None:
         return belief.world
     stand = context.robot.stand_of(belief.at)
@@ -106,12 +106,17 @@ def _touchable(belief: Belief, entity: str) -> tuple[str, ...]:
 
 
 def touched(names: Iterable[str], context: Context) -> list[str]:
-    """Entities behind variables."""
+    """Return the entities that variables are bound to."""
     return [str(context.bindings[n]) for n in names if n in context.bindings]
 
 
-def stance(place: Scene, context: Context, pose: Pose, seed: Joints) -> Joints | str:
-    """A free joint position for a TCP pose, the nearest to ``seed``; or why there is none."""
+def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | str:
+    """Return the collision-free inverse kinematics solution nearest to ``seed``; or why there is none.
+
+    Args:
+        pose: of the TCP in the base frame.
+        seed: joint position [rad].
+    """
     solutions = inverse(context.robot, pose, seed=seed)
     if not solutions:
         return reach_shortfall(context.robot, pose) or "no inverse solution: the wrist cannot be turned that way there"
@@ -120,12 +125,12 @@ def stance(place: Scene, context: Context, pose: Pose, seed: Joints) -> Joints |
 
 
 def bound(context: Context, name: str | None) -> str:
-    """The entity that a variable was bound to; "" for no variable."""
+    """Return the entity that a variable was bound to; "" for no variable."""
     return str(context.bindings[name]) if name else ""
 
 
-def whereabouts(belief: Belief, location: Location, context: Context) -> Pose:
-    """Pose in the base frame of the thing that a location refers to.
+def reference_pose(belief: Belief, location: Location, context: Context) -> Pose:
+    """Return the pose in the base frame of a location's reference thing.
 
     Raises:
         Unresolvable: it is in the hand, or was let go of where nobody can say how it fell.
@@ -139,14 +144,14 @@ def whereabouts(belief: Belief, location: Location, context: Context) -> Pose:
 
 
 def shift(pose: Pose, by: ArrayLike) -> Pose:
-    """The pose moved by a vector [m] of its parent frame."""
+    """Translate a pose by a vector [m] of its parent frame."""
     return Pose(tuple(np.asarray(pose.position) + np.asarray(by, dtype=float)), pose.quaternion)
 
 
 def traverse(
     location: Location, belief: Belief, context: Context, shifts: Iterable[ArrayLike], name: str, cost: float = 0.0
 ) -> Grounding:
-    """A path of translations of the TCP from where it is; every corner must be reachable.
+    """Return a path of translations of the TCP [m] from where it is; every corner must be reachable.
 
     Raises:
         Unresolvable: a corner is not; the path depends on the grasp and on what it leads along.
@@ -155,7 +160,7 @@ def traverse(
     here, seed = tcp(belief, context), belief.joints
     path = tuple(shift(here, s) for s in shifts)
     for k, pose in enumerate(path, 1):
-        there = stance(place, context, pose, seed)
+        there = collision_free_ik(place, context, pose, seed)
         if isinstance(there, str):
             raise Unresolvable(f"corner {k} of {len(path)} of '{name}': {there}", causes(location, context))
         seed = there
@@ -163,6 +168,8 @@ def traverse(
 
 
 def causes(location: Location, context: Context) -> tuple[str, ...]:
-    """What a path from where the hand is depends on: every place it was led to, the grasp among them, and the
-    reference object."""
+    """Return what a path from where the hand is depends on.
+
+    Every place it was led to, the grasp among them, and the reference object.
+    """
     return (*(name for name, value in context.bindings.items() if isinstance(value, Place)), location.of or "")

@@ -1,4 +1,4 @@
-"""Which corners of a path can be rounded: the largest blend whose own curve keeps the clearance."""
+"""Blend radii of a joint path: the largest at each corner whose own curve keeps the clearance."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ SMALL = 0.002  # below this radius a corner is a stop [m]
 ELSEWHERE = 0.015
 
 
-def blended(
+def blend_radii(
     scene: Space, points: Sequence[Joints], speed: float, acceleration: float
 ) -> tuple[tuple[float, ...], float]:
-    """The blend radius at each point between the ends, 0 for a stop [m], and the duration of the whole path [s].
+    """Return the blend radius at each inner point, 0 for a stop [m], and the duration of the path [s].
 
     Args:
         scene: in which the lines between the points are free.

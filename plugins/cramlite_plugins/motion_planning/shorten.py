@@ -1,4 +1,4 @@
-"""Shortening a path: fewer stops and less way, never leaving checked ground."""
+"""Path shortening: fewer stops and less way, on collision-checked lines only."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ STALE = 40  # attempts without a gain after which it ends
 def shortened(
     scene: Space, points: Points, speed: float, acceleration: float, *, seed: int, attempts: int
 ) -> Points:
-    """Random shortcuts and corner moves that lower the duration with stops at corners.
+    """Shorten a path by random shortcuts and corner moves that lower its duration with stops at corners.
 
     Geraerts and Overmars, Creating High-quality Paths for Motion Planning, IJRR 2007: a random
     part of the path is replaced by a straight line if that is free; here also a corner is

@@ -1,4 +1,4 @@
-"""The joint space that paths are planned in: its limits and metric, and why a state is refused."""
+"""Joint space of the planner: its limits and metric, and why a state is refused."""
 
 from __future__ import annotations
 
@@ -11,33 +11,33 @@ Joints = tuple[float, ...]
 
 
 class Space(Protocol):
-    """What a planner needs to know of a scene (``scene.Scene`` is one)."""
+    """Protocol of a planner's state space (``planning_scene.PlanningScene`` is one)."""
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
-        """(lower, upper) of each joint [rad]."""
+        """Return the limits (lower, upper) of each joint [rad]."""
 
     def free(self, q: Sequence[float] | Floats) -> bool:
-        """Whether the arm is inside its limits and keeps its clearance there."""
+        """Check whether the arm is inside its limits and keeps its clearance at a joint position [rad]."""
 
     def line_free(self, a: Sequence[float] | Floats, b: Sequence[float] | Floats) -> bool:
-        """Whether the straight joint-space line from a free position is free."""
+        """Check whether the straight joint-space line from a free position is free."""
 
     def blocked(self, a: Sequence[float], b: Sequence[float]) -> float | None:
-        """The fraction of the straight joint-space line where it is first blocked; None when it is free."""
+        """Return the fraction of the straight joint-space line where it is first blocked; None when it is free."""
 
     def why(self, q: Sequence[float]) -> str:
-        """What is in the way, as a clause with numbers; empty when free."""
+        """Explain why a joint position is not free, as a clause with numbers; empty when free."""
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
-        """The position of the tcp (3,) [m]."""
+        """Return the position (3,) of the tcp [m]."""
 
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
-        """The same scene, asking near each of these positions for no more clearance than there is at it."""
+        """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
 
 
 class Refusal(Value):
-    """Why there is no path, as a clause with numbers.
+    """Reason why there is no path, as a clause with numbers.
 
     Args:
         samples: tree extensions that were spent.

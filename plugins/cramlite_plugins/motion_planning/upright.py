@@ -1,4 +1,4 @@
-"""Carrying what must not be tilted: a joint-space line if it keeps the load upright, else straight lines of the tcp.
+"""Transfers under an orientation constraint: a joint-space line if it keeps the load upright, else straight tcp lines.
 
 How far a load may tilt is knowledge (``cram:tiltLimitDeg`` of its class). A sampling planner hardly ever stays in so
 thin a set; straight lines between upright poses stay in it by themselves, on the branch that the arm is on. They lead
@@ -18,9 +18,9 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward
 from ..kinematics.timing import duration, trapezoid
-from .cartesian import interpolate, sampled, straight
+from .cartesian import interpolate, plan_straight_line, sampled
 from .planner import resampled
-from .planning_scene import Scene
+from .planning_scene import PlanningScene
 from .space import Refusal
 
 Joints = tuple[float, ...]
@@ -33,7 +33,7 @@ SLACK = math.radians(0.5)  # how far an executed tilt may be from a planned one:
 
 
 class Load(Value):
-    """What is carried, and how upright it has to stay.
+    """Held thing with a tilt limit.
 
     Args:
         thing: its name.
@@ -53,7 +53,7 @@ class Load(Value):
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """What is held, if its class limits its tilt."""
+    """Return what is held, if its class limits its tilt."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)
@@ -65,10 +65,10 @@ def load(belief: Belief, context: Context) -> Load | None:
 
 
 def carried(
-    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: Scene, goals: Sequence[Joints],
+    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, goals: Sequence[Joints],
     pace: tuple[float, float],
 ) -> Iterator[Grounding]:  # fmt: skip
-    """Ways to the stand-off of a place on which the load stays upright.
+    """Plan transfers to the stand-off of a place on which the load stays upright.
 
     Args:
         goals: free joint positions there, nearest first.
@@ -95,21 +95,21 @@ def carried(
 
 
 def _over(
-    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: Scene, ends: tuple[Pose, Pose],
+    motion: Motion, place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene, ends: tuple[Pose, Pose],
     about: str,
 ) -> Iterator[Grounding]:  # fmt: skip
     """Straight lines of the tcp, the first way that is free."""
-    from .cartesian import goes_on
+    from .cartesian import why_no_straight_line
 
     nearest = ""
     for lift in LIFTS:
         for around in (False, True):
-            corners = way(*ends, carry.up, lift, around)
+            corners = waypoints_over(*ends, carry.up, lift, around)
             found = _followed(corners, belief, context, carry, scene)
             if isinstance(found, str):
                 nearest = found
                 continue
-            if nearest := goes_on(found[-1], place, context, None):
+            if nearest := why_no_straight_line(found[-1], place, context, None):
                 continue
             steps = tuple(
                 MoveLinear(pose, SPEED, ACCELERATION, q, origin=motion.name, comment=motion.reason)
@@ -124,8 +124,8 @@ def _over(
     raise Unresolvable(reason, _causes(motion, context))
 
 
-def way(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool) -> list[Pose]:
-    """Corners of a way up, over and down, the start left out.
+def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool) -> list[Pose]:
+    """Return the waypoints of a path up, over and down, the start left out; poses of the tcp in the base frame.
 
     Args:
         up: the vertical; a way around turns about the base's z axis.
@@ -159,7 +159,7 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 
 
 def _followed(
-    corners: list[Pose], belief: Belief, context: Context, carry: Load, scene: Scene
+    corners: list[Pose], belief: Belief, context: Context, carry: Load, scene: PlanningScene
 ) -> list[Joints] | str:
     """The joint position at each corner, or why the way cannot be gone."""
     here = forward(context.robot, belief.joints)
@@ -169,7 +169,7 @@ def _followed(
     for checked in (None, scene):  # whether the arm can follow is known sooner than whether it is free
         q, result = belief.joints, []
         for corner in corners:
-            found = straight(checked, context.robot, q, [corner], speed=SPEED)
+            found = plan_straight_line(checked, context.robot, q, [corner], speed=SPEED)
             if isinstance(found, Refusal):
                 return found.reason
             q = found.points[-1]

@@ -1,0 +1,1 @@
+"""Motion resolvers: each turns a kind of motion designator into program steps."""

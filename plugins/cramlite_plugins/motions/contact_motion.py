@@ -1,4 +1,4 @@
-"""Motions that feel: along a path giving way sideways, until contact, standing still."""
+"""Force-controlled motions: compliant paths, motion until contact, spiral search, insertion, extraction, holding."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ GRAVITY = 9.81
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
-
+    """Resolve force-controlled motions; None for other kinds."""
     kinds: Mapping[str, Kind] = {
         "force_path": _force_path, "until_contact": _until_contact, "zero_sensor": _zero, "hold": _hold,
         "spiral_search": spiral_search, "force_insert": force_insert, "force_extract": force_extract,
@@ -59,7 +59,7 @@ def _known(kind: Kind, motion: Motion, belief: Belief, context: Context) -> Foun
 
 
 def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
-    """What a motion in contact leaves unknown: where the held thing is in the hand; variances add."""
+    """Add the position uncertainty of a motion in contact to the held thing's pose in the hand; variances add."""
     added, held = KINDS[motion.kind].widens, belief.held
     if held is None or added == 0.0:
         return belief, ""
@@ -92,19 +92,20 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
 
 
 def frame_along(axis: Floats) -> Pose:
-    """z along the path; x up, unless the path itself goes up."""
+    """Return a frame with z along an axis (3,); x up, unless the axis itself goes up."""
     upright = abs(axis[2]) > 0.9 * float(np.linalg.norm(axis))
     return Pose.from_axes((0, 0, 0), axis, (1.0, 0.0, 0.0) if upright else (0.0, 0.0, 1.0))
 
 
 def carried(motion: Motion, belief: Belief) -> float:
-    """Upward force of the compliant arm [N]: the weight of what it holds, less what presses on a surface."""
+    """Return the upward force of the compliant arm [N]: its load's weight, less what presses on a surface."""
     held = belief.world.thing(belief.held.thing) if belief.held else None
     weight = GRAVITY * (held.mass or 0.0) if held is not None and held.joint is None else 0.0  # rails carry a drawer
     return weight - float(motion.parameters.get("press_n", 0.0))
 
 
 def timeout(length: float, speed: float) -> float:
+    """Return the time-out [s] of a motion of a length [m] at a speed [m/s]."""
     return float(math.ceil(PATIENCE[0] * length / speed + PATIENCE[1]))
 
 
@@ -168,7 +169,7 @@ REACH, SHARE, PITCH = 0.0095, 0.75, 0.0015
 
 
 def spiral_search(motion: Motion, belief: Belief, context: Context) -> Found:
-    """Around where the tool is, pressing the way the place is approached.
+    """Search a hole in a spiral around where the tool is, pressing the way the place is approached.
 
     The pitch follows from the radial play of hole and peg.
     """
@@ -203,7 +204,7 @@ def _spiral(motion: Motion, play: float, belief: Belief, context: Context) -> tu
 
 
 def force_insert(motion: Motion, belief: Belief, context: Context) -> Found:
-    """As deep as the place says, beyond the corner that the tool has reached; the peg leads the hole."""
+    """Push the hole onto the peg, as deep as the place says; the tool has reached the corner, the peg leads the hole."""
     from ..motion_planning.cartesian import line
     from .free_motion import place_of
 
@@ -220,7 +221,7 @@ def force_insert(motion: Motion, belief: Belief, context: Context) -> Found:
 
 
 def force_extract(motion: Motion, belief: Belief, context: Context) -> Found:
-    """Off along the path of the place: its end says how far, the peg says where along."""
+    """Pull the hole off the peg along the path of the place: its end says how far, the peg says where along."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of

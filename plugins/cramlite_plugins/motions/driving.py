@@ -1,4 +1,4 @@
-"""The motion "drive": the platform of a robot goes to a stand, on a way that the whole robot is free on."""
+"""Driving: motion "drive" of the base to a stand, on a path that is collision-free for the whole robot."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ SAME = 0.005, 0.01  # the platform stands there already within this [m, rad]
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve motion "drive"; None for other kinds."""
     return _drive(adapted(motion, belief, context), belief, context) if motion.kind == "drive" else None
 
 
 def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
-    from ..motion_planning.base_planner import NoWay, at, unwound, way
+    from ..motion_planning.base_planner import NoBasePath, at, plan_base_path, unwound
 
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
     stand: Stand = context.bindings[motion.to.name]
@@ -35,8 +36,8 @@ def _drive(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundi
         yield Grounding((), "the platform stands there already", key="there")
         return
     floor = _floor(belief, context)
-    legs = way(floor, here, goal)
-    if isinstance(legs, NoWay):
+    legs = plan_base_path(floor, here, goal)
+    if isinstance(legs, NoBasePath):
         reason = f"the platform cannot drive to {motion.to}: {legs.reason}"
         raise Unresolvable.because_of_earlier_tasks(reason) if legs.shut_in else Unresolvable(reason)  # no other stand would help
     rates = [value(motion, n) for n in ("speed_m_s", "acceleration_m_s2", "speed_rad_s", "acceleration_rad_s2")]
@@ -66,7 +67,7 @@ def _floor(belief: Belief, context: Context) -> Ground:
 
 
 def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
-    """The ground with the robot's arm as it is believed to be.
+    """Build the planning scene of the base with the robot's arm as it is believed to be.
 
     Raises:
         Unresolvable: the robot has no platform.

@@ -1,4 +1,4 @@
-"""Motions in free space: transfers planned in joint space, and straight lines of the TCP."""
+"""Free-space motions: transfers planned in joint space, and straight lines of the TCP."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
-from ..motion_planning.cartesian import goes_on, line, near
+from ..motion_planning.cartesian import line, near, why_no_straight_line
 from .motion_kinds import value
 from .ontology_limits import adapted, noted
 
@@ -20,6 +20,7 @@ GOALS = 6  # nearest inverse solutions that a transfer may end at
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve transfers and linear motions; None for other kinds."""
     kinds = {"transfer": _transfer, "linear": _linear}
     kind = kinds.get(motion.kind)
     return kind(adapted(motion, belief, context), belief, context) if kind else None
@@ -75,12 +76,12 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     around = None if belief.held else make_scene(belief, context, [place.thing], clearance=0.0)
     solutions = inverse(context.robot, place.before, seed=belief.joints)
     free = [q for q in solutions if scene.free(q)]
-    goals = list(islice((q for q in free if not goes_on(q, place, context, around)), GOALS))
+    goals = list(islice((q for q in free if not why_no_straight_line(q, place, context, around)), GOALS))
     if not goals:
         if not solutions:
             miss = reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there"
         else:
-            miss = goes_on(free[0], place, context, around) if free else scene.why(solutions[0])
+            miss = why_no_straight_line(free[0], place, context, around) if free else scene.why(solutions[0])
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         raise Unresolvable(f"{count}, none leads straight on to it; the nearest: {miss}", because(motion, context))
     return goals
@@ -102,13 +103,13 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
 
 
 def place_of(motion: Motion, context: Context) -> Place:
-    """The place that a motion leads to."""
+    """Return the place that a motion's location was resolved to."""
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
     place: Place = context.bindings[motion.to.name]
     return place
 
 
 def because(motion: Motion, context: Context) -> tuple[str, ...]:
-    """A motion to a place fails because of that place, and of the grasp that it is made with."""
+    """Return what a motion to a place depends on: the place, and the grasp that it is made with."""
     grasps = tuple(k for k in context.bindings if k.startswith("grasp("))
     return ((motion.to.name,) if motion.to else ()) + grasps

@@ -1,4 +1,4 @@
-"""The way back to where a control step began, from wherever its steps may have ended.
+"""Return motion to where a control step began, from wherever its steps may have ended.
 
 The plan language asks for it: before an attempt is made again, at the end of a round, after the first of several has
 succeeded. Steps that cannot fail come first in most attempts (a transfer); from all later ones the arm goes straight back
@@ -33,6 +33,7 @@ SPEED, ACCELERATION = 0.05, 0.5  # straight back [m/s, m/s2]: half as fast as ot
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve motion "back"; None for other kinds."""
     return _back(motion, belief, context) if motion.kind == "back" else None
 
 
@@ -79,14 +80,14 @@ def _ends(steps: Iterable[AnyStep]) -> list[Joints]:
 
 def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints, ends: list[Joints]) -> None:
     from ..kinematics.kinematics import forward
-    from ..motion_planning.cartesian import straight
+    from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene, touched
     from ..motion_planning.space import Refusal
 
     scene = make_scene(start, context, touched(motion.may_touch, context), clearance=0.0)
     target = forward(context.robot, pivot)
     for q in ends:
-        found = straight(scene, context.robot, q, [target])
+        found = plan_straight_line(scene, context.robot, q, [target])
         if isinstance(found, Refusal):
             raise Unresolvable(f"'{motion.name}': no way back to where it began: {found.reason}")
 

@@ -1,4 +1,4 @@
-"""Motions of the gripper, and what the arm is told of its load."""
+"""Gripper motions, and the payload that the arm is told."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ LET_GO, DROPPED = 0.005, 0.1  # standard deviation of where a released thing is,
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve motions "gripper" and "payload"; None for other kinds."""
     if motion.kind == "payload":
         return _payload(motion, belief, context)
     if motion.kind == "gripper":

@@ -1,4 +1,4 @@
-"""The kinds of motion designators: their parameters with defaults and sources, where they end, why they abort.
+"""Motion kinds: parameters with defaults and sources, end and abort conditions of each kind of motion designator.
 
 One table for motion plugins, tests and the page docs/reference/motions.md, which a test compares with it. Abort reasons
 are the words of the log, in simulation and on the robot alike, with the numbers left out.
@@ -12,11 +12,10 @@ from cramlite.model import Motion, Value
 from cramlite.plugin import Parameter
 
 FORCE, LATE = "force # N > # N", "not done within # s"
-SIMULATED = "docs/explanation/simulation.md"
 
 
 class MotionKind(Value):
-    """What a motion of this kind is.
+    """Declaration of a kind of motion.
 
     Args:
         name: ``Motion.kind``.
@@ -142,6 +141,6 @@ KINDS: Mapping[str, MotionKind] = {
 
 
 def value(motion: Motion, name: str) -> float:
-    """A parameter of a motion: its own, else the default of its kind."""
+    """Return a parameter of a motion: its own, else the default of its kind."""
     default = next(p.default for p in KINDS[motion.kind].parameters if p.name == name)
     return float(motion.parameters.get(name, default))

@@ -1,4 +1,4 @@
-"""What is known of things parameterises how they are moved: ontologies say it of classes, with the source of each value.
+"""Motion limits from ontologies: what is known of things limits forces, speeds and accelerations, with its sources.
 
 Fragile things lower forces, heavy ones speed and acceleration, holes say how they are searched for (ontologies/motions.ttl;
 properties ``cram:maximumForce`` and so on). Nothing that is said there can be exceeded by a task's parameters; who needs
@@ -26,7 +26,7 @@ MASS = "cram:minimumMass"
 
 
 class Known(Value):
-    """A value that an ontology says of a class.
+    """Value that an ontology says of a class.
 
     Args:
         of: what it was asked for, e.g. "vase (soma:Glass)".
@@ -53,7 +53,7 @@ def known(class_: str, property_: str, context: Context, of: str = "") -> Known 
 
 
 def classes(thing: Thing, context: Context) -> Iterator[str]:
-    """The class of a thing, and those that it belongs to by its mass."""
+    """Yield the class of a thing, and those that it belongs to by its mass."""
     yield thing.type
     for name in sorted(context.taxonomy.restrictions):
         heavy = known(name, MASS, context) if any(r.property == MASS for r in context.taxonomy.restrictions[name]) else None
@@ -62,7 +62,7 @@ def classes(thing: Thing, context: Context) -> Iterator[str]:
 
 
 def lowest(things: Iterable[Thing], property_: str, context: Context) -> Known | None:
-    """The smallest value that is said of one of the things."""
+    """Return the smallest value of a property among things; None if nothing is said."""
     found = [
         k for t in things for c in classes(t, context)
         if (k := known(c, property_, context, f"{t.name} ({t.type})")) is not None
@@ -71,7 +71,7 @@ def lowest(things: Iterable[Thing], property_: str, context: Context) -> Known |
 
 
 def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
-    """The motion with parameters that suit what it holds and touches; its reason says which, and why.
+    """Limit a motion's parameters to what its held and touched things bear; the reason says which, and why.
 
     Gripping is no force on a thing in this sense: ``grip`` has its own property.
     """
@@ -93,7 +93,7 @@ def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
 
 
 def noted(motion: Motion) -> str:
-    """What ``adapted`` added to the reason, for a clause of the trace."""
+    """Return what ``adapted`` added to the reason, for a clause of the trace."""
     note = motion.reason.partition("; ")[2]
     return f"; {note}" if note else ""
 
@@ -107,7 +107,7 @@ def _things(motion: Motion, parameter: str, belief: Belief, context: Context) ->
 
 
 def grip(thing: Thing, wanted: float, context: Context, within: tuple[str, ...]) -> tuple[float, str]:
-    """The grip force for a thing [N], and why it is not the wanted one.
+    """Return the grip force for a thing [N], and why it is not the wanted one.
 
     Args:
         wanted: 0 for the least that the gripper presses with [N].

@@ -1,4 +1,4 @@
-"""Tilting a held vessel about its rim, and back: the poses of a place's path, rounded to one joint-space motion."""
+"""Tilting of a held vessel about its rim, and back: the poses of a path, blended to one joint-space motion."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from .motion_kinds import value
 
 @hookimpl
 def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    """Resolve motion "tilt"; None for other kinds."""
     return _tilt(motion, belief, context) if motion.kind == "tilt" else None
 
 
 def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Grounding]:
     """To the end of the path ("tilted"), or back to its beginning ("upright")."""
     from ..kinematics.timing import leading
-    from ..motion_planning.cartesian import straight
+    from ..motion_planning.cartesian import plan_straight_line
     from ..motion_planning.reach import make_scene
-    from ..motion_planning.round_off import blended
+    from ..motion_planning.round_off import blend_radii
     from ..motion_planning.space import Refusal
     from .free_motion import place_of
 
@@ -30,7 +31,7 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     poses = path[1:] if motion.parameters["to"] == "tilted" else path[-2::-1]
     scene, points = make_scene(belief, context), [belief.joints]
     for pose in poses:
-        part = straight(scene, context.robot, points[-1], pose)
+        part = plan_straight_line(scene, context.robot, points[-1], pose)
         if isinstance(part, Refusal):
             raise Unresolvable(f"'{motion.name}' about the rim: {part.reason}", (motion.to.name if motion.to else "",))
         points.append(part.points[-1])
@@ -38,7 +39,7 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     turned = sum(leading(a, b) for a, b in pairwise(points))
     speed = value(motion, "speed_rad_s") * turned / angle
     acceleration = value(motion, "acceleration_rad_s2")
-    radii, seconds = blended(scene, points, speed, acceleration)
+    radii, seconds = blend_radii(scene, points, speed, acceleration)
     step = MoveJoints(tuple(points[1:]), speed, acceleration, radii, origin=motion.name, comment=motion.reason)
     reason = f"{math.degrees(angle):.0f} deg about the rim in {seconds:.1f} s, {len(radii)} corners rounded"
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="tilt")

@@ -1,1 +1,1 @@
-"""Perception: a camera, and experts that answer queries from what it saw."""
+"""Perception experts: segmentation, classification, pose estimation and relations from RGB-D views."""

@@ -1,4 +1,4 @@
-"""Expert: what an object is, from colour and size and the models that are known."""
+"""Expert for object classification: class and model by colour and size, against known models."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 
 
 def types(priors: Mapping[str, Any]) -> tuple[str, ...]:
-    """The classes of the models and fixtures that are known, and "unknown"."""
+    """Return the classes of the known models and fixtures, and "unknown"."""
     known = (*priors.get("models", ()), *priors.get("fixtures", ()))
     return (*dict.fromkeys(m.type for m in known), UNKNOWN)
 
 
 class Known(Value, eq=False):
-    """What a model looks like: its largest geom's red and green shares, sorted extents of the box around it [m]."""
+    """Appearance of a known model: red and green shares of its largest geom, sorted extents of its bounding box [m]."""
 
     model: Thing
     chroma: Floats
@@ -33,11 +33,12 @@ class Known(Value, eq=False):
 
 
 def known_looks(inputs: Inputs) -> Mapping[str, Any]:
+    """Return the appearance of each known model."""
     return {"looks": tuple(Known(m, _model_chroma(m), _lengths(m)) for m in inputs["models"])}
 
 
 def category(inputs: Inputs) -> Mapping[str, Any]:
-    """Bayes' rule over the known models, all equally likely before, and "unknown"; a fixture is what it is.
+    """Classify an object by Bayes' rule over the known models and "unknown", with equal priors; a fixture keeps its class.
 
     p(model | chroma, extents) ~ N(chroma; model's) N(what is too large; 0) N(what is missing; 0): an extent that looks
     larger than the model speaks against it, a smaller one hardly: something may hide the rest.

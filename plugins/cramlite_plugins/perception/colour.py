@@ -1,4 +1,4 @@
-"""Expert: the colour of an object, as one of twelve words."""
+"""Expert for colour classification: twelve basic colour words."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ WORDS = ("red", "orange", "yellow", "green", "cyan", "blue", "purple", "pink", "
 
 
 def colour(inputs: Inputs) -> Mapping[str, Any]:
-    """The word of most pixels; the others with their shares."""
+    """Return the colour word of most pixels of an object; the other words with their shares."""
     import numpy as np
 
     pixels = inputs["view"].rgb[inputs["segment"].mask]
@@ -35,7 +35,7 @@ def colour(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def words(pixels: np.ndarray[Any, np.dtype[np.uint8]]) -> Words:
-    """(N, 3) colours as indices of ``WORDS``."""
+    """Classify RGB colours (N, 3) uint8 as indices (N,) into ``WORDS``."""
     import numpy as np
 
     rgb = pixels.astype(float) / 255

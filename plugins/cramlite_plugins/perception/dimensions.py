@@ -1,4 +1,4 @@
-"""Experts: how large an object looks, and what shape it has."""
+"""Experts for size and shape: extents of an object's points, and the primitive that fits them best."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TURNS = 18  # directions about the vertical that are tried for the smallest rect
 
 
 def size(inputs: Inputs) -> Mapping[str, Any]:
-    """Extents along the vertical and of the smallest rectangle from above, without the outermost points."""
+    """Measure an object: its vertical extent, and the smallest rectangle around it from above, without outliers."""
     found = extents(inputs["points"])
     word = next(w for w, end in SIZES if found.longest < end)
     edge = min(abs(found.longest - end) for _, end in SIZES)
@@ -36,7 +36,7 @@ def size(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def extents(points: Any) -> Extents:
-    """See ``Extents``; the outermost hundredth of the points on each side is left out."""
+    """Return the extents of points (N, 3) in the world frame, without the outermost hundredth on each side."""
     import numpy as np
 
     from .values import Extents
@@ -58,7 +58,7 @@ def extents(points: Any) -> Extents:
 
 
 def shape(inputs: Inputs) -> Mapping[str, Any]:
-    """Box, cylinder, sphere or flat: which surface the visible points lie on best.
+    """Fit a box, a cylinder, a sphere and a flat plate to an object's points, and return which fits best.
 
     Planes: two planes explain a box's visible sides. A sphere is fitted linearly, a cylinder as a circle from above.
     """

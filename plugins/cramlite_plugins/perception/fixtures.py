@@ -1,4 +1,4 @@
-"""Expert: which objects are fixtures that the map knows, such as a peg or a basket."""
+"""Expert that associates objects with fixtures of the map, such as a peg or a basket."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def fixture(inputs: Inputs) -> Mapping[str, Any]:
-    """The fixture that most of the points lie on; None for an object of its own."""
+    """Return the fixture on whose surface most of an object's points lie; None where there is none."""
     import numpy as np
 
     points = np.asarray(inputs["points"], dtype=float)
@@ -31,19 +31,27 @@ def fixture(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def distance(points: Floats, thing: Thing) -> Floats:
-    """From points of the world frame to the surface of a thing's geoms, 0 inside [m]."""
+    """Return the distances (N,) [m] of points (N, 3) in the world frame to a thing's surface; 0 inside."""
     import numpy as np
 
     away = np.full(len(points), np.inf)
     local = thing.pose.inverse().apply(points)
     for geom in thing.geoms:
-        away = np.minimum(away, np.maximum(nearest_on(geom.pose.inverse().apply(local), geom)[0], 0.0))
+        away = np.minimum(away, np.maximum(signed_distances(geom.pose.inverse().apply(local), geom)[0], 0.0))
     return away
 
 
-def nearest_on(p: Floats, geom: Geom) -> tuple[Floats, Floats]:
-    """Signed distances (N,) [m] of points in a primitive's frame from its surface, positive outside, and the outward
-    normals (N, 3) there. A convex hull counts as the box around it."""
+def signed_distances(p: Floats, geom: Geom) -> tuple[Floats, Floats]:
+    """Return signed distances (N,) [m] of points to a primitive's surface, positive outside, and its normals there.
+
+    A convex hull counts as its bounding box.
+
+    Args:
+        p: points (N, 3) in the primitive's frame [m].
+
+    Returns:
+        The distances, and the outward unit normals (N, 3).
+    """
     import numpy as np
 
     if geom.shape in ("box", "convex"):

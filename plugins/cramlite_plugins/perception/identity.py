@@ -1,4 +1,4 @@
-"""Expert: which object is which: names that stay over frames."""
+"""Expert for data association: objects keep their names over frames."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ UNLIKELY = 1e6
 
 
 def instances(inputs: Inputs) -> Mapping[str, Any]:
-    """Objects of an earlier frame keep their names: the assignment with the least way in all (Kuhn, 1955) among pairs
-    of one class that are near enough; others get a new name, their class and a number."""
+    """Match objects with those of an earlier frame; an unmatched one gets a new name, its class and a number.
+
+    Solves the assignment problem of least total distance (Kuhn, 1955) among pairs of one class that are near enough.
+    """
     import numpy as np
     from scipy.optimize import linear_sum_assignment
 

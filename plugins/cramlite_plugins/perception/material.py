@@ -1,4 +1,4 @@
-"""Expert: what an object is made of: not seen, but known of what it was taken for."""
+"""Expert for materials: looked up by what an object was recognised as, not measured."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PROPERTY = "cram:material"
 
 
 def known_material(model: str, kind: str, taxonomy: Any) -> tuple[str, str] | None:
-    """The material of a product and where that is said: in its own entry, or of the nearest class of it."""
+    """Return the material of a product and where that is said: in its own entry, or of its nearest class."""
     own = entries().get(model, {}).get("material")
     if own is not None:
         return str(own), f"the entry of '{model}'"
@@ -22,14 +22,14 @@ def known_material(model: str, kind: str, taxonomy: Any) -> tuple[str, str] | No
 
 
 def materials(priors: Mapping[str, Any]) -> tuple[str, ...]:
-    """Those of the models and fixtures that are known."""
+    """Return the materials of the known models and fixtures."""
     things = (*priors.get("models", ()), *priors.get("fixtures", ()))
     found = (known_material(t.name, t.type, priors["taxonomy"]) for t in things)
     return tuple(sorted({said[0] for said in found if said}))
 
 
 def material(inputs: Inputs) -> Mapping[str, Any]:
-    """Materials of the models that it may be, each as sure as those together; of a fixture, its class's."""
+    """Return the materials of the models that an object may be, each with their summed confidence; or of its fixture."""
     models = {m.name: m for m in inputs["models"]}
     kind = inputs.judged("type")
     looks = [(c.value, models[c.value].type, c.confidence) for c in inputs["candidates"] if c.value in models]

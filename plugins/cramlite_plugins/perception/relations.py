@@ -1,4 +1,4 @@
-"""Expert: where objects are: hanging from a peg, on a surface, in a container, beside each other."""
+"""Expert for spatial relations: hanging from a peg, on a surface, in a container, beside each other."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Fact = tuple[str, str, str]
 
 
 def relations(inputs: Inputs) -> Mapping[str, Any]:
-    """Facts (predicate, name, class) of each object, about fixtures whose poses are known and about other objects.
+    """Return facts (predicate, name, class) of each object, about fixtures with known poses and other objects.
 
     Left and right are the camera's; names of other objects are their numbers, "#2".
     """

@@ -1,4 +1,4 @@
-"""What the shipped experts hand to each other."""
+"""Values that perception experts exchange: boxes, clouds, planes, segments, extents."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ Points32 = NDArray[np.float32]
 
 
 class Box(Value):
-    """An axis-aligned box of the world frame: lower and upper corner [m]."""
+    """Axis-aligned box of the world frame: lower and upper corner [m]."""
 
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
-    def holds(self, points: NDArray[np.floating]) -> Mask:
-        """Which of (..., 3) points are inside; NaN is outside."""
+    def contains(self, points: NDArray[np.floating]) -> Mask:
+        """Check which of the points (..., 3) are inside; NaN is outside."""
         inside = (points >= np.array(self.low)) & (points <= np.array(self.high))
         return np.asarray(inside.all(axis=-1))
 
 
 class Cloud(Value, eq=False):
-    """A cut-out of a view: (height, width, 3) points of the world frame, and which of them are meant."""
+    """Organised point cloud: (height, width, 3) points of the world frame [m], and the mask of those selected."""
 
     points: Points32
     mask: Mask
 
 
 class Plane(Value, eq=False):
-    """n . p = offset, the normal pointing to the camera; ``share`` of the points lies on it, over ``extent`` [m]."""
+    """Plane n . p = offset [m] whose normal points to the camera; ``share`` of the points lies on it, over ``extent`` [m]."""
 
     normal: Points32
     offset: float
@@ -44,22 +44,23 @@ class Plane(Value, eq=False):
     extent: float
 
     def distance(self, points: NDArray[np.floating]) -> NDArray[np.floating]:
-        """Signed distances of (..., 3) points [m], positive on the camera's side."""
+        """Return the signed distances (...) of points (..., 3) [m], positive on the camera's side."""
         return np.asarray(points @ self.normal.astype(points.dtype) - points.dtype.type(self.offset))
 
 
 class Segment(Value, eq=False, dict=True):
-    """A part of the image that may be one object: a mask of the whole image."""
+    """Image segment that may be one object: a mask of the whole image."""
 
     mask: Mask
 
     @cached_property
     def count(self) -> int:
+        """Return the number of pixels."""
         return int(np.count_nonzero(self.mask))
 
 
 class Extents(Value):
-    """How large something looks, along the vertical and in the horizontal plane [m].
+    """Extents of an object, along the vertical and in the horizontal plane [m].
 
     Args:
         height: vertical.
@@ -76,4 +77,5 @@ class Extents(Value):
 
     @property
     def longest(self) -> float:
+        """Return the largest of the three extents [m]."""
         return max(self.height, self.width, self.depth)

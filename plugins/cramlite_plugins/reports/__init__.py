@@ -1,1 +1,1 @@
-"""First-party sections of the report page."""
+"""Sections of the report page."""

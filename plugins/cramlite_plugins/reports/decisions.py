@@ -1,4 +1,4 @@
-"""The trace as decisions: what was asked, what was chosen, what was refused and why, one candidate at a time."""
+"""Decisions of the trace: what was asked, chosen, and refused with its reason, one candidate at a time."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ WHOLE = ("proof", "budget", "stop")
 
 
 class Branch(Value):
-    """An alternative that was tried: what was decided below it, and what became of it."""
+    """Alternative that was tried: what was decided below it, and its outcome."""
 
     entry: Entry
     decisions: tuple[Decision, ...]
 
 
 class Decision(Value):
-    """One designator that came up.
+    """Decision about one designator that came up.
 
     Args:
         asked: the question.
@@ -45,8 +45,8 @@ class Decision(Value):
         return of_plan(self.asked)
 
 
-class Attempt(Value):
-    """One candidate task sequence: its decisions in order, and what was said about it as a whole."""
+class CandidateDecisions(Value):
+    """Decisions of one candidate task sequence in order, and its proofs."""
 
     number: int
     decisions: tuple[Decision, ...]
@@ -54,10 +54,12 @@ class Attempt(Value):
 
     @property
     def proven(self) -> bool:
+        """Check whether the candidate was proven."""
         return any(e.outcome == "proven" for e in self.proofs)
 
     @property
     def refusals(self) -> int:
+        """Return the number of refusals in its decisions."""
         return sum(len(d.refused) for d in self.decisions)
 
 
@@ -66,7 +68,7 @@ def of_plan(entry: Entry) -> bool:
     return entry.kind in ("action", "compound") and entry.numbers.get("depth") == 0
 
 
-def attempts(trace: Trace) -> list[Attempt]:
+def attempts(trace: Trace) -> list[CandidateDecisions]:
     """The candidates in the order in which they were tried."""
     groups: dict[int, list[Entry]] = defaultdict(list)
     for entry in trace.entries:
@@ -74,13 +76,13 @@ def attempts(trace: Trace) -> list[Attempt]:
     return [_attempt(number, entries) for number, entries in groups.items()]
 
 
-def _attempt(number: int, entries: Sequence[Entry]) -> Attempt:
+def _attempt(number: int, entries: Sequence[Entry]) -> CandidateDecisions:
     children: dict[int, list[Entry]] = defaultdict(list)
     for entry in entries:
         if entry.kind not in WHOLE:
             children[entry.parent].append(entry)
     proofs = tuple(e for e in entries if e.kind in WHOLE)
-    return Attempt(number, _chain(children[0], children), proofs)
+    return CandidateDecisions(number, _chain(children[0], children), proofs)
 
 
 def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple[Decision, ...]:
@@ -104,6 +106,6 @@ def _chain(asked: Iterable[Entry], children: Mapping[int, list[Entry]]) -> tuple
     return tuple(decisions)
 
 
-def path(attempt: Attempt) -> dict[str, Entry]:
-    """Designator -> the alternative that the candidate ended on."""
+def path(attempt: CandidateDecisions) -> dict[str, Entry]:
+    """Return designator -> the alternative that the candidate ended on."""
     return {d.asked.designator: d.chosen for d in attempt.decisions if d.chosen is not None}

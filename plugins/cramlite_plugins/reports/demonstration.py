@@ -1,4 +1,4 @@
-"""The demonstration's timeline: states by kind and pair, and actions with the task that was chosen for each."""
+"""Timeline of the demonstration: states by kind and pair, and actions with the task chosen for each."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Bar(Value):
-    """Something that lasted: left edge and width in percent of the demonstration, and words."""
+    """Timeline bar: left edge and width in percent of the demonstration, and words."""
 
     left: float
     width: float
@@ -28,7 +28,7 @@ class Bar(Value):
 
 
 class Row(Value):
-    """All that happened of one kind to one pair of things."""
+    """Timeline row: all that happened of one kind to one pair of things."""
 
     kind: str
     about: str
@@ -41,6 +41,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     episode = done.episode
     if episode is None:
         return ""

@@ -1,4 +1,4 @@
-"""Pictures of a run at the ends of its tasks: what happened at a glance, also on paper and without scripts."""
+"""Filmstrip of a run: pictures at the ends of its tasks, also on paper and without scripts."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ QUALITY = 80
 
 
 class Frame(Value):
-    """A picture as a data URI, when it was [s], and the task that ended then; "" at the start."""
+    """Picture as a data URI, its time [s], and the task that ended then; "" at the start."""
 
     uri: str
     time: float
@@ -34,14 +34,14 @@ class Frame(Value):
 
 
 def filmstrip(done: Finished, tasks: Sequence[Span]) -> list[Frame]:
-    """The start, and the end of each task."""
+    """Return pictures of the start, and of the end of each task."""
     times = done.solution.candidate.rollout.times  # type: ignore[union-attr]
     moments = [(float(times[0]), ""), *((s.end, s.task) for s in spread(tasks, MOST - 1))]
     return [Frame(_picture(done, times, time), time, task) for time, task in moments]
 
 
 def spread(tasks: Sequence[Span], most: int) -> list[Span]:
-    """All of them, or so many spread evenly; the last one is always there."""
+    """Return at most ``most`` of the tasks, spread evenly; the last one is always there."""
     if len(tasks) <= most:
         return list(tasks)
     return [tasks[round(k)] for k in np.linspace(0, len(tasks) - 1, most)]
@@ -53,7 +53,7 @@ def _picture(done: Finished, times: Floats, time: float) -> str:
 
 
 def as_uri(pixels: object, quality: int) -> str:
-    """(height, width, 3) uint8 as a WebP data URI."""
+    """Encode pixels (height, width, 3) uint8 as a WebP data URI."""
     from PIL import Image
 
     buffer = io.BytesIO()

@@ -1,4 +1,4 @@
-"""What each action may have been and why it was nothing else; which readings were tried and what became of them."""
+"""Interpretation of each action: what it may have been and why it was nothing else; readings that were tried."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNTRIED = 4
 
 
 class Cell(Value):
-    """An action against a task: "chosen", "match" or "no", and the sentence."""
+    """Match of an action with a task: "chosen", "match" or "no", and the sentence."""
 
     kind: str
     why: str
@@ -32,7 +32,7 @@ Row = tuple[str, list[Cell]]
 
 
 class Reading(Value):
-    """A candidate sequence and its outcome in words."""
+    """Candidate task sequence and its outcome in words."""
 
     number: int
     sequence: TaskSequence
@@ -46,6 +46,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     found = done.interpretation
     if found is None:
         return ""

@@ -1,4 +1,4 @@
-"""What the judges measured in the run, and the files beside the page."""
+"""Verdict: what the validators measured in the run, and the files beside the page."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Measured(Value):
-    """A finding with its numbers in units that people read, and how much of the limit was used."""
+    """Finding with its numbers in units that people read, and how much of the limit was used."""
 
     finding: Finding
     value: str
@@ -31,6 +31,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     if done.shown is None:
         return ""
     candidate = done.shown.candidate
@@ -48,6 +49,7 @@ def render(done: Finished) -> str:
 
 
 def measured(finding: Finding) -> Measured:
+    """Convert a finding to the units that people read."""
     value, limit = finding.value, finding.limit
     share = value / limit if value is not None and limit and 0 <= value <= limit else None
     return Measured(finding, _number(value, finding.unit), _number(limit, finding.unit), share)

@@ -1,4 +1,4 @@
-"""Where links of the page lead: from a line or a finding to the decision that it came from, and from decisions to lines."""
+"""Links of the page: from a line or a finding to the decision that it came from, and from decisions to lines."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ COMMENTS = ("#", "//", ";")
 
 
 def targets(done: Finished) -> frozenset[str]:
-    """The designators that have a place on the page: the decisions of the candidate that is shown, and looks."""
+    """Return the designators that have a place on the page: decisions of the candidate that is shown, and looks."""
     decided = {d.asked.designator for a in attempts(done.trace) if a.number == number_of(done) for d in a.decisions}
     looks = done.setting.look.pictures if done.setting.look is not None else ()
     return frozenset(decided | {look_name(k) for k, _ in enumerate(looks, 1)})
 
 
 def look_name(number: int) -> str:
-    """What the steps towards a picture are called, from 1 (cramlite.perception.active_perception)."""
+    """Return the name of the steps towards a picture, from 1 (cramlite.perception.active_perception)."""
     return f"0.LookingFor_{number}"
 
 
@@ -36,7 +36,7 @@ def target(designator: str, known: Collection[str]) -> str:
 
 
 def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
-    """Designator -> first and last lines of its stretches of text.
+    """Map designators to the first and last lines of their stretches of text.
 
     Args:
         steps: of each line, what it came from; "" for nothing.
@@ -53,7 +53,7 @@ def lines_of(steps: Sequence[str]) -> Mapping[str, list[tuple[int, int]]]:
 
 
 def steps_of(code: Code) -> list[str]:
-    """What each line came from; a comment or an empty line leads to what follows it."""
+    """Return the step that each line came from; a comment or an empty line leads to what follows it."""
     texts = code.text.splitlines()
     steps, step = [""] * len(texts), ""
     for k in range(len(texts)):

@@ -1,4 +1,4 @@
-"""What the robot saw where it looked: pictures with what was recognised in them, and what is believed since."""
+"""Views of the robot: pictures with what was recognised in them, and what is believed since."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUALITY = 78
 
 
 class Seen(Value):
-    """An object of a picture: its number in it, what it was taken for and how surely, or why it was left out.
+    """Recognised object of a picture: its number in it, class and confidence, or why it was left out.
 
     Args:
         name: under which it is believed; "" where it is not.
@@ -37,7 +37,7 @@ class Seen(Value):
 
 
 class Shot(Value):
-    """A picture with its query: data URIs of what was recognised, of the colours and of the depth."""
+    """Picture with its query: data URIs of what was recognised, of the colours and of the depth."""
 
     task: str
     query: str
@@ -55,6 +55,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     look = done.setting.look
     if look is None:
         return ""

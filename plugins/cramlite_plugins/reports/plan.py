@@ -1,4 +1,4 @@
-"""The plan as a diagram: tasks in order, and a lane for each object, from the description to where it is used."""
+"""Plan diagram: tasks in order, and a lane for each object, from the description to where it is used."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Row(Value):
-    """A line of the diagram: an object whose lane begins, a rule, or a task.
+    """Diagram row: an object whose lane begins, a rule, or a task.
 
     Args:
         action, thing: what it is about; one of them.
@@ -47,6 +47,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     if done.shown is None:
         return ""
     solution = done.shown
@@ -59,7 +60,10 @@ def render(done: Finished) -> str:
 
 
 def diagram(objects: Sequence[Object], actions: Sequence[Action], decisions: Sequence[Decision]) -> list[Row]:
-    """A row for each object and each task; lanes end where their objects, or parts of them, are used for the last time."""
+    """Return a row for each object and each task.
+
+    Lanes end where their objects, or parts of them, are used for the last time.
+    """
     tasks = list(_flat(actions))
     names = [o.name for o in objects]
     uses = [{o.name for o in action.roles.values()} for action, _, _ in tasks]

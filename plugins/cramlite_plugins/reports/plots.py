@@ -1,4 +1,4 @@
-"""Curves over time as stretchable SVG paths; labels are HTML beside them, so that they stay readable when narrow."""
+"""Plots over time as stretchable SVG paths; labels are HTML beside them, so that they stay readable when narrow."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ POINTS = 360
 
 
 class Curve(Value):
-    """A named curve: an SVG path in a box of 1000 x 100."""
+    """Named curve: an SVG path in a box of 1000 x 100."""
 
     name: str
     path: str
 
 
 class Plot(Value):
-    """Curves of one quantity.
+    """Plot of curves of one quantity.
 
     Args:
         title, unit: for people.
@@ -42,7 +42,7 @@ class Plot(Value):
 
 
 def plot(title: str, unit: str, times: Floats, curves: dict[str, Floats], ticks: Floats, *, zero: bool = False) -> Plot:
-    """A plot of (N,) arrays over (N,) times [s]; ``ticks`` are samples at which values are told."""
+    """Plot arrays (N,) over times (N,) [s]; ``ticks`` are samples at which values are told."""
     everything = np.concatenate(list(curves.values()))
     low, high = _nice(float(everything.min()), float(everything.max()), zero)
     paths = tuple(Curve(name, _path(times, y, low, high)) for name, y in curves.items())

@@ -1,4 +1,4 @@
-"""The program's text: every line with the step that it came from."""
+"""Program listing: every line with the step that it came from."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from cramlite.plugin import Code
 
 
-class Line(Value):
-    """One line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
+class ProgramLine(Value):
+    """Program line: ``origin`` is set on the first line of a step only, ``step`` on all of them.
 
     Args:
         leads: the designator on the page that it leads to; "" for none.
@@ -32,10 +32,10 @@ class Line(Value):
 
 
 class Block(Value):
-    """Lines that belong together: a task's code, or what is written before and around the tasks."""
+    """Block of lines that belong together: a task's code, or what is written before and around the tasks."""
 
     task: str
-    lines: tuple[Line, ...]
+    lines: tuple[ProgramLine, ...]
 
 
 @hookimpl
@@ -44,6 +44,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     if done.shown is None:
         return ""
     code = done.shown.candidate.code
@@ -54,7 +55,7 @@ def render(done: Finished) -> str:
 
 
 def blocks(code: Code, known: Collection[str] = ()) -> Iterator[Block]:
-    """The text cut where the task changes; a comment above a step belongs to it.
+    """Split the text where the task changes; a comment above a step belongs to it.
 
     Args:
         known: designators that have a place on the page.
@@ -67,9 +68,9 @@ def blocks(code: Code, known: Collection[str] = ()) -> Iterator[Block]:
             start = k
 
 
-def _lines(code: Code, known: Collection[str]) -> Iterator[Line]:
+def _lines(code: Code, known: Collection[str]) -> Iterator[ProgramLine]:
     steps = steps_of(code)
     for k, text in enumerate(code.text.splitlines(), 1):
         step = steps[k - 1]
         comment = text.lstrip().startswith(COMMENTS)
-        yield Line(k, text, step, code.origins.get(k, ""), comment, target(step, known))
+        yield ProgramLine(k, text, step, code.origins.get(k, ""), comment, target(step, known))

@@ -1,4 +1,4 @@
-"""Which reading of the demonstration is shown."""
+"""Readings of the demonstration: which one the page shows."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ if TYPE_CHECKING:
 
 
 def number_of(done: Finished) -> int:
-    """Which candidate the page is about: the one that was proven or ran, else the one with the best reading."""
+    """Return the number of the candidate on the page: the one proven or run, else the one with the best reading."""
     return done.shown.number if done.shown is not None else 1
 
 
 def first_sequences(found: Interpretation | None, count: int) -> list[TaskSequence]:
-    """The best readings, in the order in which they are tried."""
+    """Return the best readings, in the order in which they are tried."""
     return list(itertools.islice(found.sequences(), count)) if found is not None else []
 
 
 def chosen_sequence(done: Finished) -> TaskSequence | None:
-    """The reading that became the program."""
+    """Return the reading that became the program."""
     number = number_of(done)
     sequences = first_sequences(done.interpretation, number)
     return sequences[number - 1] if len(sequences) >= number else None
 
 
 def pair_up(found: Interpretation, sequence: TaskSequence | None) -> list[tuple[Interpreted, Match | None]]:
-    """Each action with the task that the reading gives it; None where no task explains it."""
+    """Pair each action with the task that the reading gives it; None where no task explains it."""
     matches = iter(sequence.matches if sequence is not None else ())
     return [(action, None if action.unexplained else next(matches, None)) for action in found.actions]

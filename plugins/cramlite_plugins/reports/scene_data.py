@@ -1,4 +1,4 @@
-"""A scene as data for the page's own renderer (templates/scene.js): triangles once, poses for every tick."""
+"""Scene data for the page's own renderer (templates/scene.js): triangles once, poses for every tick."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ TURN = 1 / 32767
 
 
 def scene_data(scene: Scene, rollout: Rollout, samples: Sequence[int], tasks: Sequence[Span]) -> dict[str, Any]:
-    """What ``scene.js`` draws.
+    """Return what ``scene.js`` draws.
 
     Args:
         samples: of the rollout, one a tick; the scene's poses are those of these.

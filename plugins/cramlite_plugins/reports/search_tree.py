@@ -1,4 +1,4 @@
-"""The search: every candidate, every choice with its cost, and why the others were not taken."""
+"""Search tree: every candidate, every choice with its cost, and why the others were not taken."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from .shared import fill, short
 if TYPE_CHECKING:
     from cramlite import Entry, Finished
 
-    from .decisions import Attempt, Decision
+    from .decisions import CandidateDecisions, Decision
 
 
 class Stage(Value):
-    """A task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
+    """Task of a candidate: "reached", "stopped" (the search never got beyond it) or "unreached"."""
 
     name: str
     state: str
 
 
 class Bar(Value):
-    """A decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
+    """Decision on the map of a search: shares of the largest cost (its square root) and refusals, and words."""
 
     designator: str
     cost: float
@@ -38,9 +38,9 @@ class Bar(Value):
 
 
 class Row(Value):
-    """A candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
+    """Candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
 
-    attempt: Attempt
+    attempt: CandidateDecisions
     title: str
     miss: Entry | None
     stages: tuple[Stage, ...]
@@ -57,6 +57,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     found = attempts(done.trace)
     sequences = first_sequences(done.interpretation, max((a.number for a in found), default=0))
     titles = [[short(m.task) for m in s.matches] for s in sequences]
@@ -68,7 +69,7 @@ def render(done: Finished) -> str:
     return fill("search_tree", done=done, rows=rows, faults=faults, counts=_counts(found))
 
 
-def _row(done: Finished, attempt: Attempt, titles: Sequence[Sequence[str]], nearest: Entry | None) -> Row:
+def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[str]], nearest: Entry | None) -> Row:
     entries = [e for e in done.trace.entries if e.candidate == attempt.number]
     shown = attempt.number == number_of(done)
     code = done.shown.candidate.code if shown and done.shown is not None else None
@@ -98,7 +99,7 @@ def stages(tasks: Sequence[str], entries: Sequence[Entry], *, ran: bool) -> tupl
 
 
 def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
-    """The map of a search: where it was dear, and where much was refused."""
+    """Return the map of a search: where it was expensive, and where much was refused."""
     costs = [d.chosen.cost or 0.0 if d.chosen is not None else 0.0 for d in decisions]
     refusals = [len(d.refused) + len(d.tried) for d in decisions]
     dearest, most = max(costs, default=0.0) or 1.0, max(refusals, default=0) or 1
@@ -113,6 +114,6 @@ def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
     )
 
 
-def _counts(found: list[Attempt]) -> tuple[int, int]:
+def _counts(found: list[CandidateDecisions]) -> tuple[int, int]:
     """Decisions and refused alternatives over all candidates."""
     return sum(len(a.decisions) for a in found), sum(a.refusals for a in found)

@@ -1,4 +1,4 @@
-"""What sections share: their templates, a colour for each task, and when each task ran."""
+"""Helpers of report sections: templates, a colour for each task, and when each task ran."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COLOURS = 8
 
 
 class Span(Value):
-    """A task under execution: [start, end) in seconds."""
+    """Time span of a task under execution: [start, end) in seconds."""
 
     task: str
     start: float
@@ -29,41 +29,44 @@ class Span(Value):
 
 
 def fill(name: str, **values: Any) -> str:
-    """One of this package's templates with values; every value is escaped."""
+    """Render one of this package's templates with values; every value is escaped."""
     text = (files(__package__) / "templates" / f"{name}.html.j2").read_text("utf-8")
     return html_template(text).render(colour=colour, anchor=anchor, target=target, short=short, words=words, **values)
 
 
 def script(name: str) -> Any:
-    """One of this package's scripts, as markup: it is ours, so nothing in it is escaped."""
+    """Return one of this package's scripts as markup: it is ours, so nothing in it is escaped."""
     from markupsafe import Markup
 
     return Markup((files(__package__) / "templates" / f"{name}.js").read_text("utf-8"))
 
 
 def colour(designator: str) -> str:
-    """The colour class of what belongs to a task of the plan ("3.Grasping/approach"): by the task's number."""
+    """Return the CSS class of a designator's task ("3.Grasping/approach"), by the task's number."""
     number = re.match(r"(\d+)\.", designator)
     return f"t{(int(number[1]) - 1) % COLOURS + 1}" if number else "t0"
 
 
 def anchor(designator: str) -> str:
-    """An id for links, safe whatever the name is made of."""
+    """Return an id for links, safe whatever the name is made of."""
     return "d-" + re.sub(r"[^A-Za-z0-9]+", lambda m: "_" + m[0].encode().hex() + "_", designator)
 
 
 def short(curie: str) -> str:
-    """The local name of a class."""
+    """Return the local name of a class."""
     return curie.split(":")[-1]
 
 
 def words(curie: str) -> list[str]:
-    """The words of a class's local name: where a narrow column may break it."""
+    """Split a class's local name into its words, where a narrow column may break it."""
     return re.findall(r"[A-Z]?[^A-Z]+|[A-Z]", short(curie))
 
 
 def spans(solution: Solution) -> list[Span]:
-    """Which task the program was in, from the line under execution; helper functions belong to their caller."""
+    """Return the time spans of the program's tasks, from the line under execution.
+
+    Helper functions belong to their caller.
+    """
     candidate = solution.candidate
     if candidate.rollout is None or candidate.code is None:
         return []

@@ -1,4 +1,4 @@
-"""What was found, in words: the plan and what its objects became; or how near the search came."""
+"""Summary in words: the plan and what its objects became; or how near the search came."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     solution = done.shown
     chosen = next((path(a) for a in attempts(done.trace) if a.number == number_of(done)), {})
     rollout = solution.candidate.rollout if solution is not None else None

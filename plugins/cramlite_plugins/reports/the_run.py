@@ -1,4 +1,4 @@
-"""The run as an animation that can be scrubbed, with force, joints and gripper on the same time axis."""
+"""Animation of the run that can be scrubbed, with force, joints and gripper on the same time axis."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ def report_sections() -> Iterable[ReportSection]:
 
 
 def render(done: Finished) -> str:
+    """Render the section as HTML."""
     if done.shown is None:
         return ""
     rollout = done.solution.candidate.rollout

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from cramlite.model import Floats, Geom, Pose, Thing, Vector3
 
-from .hull import hull_volume
+from .convex import hull_volume
 
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 """Of the box whose half side lengths are 1."""

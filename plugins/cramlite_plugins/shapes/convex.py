@@ -1,4 +1,4 @@
-"""Convex decomposition of a mesh that keeps its holes: simulators collide a mesh by its convex hull.
+"""Convex hulls, and convex decomposition of a mesh that keeps its holes: simulators collide a mesh by its convex hull.
 
 Approximate convex decomposition by planes: the piece whose hull adds most volume is cut by the candidate plane that leaves
 the least, until every hull follows its piece (the greedy form of Wei et al., CoACD, ACM TOG 41(4), 2022). Round holes are
@@ -15,14 +15,13 @@ import heapq
 import itertools
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import Any
 
 import manifold3d
 import numpy as np
 
-from cramlite.model import Floats, Value
-
-from .hull import hull_volume
+from cramlite.model import Floats, Value, Vector3
 
 MOST = 72  # parts of one mesh
 DEPTH = 0.0015  # how far a hull may fill in a hollow [m], and
@@ -47,6 +46,23 @@ class Bore(Value):
 
 
 Plane = tuple[Floats, float]  # unit normal n and offset d: n x = d
+
+
+@lru_cache(maxsize=4096)
+def hull_planes(corners: tuple[Vector3, ...]) -> Floats:
+    """Compute the planes (n, 4) of the convex hull of points: outward unit normal and offset, n x + d <= 0 inside."""
+    from scipy.spatial import ConvexHull
+
+    planes: Floats = np.unique(np.round(ConvexHull(corners).equations, 9), axis=0)
+    return planes
+
+
+@lru_cache(maxsize=4096)
+def hull_volume(corners: tuple[Vector3, ...]) -> float:
+    """Compute the volume of the convex hull of points [m3]."""
+    from scipy.spatial import ConvexHull
+
+    return float(ConvexHull(corners).volume)
 
 
 def parts(vertices: Floats, faces: Any, bores: Sequence[Bore] = ()) -> list[Floats]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from cramlite.model import Floats, Geom, Pose, Value
 
-from .hull import hull_planes
+from .convex import hull_planes
 from .segment_casting import SKIN, crosses
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from cramlite.model import Floats, Geom
 
-from .hull import hull_planes
+from .convex import hull_planes
 
 SKIN = 1e-4  # what touches by less is beside it [m]
 

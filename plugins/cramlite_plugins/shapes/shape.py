@@ -84,7 +84,7 @@ def from_mesh(mesh: Any, notes: Sequence[str] = ()) -> Shape:
         UserError: it encloses no volume.
     """
     from . import convex, openings
-    from .hull import hull_volume
+    from .convex import hull_volume
 
     if mesh.volume < 1e-10:
         raise UserError(f"the mesh encloses {1e9 * mesh.volume:.3f} mm3, which is nothing; give the shape a thickness")
@@ -119,7 +119,7 @@ def _simplified(mesh: Any) -> tuple[Any, tuple[str, ...]]:
 
 def _unless_all_hole(geoms: tuple[Geom, ...]) -> tuple[Geom, ...]:
     """Of a ring or a tube, which is nothing but the rim of its hole, no part is the hole's: something must be gripped."""
-    from .hull import hull_volume
+    from .convex import hull_volume
 
     volumes = [hull_volume(g.corners) for g in geoms]
     rims = sum(v for g, v in zip(geoms, volumes, strict=True) if g.part)

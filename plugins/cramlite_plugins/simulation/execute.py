@@ -20,8 +20,7 @@ from .controller.gripper_drive import GripperDrive
 from .controller.gripper_server import GripperServer
 from .controller.protective_stop import ProtectiveStop, Safety
 from .model.compile import Compiled, compile_world, displace, unstable
-from .recording.peaks import Peaks
-from .recording.recorder import Recorder
+from .recording.recorder import Peaks, Recorder
 from .typed_program.machine import ProgramMachine, load_program
 from .ur.functions import Functions
 from .ur.pose_server import PoseServer

@@ -1,1 +1,1 @@
-"""What task types share: bases of tasks and preconditions."""
+"""Base classes and preconditions of task types."""

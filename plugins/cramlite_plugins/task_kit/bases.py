@@ -1,4 +1,4 @@
-"""Moving a drawer or a door by its handle, which the tasks that open and close have in common."""
+"""Base classes of tasks: motion of a drawer or a door by its handle, and sliding along a surface."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FORCES = (
 
 
 class ByHandle(TaskType):
-    """A task that holds its patient by the handle and follows its joint; a subclass says which way."""
+    """Task that holds its patient by the handle and follows its joint; a subclass says which way."""
 
     roles = (Role("Patient", features=("cram:Handle",)),)
     parameters: ClassVar[tuple[Parameter, ...]] = (SPEED, *FORCES)
@@ -28,7 +28,7 @@ class ByHandle(TaskType):
 
     @abstractmethod
     def way(self, action: Action) -> Location:
-        """Where the joint leads."""
+        """Return the location of the path along the joint."""
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         empty_hand(belief)
@@ -56,7 +56,7 @@ class ByHandle(TaskType):
 
 
 class Sliding(TaskType):
-    """A task that slides along its relatum; a subclass says what slides."""
+    """Task that slides along its relatum; a subclass says what slides."""
 
     parameters: ClassVar[tuple[Parameter, ...]] = (
         Parameter("distance_m", 0.08, "a short stroke; scenarios say what they need"),
@@ -66,7 +66,7 @@ class Sliding(TaskType):
     )
 
     def slide(self, action: Action) -> Decomposition:
-        """Zero the sensor, then a stroke that presses and follows the surface."""
+        """Return the decomposition: zero the sensor, then a stroke that presses and follows the surface."""
         surface, far = action.roles["Relatum"], {"distance_m": self.parameter(action, "distance_m")}
         way = Location(action.inside("slide"), "slide", surface.name, far)
         force = {k: self.parameter(action, k) for k in ("speed_m_s", "press_n", "force_limit_n")}

@@ -1,4 +1,4 @@
-"""What tasks ask of the hand before they begin: that it is empty, or that it holds something."""
+"""Preconditions of tasks on the hand, that it is empty or holds something; and the locations that tasks share."""
 
 from __future__ import annotations
 
@@ -7,19 +7,21 @@ from cramlite.plugin import Unresolvable
 
 
 def near(thing: Object) -> Location:
-    """The location near what an object designator means."""
+    """Return the location near what an object designator means."""
     return Location(f"near({thing.name})", "near", thing.name)
 
 
 def at_or_near(thing: Object | None, following: Action | None, goal: Location) -> Location:
-    """Where a free motion to a thing leads: to ``goal``, where the following task begins, if that is about the thing or a part
-    of it; else near the thing."""
+    """Return where a free motion to a thing leads.
+
+    To ``goal``, where the following task begins, if that is about the thing or a part of it; else near the thing.
+    """
     about = {n for o in (following.roles.values() if following else ()) for n in (o.name, o.part_of)}
     return goal if thing is None or thing.name in about else near(thing)
 
 
 def empty_hand(belief: Belief) -> None:
-    """Nothing is held, so that something can be taken.
+    """Check that nothing is held, so that something can be taken.
 
     Raises:
         Unresolvable: something is; earlier tasks are to blame.
@@ -29,7 +31,7 @@ def empty_hand(belief: Belief) -> None:
 
 
 def what_is_held(belief: Belief, to_be: str) -> Held:
-    """What is held, so that something can be done with it.
+    """Return what is held, so that something can be done with it.
 
     Args:
         to_be: what, such as "let go".
@@ -43,11 +45,11 @@ def what_is_held(belief: Belief, to_be: str) -> Held:
 
 
 def grasp_of(thing: Object) -> Location:
-    """Where the hand takes a thing."""
+    """Return the location of a thing's grasp."""
     return Location(f"grasp({thing.name})", "grasp", thing.name)
 
 
 def spot(relation: str, action: Action) -> Location:
-    """Where a task puts something down, "on" or "in" its relatum; the task's ``where`` constrains it."""
+    """Return the location where a task puts something down, "on" or "in" its relatum, with the task's ``where``."""
     relatum = action.roles["Relatum"].name
     return Location(f"{relation}({relatum})", relation, relatum, action.parameters.get("where", {}))

@@ -44,7 +44,7 @@ class Pushing(TaskType):
         yield Decomposition(steps, "touch, then straight on")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """The thing is somewhere within the stroke."""
+        """Return the belief with the thing somewhere within the stroke."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
         spread = known.sigma + self.parameter(action, "distance_m")

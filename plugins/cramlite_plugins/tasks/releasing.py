@@ -29,7 +29,10 @@ class Releasing(TaskType):
             yield Decomposition((down, *steps), "it is in the air: put it down first, then open the fingers")
 
     def begins_at(self, action: Action) -> Location | None:
-        """What is held is brought there, not to where the next task begins, when nothing is held any more."""
+        """Return the location near the relatum, where what is held is brought; None without a relatum.
+
+        Not where the next task begins: nothing is held any more then.
+        """
         return near(action.roles["Relatum"]) if "Relatum" in action.roles else None
 
 

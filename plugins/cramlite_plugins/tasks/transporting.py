@@ -34,7 +34,7 @@ class Transporting(TaskType):
         )
 
     def leads_to(self, action: Action, following: Action | None, goal: Location) -> Location:
-        """To where the next task begins, if that is at the destination; else near it."""
+        """Return where the next task begins, if that is at the destination; else near it."""
         return at_or_near(action.roles.get("Destination"), following, goal)
 
 

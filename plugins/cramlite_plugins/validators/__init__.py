@@ -1,0 +1,1 @@
+"""Validators: checks of a candidate program before its text is written, and of the run of that text."""

@@ -1,4 +1,4 @@
-"""Are the contents where they should be? Grains are counted in the physics of the run."""
+"""Validators of poured contents: grains are counted in the physics of the run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..shapes.contents import SHARE, SPILLED, where
 
 
 class Poured(Value):
-    """Enough of what was poured is in the destination at the end."""
+    """Check that enough of what was poured is in the destination at the end."""
 
     name: str = "poured"
     cost: Cost = "rollout"
@@ -31,7 +31,7 @@ class Poured(Value):
 
 
 class Spilled(Value):
-    """What was in a vessel is in a vessel at the end, this one or another."""
+    """Check that what was in a vessel is in a vessel at the end, this one or another."""
 
     name: str = "spilled"
     cost: Cost = "rollout"

@@ -1,4 +1,4 @@
-"""When in a run a condition of a rule did hold that was asked of another moment."""
+"""Times of a run at which a rule's condition holds that was asked of another moment."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ Span = tuple[float, float]
 
 
 def held_times(clause: Clause, bindings: Iterable[dict[str, Any]], timeline: Timeline) -> list[Span]:
-    """Spans of the run [s] in which a condition holds for one of the bindings; moments begin and end together.
+    """Return the spans of the run [s] in which a condition holds for one of the bindings.
+
+    Moments begin and end together.
 
     What is asked all through an action is asked of each piece between two changes of state, as for a demonstration; what is
     asked of a moment, of those changes and of every ``MOMENT``.
@@ -47,7 +49,7 @@ def _joined(pieces: Iterable[tuple[float, float, bool]]) -> list[Span]:
 
 
 def said_times(spans: list[Span]) -> str:
-    """In words: "it held from 16.34 to 17.00 s"; empty where it never did."""
+    """Format spans as "it held from 16.34 to 17.00 s"; empty where it never did."""
     if not spans:
         return ""
     said = [f"at {a:.2f} s" if b - a < 0.005 else f"from {a:.2f} to {b:.2f} s" for a, b in spans[:LISTED]]
@@ -56,7 +58,7 @@ def said_times(spans: list[Span]) -> str:
 
 
 def said_values(clause: Clause, bindings: Iterable[dict[str, Any]], phase: Phase) -> str:
-    """What a value was that a condition compares, as ": it is 2"; empty for other conditions, and where it has none."""
+    """Format the value that a condition compares, as ": it is 2"; empty for others, and where it has none."""
     from cramlite.plugin import Compare
 
     if not isinstance(clause.condition, Compare):

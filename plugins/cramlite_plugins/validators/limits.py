@@ -1,4 +1,4 @@
-"""Joint positions and speeds, before and after the text ran."""
+"""Validators of joint limits and joint speeds, before and after the text ran."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ OVERSHOOT = 1.05  # measured speeds may exceed the limit by this factor: the pos
 
 
 class JointLimits(Value):
-    """Every joint target of the program lies within the robot's limits."""
+    """Check that every joint target of the program lies within the robot's limits."""
 
     name: str = "joint_limits"
     cost: Cost = "ik"
@@ -42,7 +42,7 @@ def _targets(step: AnyStep) -> tuple[Joints, ...]:
 
 
 class JointSpeeds(Value):
-    """The arm stayed within its joint limits and speeds while the text ran."""
+    """Check that the arm stayed within its joint limits and speeds while the text ran."""
 
     name: str = "joint_speeds"
     cost: Cost = "rollout"

@@ -1,4 +1,4 @@
-"""What happened when the text ran: did it finish, what was touched, how hard, did the grasp slip."""
+"""Validators of the physics of a run: completion, collisions, peak forces, slip of the grasp."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ BRUSH = 2.0  # contact force below this is a brush, not a collision [N]: the gua
 
 
 def task_at(candidate: Candidate, sample: int) -> str:
-    """The task whose code ran at a sample."""
+    """Return the task whose code ran at a sample."""
     assert candidate.rollout is not None and candidate.code is not None
     return candidate.code.task_of(int(candidate.rollout.lines[sample]))
 
 
 class Execution(Value):
-    """The text ran to its end."""
+    """Check that the text ran to its end."""
 
     name: str = "execution"
     cost: Cost = "rollout"
@@ -41,7 +41,7 @@ class Execution(Value):
 
 
 class Collision(Value):
-    """The arm touched nothing, and the hand and what it held only what its task is about."""
+    """Check that the arm touched nothing, and the hand and what it held only what its task is about."""
 
     name: str = "collision"
     cost: Cost = "rollout"
@@ -80,7 +80,7 @@ def _explained(a: str, b: str, meant: set[str], robot: str) -> bool:
 
 
 class ForcePeak(Value):
-    """The force that the program feels, without the weight that it carries, stayed under its limit."""
+    """Check that the force the program feels, without the weight that it carries, stayed under its limit."""
 
     name: str = "force_peak"
     cost: Cost = "rollout"
@@ -99,7 +99,7 @@ class ForcePeak(Value):
 
 
 class GraspSlip(Value):
-    """What was grasped did not move in the hand until it was let go."""
+    """Check that what was grasped did not move in the hand until it was let go."""
 
     name: str = "grasp_slip"
     cost: Cost = "rollout"
@@ -117,7 +117,7 @@ class GraspSlip(Value):
 
 
 def grasps(rollout: Rollout) -> Iterator[tuple[str, int, int]]:
-    """(thing, first sample, last sample) of every stretch in which both pads press one thing, at least 0.2 s long."""
+    """Yield (thing, first sample, last sample) of every stretch of at least 0.2 s in which both pads press one thing."""
     held = [_pressed(touches) for touches in rollout.touches]
     start = 0
     for k in range(1, len(held) + 1):
@@ -139,7 +139,7 @@ def _pressed(touches: Iterable[object]) -> str:
 
 
 def slip(rollout: Rollout, thing: str, first: int, last: int) -> np.ndarray:
-    """How far a thing moved in the effector's frame since ``first``, at each sample up to ``last`` [m].
+    """Return how far a thing moved in the effector's frame since ``first``, at each sample up to ``last`` [m].
 
     The first and last tenth of a second are left out: fingers that close or open push a thing.
     """

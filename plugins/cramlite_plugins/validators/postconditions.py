@@ -1,4 +1,4 @@
-"""Did the run mean what was asked? The rules that interpret demonstrations judge it, and physics has the last word."""
+"""Validators of the goal: the rules that interpret demonstrations judge the run, and physics has the last word."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in
 
 
 class EndState(Value):
-    """Every relation that the plan predicts holds in physics at the end, with its thing at rest and let go."""
+    """Check that every relation the plan predicts holds in physics at the end, with its thing at rest and let go."""
 
     name: str = "end_state"
     cost: Cost = "rollout"
@@ -121,7 +121,9 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
 
 
 class TaskRules(Value):
-    """What each task's rule, the one that interprets demonstrations, asks for while its code ran and afterwards, holds.
+    """Check that what each task's rule asks for while its code ran and afterwards holds.
+
+    The rule is the one that interprets demonstrations.
 
     Runtime conditions count, too: an arm that stood at the park state all along has not been parked. A task that has
     nothing left to do after the code before it (the gripper is open already) is judged by its postconditions; where no

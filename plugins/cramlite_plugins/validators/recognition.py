@@ -1,4 +1,4 @@
-"""Was each thing what it was taken for? Judged by the world that the program ran in.
+"""Validator of recognition: was each thing what it was taken for, in the world that the program ran in.
 
 A proof runs in the world as it is believed to be, so there each thing is what it is taken for: this can only object to the
 execution of a program that was accepted, and no search learns of it.
@@ -13,7 +13,7 @@ from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 
 class Recognised(Value):
-    """The things that play a role exist, and are of the class that they were believed to be."""
+    """Check that the things that play a role exist, and are of the class that they were believed to be."""
 
     name: str = "recognised"
     cost: Cost = "rollout"

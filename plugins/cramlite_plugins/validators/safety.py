@@ -1,4 +1,4 @@
-"""The static safety check: what no program may do, judged before its text is written."""
+"""Static safety check: what no program may do, judged before its text is written."""
 
 from __future__ import annotations
 

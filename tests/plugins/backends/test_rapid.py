@@ -16,6 +16,7 @@ from properties import examples
 
 from cramlite.model import (
     AnyStep,
+    Fallback,
     ForceExtract,
     ForceInsert,
     Monitor,
@@ -29,7 +30,6 @@ from cramlite.model import (
     SetGripper,
     SetPayload,
     SpiralSearch,
-    TryInOrder,
     Wait,
     ZeroSensor,
     walk,
@@ -61,7 +61,7 @@ FORCES: tuple[AnyStep, ...] = (
     SpiralSearch(DOWN, 3.0, 0.001, 0.006, 0.01, 0.002, 25.0, 20.0, origin="3.Insert/search"),
     ForceInsert(DOWN, 8.0, 0.07, 0.02, 25.0, 11.0, origin="3.Insert/push"),
     ForceExtract(DOWN, 8.0, (0.0, 1.0), 0.07, 0.02, 25.0, 11.0, origin="3.Insert/pull"),
-    TryInOrder(((Wait(1.0),), (Wait(2.0),), (Wait(3.0),)), origin="3.Insert/again"),
+    Fallback(((Wait(1.0),), (Wait(2.0),), (Wait(3.0),)), origin="3.Insert/again"),
 )
 
 

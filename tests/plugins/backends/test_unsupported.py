@@ -12,6 +12,7 @@ from test_urscript import STEPS, program
 from cramlite.model import (
     AnyStep,
     Drive,
+    Fallback,
     ForceExtract,
     ForceInsert,
     Monitor,
@@ -19,7 +20,6 @@ from cramlite.model import (
     Repeat,
     Robot,
     SpiralSearch,
-    TryInOrder,
 )
 from cramlite.plugin import UserError
 from cramlite_plugins.backends import typed_json
@@ -35,7 +35,7 @@ KINDS: tuple[AnyStep, ...] = (
     SpiralSearch(DOWN, 3.0, 0.001, 0.001, 0.02, 0.002, 25.0, 20.0, origin="search"),
     ForceInsert(DOWN, 8.0, 0.07, 0.02, 25.0, 11.0, origin="push"),
     ForceExtract(DOWN, 8.0, (0.0, 0.0), 0.07, 0.02, 25.0, 11.0, origin="pull"),
-    TryInOrder(((AWAY,), (AWAY,)), origin="tries"), Parallel(((AWAY,), (OPEN,)), origin="both"),
+    Fallback(((AWAY,), (AWAY,)), origin="tries"), Parallel(((AWAY,), (OPEN,)), origin="both"),
     Repeat((AWAY,), 2, origin="again"), Monitor((AWAY,), force=20.0, origin="watch"),
 )  # fmt: skip
 LACKING = {

@@ -13,6 +13,7 @@ from test_urscript import STEPS, program
 from cramlite.model import (
     AnyStep,
     CompliantSlide,
+    Fallback,
     ForceMove,
     Geom,
     Monitor,
@@ -28,7 +29,6 @@ from cramlite.model import (
     SetGripper,
     SpiralSearch,
     Thing,
-    TryInOrder,
     Wait,
     World,
     ZeroSensor,
@@ -105,7 +105,7 @@ def test_origins_lead_from_lines_to_steps() -> None:
 
 def test_every_wait_has_a_time_out_and_every_path_ends_at_rest() -> None:
     """No loop and no blocking motion outside of the one place that watches; the main function rests in 'finally'."""
-    tree = ast.parse(emit(typed(*STEPS, TryInOrder(((WRONG,), (SHUT,)))), UR5E).text)
+    tree = ast.parse(emit(typed(*STEPS, Fallback(((WRONG,), (SHUT,)))), UR5E).text)
     loops = [f.name for f in ast.walk(tree) if isinstance(f, ast.FunctionDef) for n in ast.walk(f) if isinstance(n, ast.While)]
     assert set(loops) == {"wait", "at", "spiral"}  # the last two count: frames of the stack, points of a curve
     run = next(f for f in tree.body if isinstance(f, ast.FunctionDef) and f.name == "run_program")
@@ -152,7 +152,7 @@ def test_the_unmodified_client_carries_out_every_kind_of_step() -> None:
         Monitor((MoveLinear(Pose((*HOME.position[:2], 0.33), HOME.quaternion), 0.2, 0.5),), time=30.0, force=50.0),
         ZeroSensor(),
         MoveUntilContact((0.0, 0.0, -1.0), 0.01, 3.0, 0.1, 20.0, origin="touch"),
-        TryInOrder(((search,), (SLIDE,)), origin="feel"),
+        Fallback(((search,), (SLIDE,)), origin="feel"),
         lift,
         Wait(0.1),
         things=(BLOCK,),

@@ -12,6 +12,7 @@ from properties import examples
 
 from cramlite.model import (
     AnyStep,
+    Fallback,
     ForceMove,
     Monitor,
     MoveJoints,
@@ -24,7 +25,6 @@ from cramlite.model import (
     Section,
     SetGripper,
     SetPayload,
-    TryInOrder,
     Wait,
     ZeroSensor,
 )
@@ -124,7 +124,7 @@ def test_every_wait_has_a_time_out() -> None:
 
 def test_our_own_text_raises_no_doubt() -> None:
     """The checker that judges everybody's programs: also with control steps, whose functions wait."""
-    steps = (*STEPS, TryInOrder(((Repeat((STEPS[1],), 2),), (Parallel(((STEPS[1],), (STEPS[4],))),))), Monitor((STEPS[1],), time=9.0))
+    steps = (*STEPS, Fallback(((Repeat((STEPS[1],), 2),), (Parallel(((STEPS[1],), (STEPS[4],))),))), Monitor((STEPS[1],), time=9.0))
     text = emit(program(*steps), UR5E).text
     assert list(MujocoSimulator().inspect(text)) == []
     endless = text.replace(" and waited < 120.0", "").replace("waited = waited + get_steptime()", "sync()")

@@ -7,7 +7,7 @@ import pytest
 from episode_builders import rollout
 from msgspec.structs import replace
 
-from cramlite_plugins.episodes.detection.felt import pressed_on
+from cramlite_plugins.episodes.detection.touches import pressed_on
 
 HAND, PLATE, POST = "hand", "plate", "post"
 

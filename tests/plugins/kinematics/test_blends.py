@@ -17,7 +17,7 @@ from cramlite.model import Floats
 from cramlite_plugins.kinematics.blends import rounded, zone
 from cramlite_plugins.kinematics.kinematics import forward, nearest_branch
 from cramlite_plugins.kinematics.timing import duration
-from cramlite_plugins.motion_planning.round_off import blended
+from cramlite_plugins.motion_planning.round_off import blend_radii
 from cramlite_plugins.robots.ur5e import UR5E
 
 SPEED, ACCELERATION = 1.5, 3.0
@@ -82,7 +82,7 @@ def corner() -> Points:
 
 
 def test_a_free_corner_is_rounded_and_that_is_quicker() -> None:
-    radii, seconds = blended(make(TABLE), corner(), SPEED, ACCELERATION)
+    radii, seconds = blend_radii(make(TABLE), corner(), SPEED, ACCELERATION)
     assert radii[0] > 0.05
     assert seconds < duration(corner(), SPEED, ACCELERATION) - 0.2
 
@@ -90,13 +90,13 @@ def test_a_free_corner_is_rounded_and_that_is_quicker() -> None:
 def test_a_corner_whose_blend_would_cut_into_something_is_rounded_less() -> None:
     """A peg stands in the corner: both lines are free, the largest blend is not."""
     points = corner()
-    large = blended(make(TABLE), points, SPEED, ACCELERATION)[0][0]
+    large = blend_radii(make(TABLE), points, SPEED, ACCELERATION)[0][0]
     tips = [np.array(forward(UR5E, q).position) for q in points]
     x, y, z = tips[1] + 0.3 * ((tips[0] + tips[2]) / 2 - tips[1])
     place = make(TABLE, box("peg", (0.01, 0.01, 0.01), (float(x) + 0.1, float(y), float(z))))
     assert all(place.line_free(a, b) for a, b in itertools.pairwise(points))
     assert not all(place.free(q) for q in rounded_off(points, (large,)))
-    radii, _ = blended(place, points, SPEED, ACCELERATION)
+    radii, _ = blend_radii(place, points, SPEED, ACCELERATION)
     assert radii[0] < large
     solids, checked = coal_check.shapes(place), coal_check.pairs(place)
     for q in rounded_off(points, radii):
@@ -120,7 +120,7 @@ def test_a_start_that_is_15_mm_elsewhere_still_takes_the_blends() -> None:
     q: Points = [stance(scene, down(0.45, -0.1, 0.3))]
     for pose in (down(0.45, 0.0, 0.3), down(0.45, 0.2, 0.4)):
         q.append(nearest_branch(UR5E, pose, q[-1]) or ())
-    radius = blended(scene, q, SPEED, ACCELERATION)[0][0]
+    radius = blend_radii(scene, q, SPEED, ACCELERATION)[0][0]
     nearer = nearest_branch(UR5E, down(0.45, -0.085, 0.3), q[0])
     assert nearer is not None
     assert radius > 0.02

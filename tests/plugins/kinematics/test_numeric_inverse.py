@@ -10,7 +10,7 @@ import pytest
 from cramlite.model import Pose
 from cramlite_plugins.kinematics import kinematics as k
 from cramlite_plugins.kinematics import numeric_inverse
-from cramlite_plugins.motion_planning.cartesian import JointPath, straight
+from cramlite_plugins.motion_planning.cartesian import JointPath, plan_straight_line
 from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.fr3 import FR3
 
@@ -64,9 +64,9 @@ def test_no_position_is_beyond_the_span() -> None:
 def test_a_straight_line_is_followed_and_one_out_of_reach_is_not() -> None:
     start = k.inverse(FR3, FORWARD)[0]
     ahead = FORWARD * Pose((0.0, 0.0, 0.1))
-    path = straight(None, FR3, start, ahead)
+    path = plan_straight_line(None, FR3, start, ahead)
     assert isinstance(path, JointPath)
     assert k.forward(FR3, path.points[-1]).distance(ahead)[0] < 1e-6
-    beyond = straight(None, FR3, start, FORWARD * Pose((0.0, 0.0, 0.6)))
+    beyond = plan_straight_line(None, FR3, start, FORWARD * Pose((0.0, 0.0, 0.6)))
     assert isinstance(beyond, Refusal)
     assert "stops after" in beyond.reason

@@ -18,6 +18,7 @@ from cramlite_plugins.predicates.places import NEAR
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.bounds import bounds
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, hanger, table
+from cramlite_plugins.task_kit.preconditions import near as near_thing
 
 MOUNT = RobotMount("arm", "ur5e")
 HELD = Held("it", Pose((0.0, 0.0, 0.03)), 0.04)
@@ -38,7 +39,7 @@ def _context() -> Context:
 
 
 def _at(name: str) -> Location:
-    return near.near(Object(name))
+    return near_thing(Object(name))
 
 
 @pytest.mark.parametrize("name", ["shelf", "hook"])

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from properties import examples
 
 from cramlite.model import Geom, Pose, RobotMount, Thing, World
-from cramlite_plugins.motion_planning.base_planner import Ground, NoWay, ground, level, unwound, way
+from cramlite_plugins.motion_planning.base_planner import Ground, NoBasePath, ground, level, plan_base_path, unwound
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.robots.ur5e_mobile import UR5E_MOBILE
 from cramlite_plugins.simulation.model.compile import compile_world
@@ -49,14 +49,14 @@ def touches(floor: Ground, places: list[tuple[float, float, float]]) -> bool:
 
 
 def test_an_empty_floor_takes_one_leg() -> None:
-    assert way(floor_with(), (0, 0, 0), (3, 1, 0.5)) == [(3, 1, 0.5)]
+    assert plan_base_path(floor_with(), (0, 0, 0), (3, 1, 0.5)) == [(3, 1, 0.5)]
 
 
 @examples(4)
 @given(st.floats(-1.0, 1.0), st.floats(-3.1, 3.1), st.floats(-3.1, 3.1))
 def test_ways_around_a_crate_touch_nothing(y: float, turn: float, goal_turn: float) -> None:
     floor, start, goal = floor_with(CRATE), (0.0, 0.2, turn), (3.0, y, goal_turn)
-    found = way(floor, start, goal)
+    found = plan_base_path(floor, start, goal)
     assert isinstance(found, list)
     assert math.dist(found[-1][:2], goal[:2]) < 1e-9
     assert abs(math.remainder(found[-1][2] - goal_turn, math.tau)) < 1e-9
@@ -75,23 +75,23 @@ def test_the_arm_counts_too() -> None:
 
 
 def test_a_robot_that_is_shut_in_is_told_so() -> None:
-    found = way(floor_with(*WALLS), (0, 0, 0), (3, 0, 0))
-    assert isinstance(found, NoWay)
+    found = plan_base_path(floor_with(*WALLS), (0, 0, 0), (3, 0, 0))
+    assert isinstance(found, NoBasePath)
     assert found.shut_in
     assert "from the start" in found.reason
     assert "wall" in found.reason
 
 
 def test_a_goal_that_is_shut_in_leaves_other_goals() -> None:
-    found = way(floor_with(*WALLS, start=Pose((3, 0, 0))), (3, 0, 0), (0, 0, 0))
-    assert isinstance(found, NoWay)
+    found = plan_base_path(floor_with(*WALLS, start=Pose((3, 0, 0))), (3, 0, 0), (0, 0, 0))
+    assert isinstance(found, NoBasePath)
     assert not found.shut_in
     assert "from the goal" in found.reason
 
 
 def test_an_occupied_goal_is_named() -> None:
-    found = way(floor_with(CRATE), (0, 0, 0), (1.5, 0, 0))
-    assert isinstance(found, NoWay)
+    found = plan_base_path(floor_with(CRATE), (0, 0, 0), (1.5, 0, 0))
+    assert isinstance(found, NoBasePath)
     assert "at the goal" in found.reason
     assert "'crate'" in found.reason
 

@@ -11,7 +11,7 @@ from scenes import TABLE, WALL, down, make, stance
 
 from cramlite.model import Pose
 from cramlite_plugins.kinematics.kinematics import forward
-from cramlite_plugins.motion_planning.cartesian import JointPath, interpolate, sampled, straight
+from cramlite_plugins.motion_planning.cartesian import JointPath, interpolate, plan_straight_line, sampled
 from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 
@@ -25,7 +25,7 @@ poses = st.builds(
 def test_the_tool_stays_on_the_line() -> None:
     place = make(TABLE)
     q = stance(place, START)
-    path = straight(place, UR5E, q, [down(0.5, -0.25, 0.1), down(0.6, -0.25, 0.1)], speed=0.1)
+    path = plan_straight_line(place, UR5E, q, [down(0.5, -0.25, 0.1), down(0.6, -0.25, 0.1)], speed=0.1)
     assert isinstance(path, JointPath), path
     assert path.points[0] == q
     assert path.length == pytest.approx(0.2)
@@ -37,19 +37,19 @@ def test_the_tool_stays_on_the_line() -> None:
 
 def test_it_stops_at_the_wall_and_says_so() -> None:
     place = make(TABLE, WALL)
-    answer = straight(place, UR5E, stance(place, START), down(0.5, 0.25, 0.2))
+    answer = plan_straight_line(place, UR5E, stance(place, START), down(0.5, 0.25, 0.2))
     assert isinstance(answer, Refusal)
     assert "'wall'" in answer.reason
     assert 0.1 < answer.fraction < 0.5
-    assert isinstance(straight(None, UR5E, stance(place, START), down(0.5, 0.25, 0.2)), JointPath)
+    assert isinstance(plan_straight_line(None, UR5E, stance(place, START), down(0.5, 0.25, 0.2)), JointPath)
 
 
 def test_it_stops_out_of_reach_at_a_singularity_and_at_the_base() -> None:
     q = stance(make(), START)
-    far = straight(None, UR5E, q, down(1.2, -0.25, 0.2))
+    far = plan_straight_line(None, UR5E, q, down(1.2, -0.25, 0.2))
     assert isinstance(far, Refusal)
     assert "singularity" in far.reason or "wrist centre" in far.reason
-    near = straight(None, UR5E, q, down(0.0, -0.05, 0.2))
+    near = plan_straight_line(None, UR5E, q, down(0.0, -0.05, 0.2))
     assert isinstance(near, Refusal)
     assert "singularity" in near.reason
 
@@ -58,15 +58,15 @@ def test_it_stops_at_a_joint_limit() -> None:
     q = stance(make(), START)
     turned = (*q[:5], 6.2)
     target = forward(UR5E, turned) * Pose.from_rotvec((0, 0, 0), (0, 0, 0.5))
-    answer = straight(None, UR5E, turned, target)
+    answer = plan_straight_line(None, UR5E, turned, target)
     assert isinstance(answer, Refusal)
     assert "'wrist_3'" in answer.reason
 
 
 def test_a_speed_that_a_joint_cannot_follow_is_refused() -> None:
     q = stance(make(), START)
-    assert isinstance(straight(None, UR5E, q, down(0.5, 0.25, 0.2), speed=0.25), JointPath)
-    answer = straight(None, UR5E, q, down(0.5, 0.25, 0.2), speed=4.0)
+    assert isinstance(plan_straight_line(None, UR5E, q, down(0.5, 0.25, 0.2), speed=0.25), JointPath)
+    answer = plan_straight_line(None, UR5E, q, down(0.5, 0.25, 0.2), speed=4.0)
     assert isinstance(answer, Refusal)
     assert "rad/s >" in answer.reason
 

@@ -14,7 +14,7 @@ from scenes import BLOCK, TABLE, WALL, box, down, make, stance
 from cramlite.model import Geom, Pose
 from cramlite_plugins.kinematics.kinematics import forward, inverse
 from cramlite_plugins.motion_planning.planner import Path, plan, resampled
-from cramlite_plugins.motion_planning.planning_scene import Scene
+from cramlite_plugins.motion_planning.planning_scene import PlanningScene
 from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 
@@ -28,7 +28,7 @@ SHELF = (
 INTO = Pose.from_axes((0.5, 0.5, 0.2), (0, 1, 0), (1, 0, 0))
 
 
-def wall_query(seed: int, samples: int = 4000) -> tuple[Scene, tuple[float, ...], Path | Refusal]:
+def wall_query(seed: int, samples: int = 4000) -> tuple[PlanningScene, tuple[float, ...], Path | Refusal]:
     """From one side of the wall to the other, on the near branches only: the straight line is blocked."""
     place = make(TABLE, WALL)
     start = stance(place, down(0.5, -0.25, 0.2))
@@ -46,7 +46,7 @@ def test_into_a_shelf_and_free_for_coal() -> None:
     check_with_coal(place, path)
 
 
-def check_with_coal(place: Scene, path: Path) -> None:
+def check_with_coal(place: PlanningScene, path: Path) -> None:
     solids, checked = coal_check.shapes(place), coal_check.pairs(place)
     for q in resampled(path.points, 0.02):
         assert min(coal_check.distances(place, q, solids, checked).values()) > 0.001

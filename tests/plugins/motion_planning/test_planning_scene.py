@@ -11,13 +11,13 @@ from scenes import BLOCK, ROBOTS, TABLE, WALL, box, down, make, stance, world
 
 from cramlite.model import Floats, Geom, Pose, Thing
 from cramlite_plugins.kinematics.kinematics import inverse
-from cramlite_plugins.motion_planning.planning_scene import Scene, scene
+from cramlite_plugins.motion_planning.planning_scene import PlanningScene, scene
 from cramlite_plugins.robots.ur5e import UR5E
 
 ROD = Thing("rod", "t:rod", Pose((0.45, -0.3, 0.2)), (Geom("capsule", (0.01, 0.15)),))
 
 
-def agreement(place: Scene, count: int) -> list[tuple[bool, float]]:
+def agreement(place: PlanningScene, count: int) -> list[tuple[bool, float]]:
     """(free for us, smallest distance for Coal) at random positions."""
     solids, checked = coal_check.shapes(place), coal_check.pairs(place)
     rng = np.random.default_rng(0)

@@ -32,7 +32,7 @@ def test_a_plane_is_seen_where_it_is() -> None:
     compiled = _wall()
     view, ids = render(compiled.model, compiled.data(), looking_at((0.7, 0.1, 0.2), (0, 0, 0)), SMALL, noise=None)
     assert view.valid.all() and (ids == compiled.things["wall"].body).all()
-    assert np.abs(view.world_points()[:, 0]).max() < 1e-6
+    assert np.abs(view.world_cloud[..., 0]).max() < 1e-6
 
 
 def test_where_nothing_is_there_is_no_depth() -> None:

@@ -128,7 +128,7 @@ def test_lanes_begin_are_met_and_end() -> None:
 
 def test_rules_are_drawn_around_their_tasks() -> None:
     a, b = Action("1.A", "x:A"), Action("2.B", "x:B")
-    rows = diagram([], [compound("try_in_order", "1.try", ((a,), (b,)))], ())
+    rows = diagram([], [compound("choose", "1.try", ((a,), (b,)))], ())
     assert [(r.action.name, r.depth, r.rule) for r in rows if r.action] == [("1.try", 0, ""), ("1.A", 1, "1 of 2"), ("2.B", 1, "2 of 2")]
 
 

@@ -17,7 +17,7 @@ from properties import examples
 from cramlite.model import Pose, Thing, World
 from cramlite_plugins.motion_planning.inflated import inflated
 from cramlite_plugins.shapes import convex, shape
-from cramlite_plugins.shapes.hull import hull_planes, hull_volume
+from cramlite_plugins.shapes.convex import hull_planes, hull_volume
 from cramlite_plugins.shapes.solid import mesh_of
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, make, product

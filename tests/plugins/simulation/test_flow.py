@@ -11,6 +11,7 @@ from short_programs import CLOSED, FINGERTIP, GUARDED, down, go, run, text
 from cramlite.model import (
     AnyStep,
     Control,
+    Fallback,
     Monitor,
     MoveLinear,
     Parallel,
@@ -21,7 +22,6 @@ from cramlite.model import (
     Rollout,
     SetGripper,
     SpiralSearch,
-    TryInOrder,
     Wait,
     World,
     ZeroSensor,
@@ -71,7 +71,7 @@ SMALL, LARGE = (TOUCH, spiral(0.0015, "small")), (ABOVE, TOUCH, spiral(0.009, "l
 
 
 def test_a_search_with_a_larger_radius_succeeds_where_the_first_one_failed() -> None:
-    rollout = flow(*BEFORE, TryInOrder((SMALL, LARGE), origin="search"))
+    rollout = flow(*BEFORE, Fallback((SMALL, LARGE), origin="search"))
     assert rollout.outcome == "finished"
     log = said(rollout)
     assert "cramlite failed: search, attempt 1: small: nothing gave way within a radius of 0.0015 m" in log
@@ -86,7 +86,7 @@ def test_without_the_retry_the_same_search_ends_the_program() -> None:
 
 def test_attempts_are_made_in_order_and_stop_at_the_first_success() -> None:
     tries = (*tuple((replace(NOTHING_HELD, origin=f"try {k}"),) for k in (1, 2)), (CLOSED,), (OPEN,))
-    rollout = flow(TryInOrder(tries, origin="grip"))
+    rollout = flow(Fallback(tries, origin="grip"))
     log = said(rollout)
     assert rollout.outcome == "finished"
     assert log.index("grip, attempt 1: try 1: no object") < log.index("grip, attempt 2: try 2: no object")
@@ -96,13 +96,13 @@ def test_attempts_are_made_in_order_and_stop_at_the_first_success() -> None:
 
 def test_if_the_last_attempt_fails_the_program_ends_with_its_reason() -> None:
     tries = tuple((replace(NOTHING_HELD, origin=f"try {k}"),) for k in (1, 2))
-    rollout = flow(TryInOrder(tries), OPEN)
+    rollout = flow(Fallback(tries), OPEN)
     assert (rollout.outcome, rollout.reason) == ("halted", "try 2: no object between the fingers")
     assert rollout.opening[-1] < 0.005
 
 
 def test_steps_of_an_attempt_after_its_failure_are_left_out() -> None:
-    rollout = flow(TryInOrder(((NOTHING_HELD, go(HIGH)), (Wait(0.1),))))
+    rollout = flow(Fallback(((NOTHING_HELD, go(HIGH)), (Wait(0.1),))))
     assert rollout.outcome == "finished"
     assert np.abs(rollout.joints[-1] - UR5E.home).max() < 0.01
 
@@ -215,13 +215,13 @@ def test_fingers_that_close_further_are_a_slip() -> None:
 
 
 def test_a_monitor_that_trips_is_a_failure_that_an_attempt_survives() -> None:
-    rollout = flow(*BEFORE, TryInOrder(((Monitor((INTO,), force=10.0, origin="careful"),), (ABOVE,)), origin="any"))
+    rollout = flow(*BEFORE, Fallback(((Monitor((INTO,), force=10.0, origin="careful"),), (ABOVE,)), origin="any"))
     assert rollout.outcome == "finished"
     assert "cramlite failed: any, attempt 1: careful: force" in said(rollout)
 
 
 def test_attempts_inside_a_monitor_do_not_survive_it() -> None:
-    attempts = TryInOrder(((Wait(5.0),), (Wait(0.1),)), origin="any")
+    attempts = Fallback(((Wait(5.0),), (Wait(0.1),)), origin="any")
     rollout = flow(Monitor((attempts,), time=0.5, origin="quick"))
     assert rollout.outcome == "halted"
     assert rollout.reason.startswith("quick")
@@ -231,12 +231,12 @@ def test_attempts_inside_a_monitor_do_not_survive_it() -> None:
 # As values
 
 
-NESTED = Monitor((TryInOrder(((Repeat((Wait(0.1),), 2),), (Parallel(((OPEN,), (Wait(0.2),))),))),), time=3.0)
+NESTED = Monitor((Fallback(((Repeat((Wait(0.1),), 2),), (Parallel(((OPEN,), (Wait(0.2),))),))),), time=3.0)
 
 
 def test_control_steps_are_values() -> None:
     assert [type(s).__name__ for s in walk([NESTED]) if isinstance(s, Control)] == [
-        "Monitor", "TryInOrder", "Repeat", "Parallel",
+        "Monitor", "Fallback", "Repeat", "Parallel",
     ]  # fmt: skip
     program = Program("p", "arm", "ur5e", Pose(), UR5E.home, (NESTED,), ())
     assert b'"count":2' in json.encode(program)

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 
 from cramlite.model import (
     AnyStep,
+    Fallback,
     ForceInsert,
     ForceMove,
     Geom,
@@ -29,7 +30,6 @@ from cramlite.model import (
     SetPayload,
     SpiralSearch,
     Thing,
-    TryInOrder,
     Wait,
     World,
     ZeroSensor,
@@ -154,10 +154,10 @@ def messages(done: Rollout) -> list[str]:
 
 
 def test_attempts_stop_at_the_first_success_and_fail_with_the_last() -> None:
-    done = run(FR3, TryInOrder(((FEEL,), (SHUT,), (WRONG,)), origin="try"), OPEN)
+    done = run(FR3, Fallback(((FEEL,), (SHUT,), (WRONG,)), origin="try"), OPEN)
     assert messages(done) == ["cramlite failed: try, attempt 1: feel: no contact within 0.02 m", "cramlite: finished"]
     assert done.opening.min() < 0.005  # the second attempt ran
-    failed = run(FR3, TryInOrder(((FEEL,), (WRONG,))))
+    failed = run(FR3, Fallback(((FEEL,), (WRONG,))))
     assert failed.outcome == "halted"
     assert failed.reason == "wrong: no object between the fingers"
 

@@ -14,6 +14,7 @@ from msgspec import Struct, field
 from cramlite.model import (
     AnyStep,
     CompliantSlide,
+    Fallback,
     ForceExtract,
     ForceInsert,
     ForceMove,
@@ -28,7 +29,6 @@ from cramlite.model import (
     SetGripper,
     SetPayload,
     SpiralSearch,
-    TryInOrder,
     Wait,
     ZeroSensor,
 )
@@ -103,8 +103,8 @@ class _Writer(Struct):
                     self.step(inner)
                 self.depth -= 1
                 self.add("ENDFOR")
-            case TryInOrder() | SetPayload():
-                self.add(*(self.attempts(step) if isinstance(step, TryInOrder) else self.payload(step)), origin=step.origin)
+            case Fallback() | SetPayload():
+                self.add(*(self.attempts(step) if isinstance(step, Fallback) else self.payload(step)), origin=step.origin)
             case Monitor() | Parallel():
                 why = f"RAPID has no {type(step).__name__} here: one task moves the arm"
                 raise unsupported_step(step, "RAPID", why)
@@ -124,7 +124,7 @@ class _Writer(Struct):
             self.load = self.declare("loaddata", "ld", step.origin or "held", value).replace("CONST", "PERS")
         return [f"GripLoad {self.load};"]
 
-    def attempts(self, step: TryInOrder) -> list[str]:
+    def attempts(self, step: Fallback) -> list[str]:
         """A routine for each branch, and one that goes on to the next when a step of it fails."""
         self.number += 1
         n, count_ = self.number, len(step.branches)

@@ -16,6 +16,7 @@ from cramlite.model import (  # fmt: skip
     AnyStep,
     CompliantSlide,
     Control,
+    Fallback,
     ForceExtract,
     ForceInsert,
     ForceMove,
@@ -31,7 +32,6 @@ from cramlite.model import (  # fmt: skip
     SetGripper,
     SetPayload,
     SpiralSearch,
-    TryInOrder,
     Wait,
     ZeroSensor,
     branch_conflict,
@@ -114,10 +114,10 @@ class _Writer(Struct):
                 self.depth += 1
                 self.steps(step.steps)
                 self.depth -= 1
-            case TryInOrder():
+            case Fallback():
                 n = self.number
                 tries = [self.function(f"attempt_{n}_{k}", b) for k, b in enumerate(step.branches, 1)]
-                self.add(f"try_in_order(arm, {name}, [{', '.join(tries)}])", origin=step.origin)
+                self.add(f"fallback(arm, {name}, [{', '.join(tries)}])", origin=step.origin)
             case Monitor():
                 inner = self.function(f"monitored_{self.number}", step.steps)
                 self.add(f"monitored(arm, {name}, {inner}{_watched(step, self.robot)})", origin=step.origin)

@@ -13,7 +13,7 @@ from .runtime_arm import Arm, Failed, Tripped, log
 Steps = Callable[[Arm], None]
 
 
-def try_in_order(arm: Arm, name: str, branches: Sequence[Steps]) -> None:
+def fallback(arm: Arm, name: str, branches: Sequence[Steps]) -> None:
     """Branches one after the other until one succeeds; the last one's failure is the failure of all."""
     for k, branch in enumerate(branches, 1):
         try:

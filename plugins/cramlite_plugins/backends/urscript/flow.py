@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 from msgspec import Struct, field
 
-from cramlite.model import AnyStep, Control, Gripper, Monitor, Parallel, Repeat, TryInOrder, branch_conflict, uses_arm
+from cramlite.model import AnyStep, Control, Fallback, Gripper, Monitor, Parallel, Repeat, branch_conflict, uses_arm
 from cramlite.plugin import UserError
 
 from ..names import Names
@@ -127,7 +127,7 @@ class FlowWriter(Struct):
         if said := comment(step):
             self.add(said)
         match step:
-            case TryInOrder():
+            case Fallback():
                 self.begin(GUARD)
                 self.attempts(step, 0)
                 self.end()
@@ -148,7 +148,7 @@ class FlowWriter(Struct):
         self.add(*text.lines, *([f"ok = {text.call}"] if text.call else []), origin=step.origin)
         self.end()
 
-    def attempts(self, step: TryInOrder, k: int) -> None:
+    def attempts(self, step: Fallback, k: int) -> None:
         """Write branch ``k`` (from 0) and, for its failure, those after it."""
         self.steps(step.branches[k])
         if k + 1 < len(step.branches):

@@ -5,7 +5,7 @@ who moved or why.
 
 - ContactState(a, b): a and b touch. "thing/part" where the contact is with a known part; the
   effector counts as a whole. A hole that touched the peg in it goes on touching it until the peg is out; an effector that
-  the wrist feels pressing has not let go where contacts chatter (``felt.py``).
+  the wrist feels pressing has not let go where contacts chatter (``pressed_on``).
 - SupportState(supporter, supportee): the supporter pushes the supportee up with a fair share of its
   weight. Being grasped is not being supported: the effector never supports.
 - GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and
@@ -39,12 +39,11 @@ from .entities import (
     platform_entities,
     thing_entities,
 )
-from .felt import pressed_on
 from .grasped import grasps
 from .signals import Flags, hysteresis, spans
 from .supported import carried, supports
 from .threaded import held_on, threaded
-from .touches import CONTACT, Pair, entity_of, state, touching_pairs
+from .touches import CONTACT, Pair, entity_of, pressed_on, state, touching_pairs
 
 #: Boundaries nearer to each other than this are one [s]: a closing hand's pads touch and grip within it.
 SNAP = 0.05

@@ -46,7 +46,7 @@ class OrientedBox(Value):
         return middle
 
     def sides(self) -> list[Floats]:
-        """Level normals of its outline seen from above."""
+        """Return the level normals of its outline seen from above, unit vectors (3,)."""
         return _directions(np.cross(_UP, axis) for axis in self.axes.T)
 
 

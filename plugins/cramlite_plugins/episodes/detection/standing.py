@@ -10,7 +10,7 @@ import numpy as np
 
 from cramlite.model import Episode, Event, Floats, Geom
 
-from ...shapes.hull import hull_planes
+from ...shapes.convex import hull_planes
 from .oriented_box import OrientedBox, box_of, over, separation, within
 
 #: An underside this near to a top face [m] stands on it; trackers and drawn models are about this exact.

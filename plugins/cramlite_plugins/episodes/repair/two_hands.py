@@ -2,19 +2,21 @@
 
 A robot with one arm has nobody to hand over to. What a person passes from hand to hand is held all along, so both are one
 effector for it: first the hand that gives, and from when it lets go the one that took. What either does beside that
-remains what another hand does, and so does everything a person's other hand does on its own.
+remains what another hand does, and so does everything a person's other hand does on its own. A plugin of its own: a robot
+with two arms can block it without losing the repair of recorders' defects.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import EntityName, Episode, Event, Floats, Repair, Track, Value, thing_of
+from cramlite.plugin import EpisodeRepair, hookimpl
 
 from .dropouts import signature
 
@@ -35,6 +37,12 @@ class Handover(Value):
     def time(self) -> float:
         """Time at which the hand that gives lets go [s]."""
         return self.given.end
+
+
+@hookimpl
+def episode_repairs() -> Iterable[EpisodeRepair]:
+    """Declare the repair of demonstrations with two hands."""
+    return [EpisodeRepair("two hands", 30, one_handed)]
 
 
 def one_handed(episode: Episode) -> Episode:

@@ -1,4 +1,4 @@
-"""The 6D pose of a known object in one depth image: many registrations as one batch, judged against the image."""
+"""6D pose estimation of a known object in one depth image: batched registration, scored against the image."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from msgspec.structs import replace
 
 from cramlite.model import Mask, Pose, Value, View
 
-from .icp import Stage, Starts, register
+from .icp import PoseBatch, Stage, register
 from .model import Floats32, PoseModel, cube_rotations
 from .outline import Outline
 from .prior import UPRIGHT, Prior, alignment_error
-from .score import Scores, judge
-from .starts import Scene, scenes, slid, starts_for
+from .score import Scores, score_poses
+from .starts import SceneCloud, scene_clouds, slid, starts_for
 
 COARSE = Stage(points=120, iterations=7, reach=(0.05, 0.015), beside=0.5, slack=0.003)
 MIDDLE = Stage(points=250, iterations=6, reach=(0.02, 0.008), beside=0.5, slack=0.003, outline=200, weight=0.5)
@@ -34,7 +34,7 @@ all parts and 80 by the largest one, which scores below ``DOUBT`` 12 times; of t
 
 
 class PoseHypothesis(Value):
-    """A pose, and why it is believed as far as it is.
+    """Estimated 6D pose of an object with its score and the reasons for it.
 
     Args:
         pose: of the model's frame in the world.
@@ -48,7 +48,7 @@ class PoseHypothesis(Value):
 
 
 def estimate(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """Poses of the object that a mask shows, best first; the hypotheses that lost follow.
+    """Estimate the 6D pose of the object that a mask shows; hypotheses, best first.
 
     A pose that the camera cannot tell from another one (a symmetry) comes with it, at the same score.
 
@@ -59,20 +59,20 @@ def estimate(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -
     Returns:
         Empty if the mask shows fewer than ``LEAST`` points, or if no pose keeps to the prior.
     """
-    parts = scenes(view, mask)
+    parts = scene_clouds(view, mask)
     if not parts or len(parts[0].points) < LEAST:
         return []
     everything, outline = parts[-1].points, Outline.of(view, parts[-1].mask)
     first, *others = parts if len(parts[0].points) > WHOLE * len(everything) else parts[::-1]
     starts = _search(view, model, prior, first)
-    scores = judge(model, everything, outline, starts)
+    scores = score_poses(model, everything, outline, starts)
     if others and scores.score.max(initial=0.0) < DOUBT:
         starts = starts.joined(_search(view, model, prior, others[0], again=True))
-        scores = judge(model, everything, outline, starts)
+        scores = score_poses(model, everything, outline, starts)
     return distinct(model, prior, hypotheses(view, starts, scores))
 
 
-def _search(view: View, model: PoseModel, prior: Prior, scene: Scene, *, again: bool = False) -> Starts:
+def _search(view: View, model: PoseModel, prior: Prior, scene: SceneCloud, *, again: bool = False) -> PoseBatch:
     """The best few poses for some of a mask's points; possibly none.
 
     Args:
@@ -96,32 +96,32 @@ def _search(view: View, model: PoseModel, prior: Prior, scene: Scene, *, again: 
     return allowed(view, prior, starts)
 
 
-def best(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, count: int, surface: int) -> Starts:
-    """The ``count`` starts that judge best."""
+def best(model: PoseModel, scene: Floats32, outline: Outline, starts: PoseBatch, count: int, surface: int) -> PoseBatch:
+    """Return the ``count`` hypotheses with the highest scores."""
     if len(starts) <= 1:
         return starts
-    order = np.argsort(-judge(model, scene, outline, starts, surface).score, kind="stable")
+    order = np.argsort(-score_poses(model, scene, outline, starts, surface).score, kind="stable")
     return starts.pick(order[:count])
 
 
-def _turned(model: PoseModel, starts: Starts) -> Starts:
+def _turned(model: PoseModel, starts: PoseBatch) -> PoseBatch:
     """The flip test: the best pose turned about the model's centre by each other rotation of a cube."""
     turns = np.array([p.rotation for p in cube_rotations()[1:]], np.float32)
     centre = model.centre.astype(np.float32)
     shift = (turns @ (starts.shift[0] - centre)) + centre
-    return Starts(np.asarray(turns @ starts.turn[0]), shift)
+    return PoseBatch(np.asarray(turns @ starts.turn[0]), shift)
 
 
-def allowed(view: View, prior: Prior, starts: Starts) -> Starts:
-    """Those that are numbers and keep to the prior's limits for results."""
+def allowed(view: View, prior: Prior, starts: PoseBatch) -> PoseBatch:
+    """Return the hypotheses that are finite and satisfy the prior's limits for results."""
     keep = np.isfinite(starts.turn).all((1, 2)) & np.isfinite(starts.shift).all(1)
     for a in prior.alignments:
         keep &= alignment_error(view.camera, starts.turn, a) <= a.after
     return starts.pick(keep)
 
 
-def hypotheses(view: View, starts: Starts, scores: Scores) -> list[PoseHypothesis]:
-    """Poses in the world with their reasons, best first."""
+def hypotheses(view: View, starts: PoseBatch, scores: Scores) -> list[PoseHypothesis]:
+    """Convert scored registrations to poses in the world frame with reasons, best first."""
     found = []
     for i in np.argsort(-scores.score, kind="stable"):
         in_camera = _pose(starts.turn[i], starts.shift[i])
@@ -144,7 +144,7 @@ def _pose(turn: Floats32, shift: Floats32) -> Pose:
 
 
 def distinct(model: PoseModel, prior: Prior, found: list[PoseHypothesis]) -> list[PoseHypothesis]:
-    """Without repetitions of one pose (3 mm, 3 degrees), and with the symmetric ones of the best."""
+    """Remove duplicate poses (within 3 mm and 3 degrees), and add the symmetric equivalents of the best."""
     kept: list[PoseHypothesis] = []
     for h in found:
         apart = [model.difference(h.pose, k.pose) for k in kept]
@@ -179,6 +179,6 @@ SYMMETRIC = "depth cannot tell it from the best: the shape is symmetric"
 
 
 def keeps_to(pose: Pose, prior: Prior) -> bool:
-    """Whether a pose in the world is one of those that the prior allows for results."""
+    """Check whether an object pose in the world frame satisfies the prior's limits for results."""
     turn = pose.inverse().rotation[None].astype(np.float32)
     return all(float(alignment_error(Pose(), turn, a)[0]) <= a.after for a in prior.alignments)

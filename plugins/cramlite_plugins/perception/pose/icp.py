@@ -1,4 +1,4 @@
-"""Registration of one scene to a model from many starts at once: hypotheses are one axis of the arrays.
+"""Batched ICP: registration of one scene to a model from many initial poses at once.
 
 Scene to model: each scene point is matched with the nearest model point, looked up in a grid, never searched for. The
 error is the distance to the tangent plane (Chen and Medioni, 1992), with Tukey's weights; where a scene point lies beside
@@ -25,7 +25,7 @@ _DAMPING = 0.004 * np.diag(np.array([0.05, 0.05, 0.05, 1, 1, 1], np.float32) ** 
 
 
 class Stage(Value):
-    """One stage of registration, from coarse to fine.
+    """One stage of coarse-to-fine registration.
 
     Args:
         points: scene points used; iterations: of Gauss and Newton.
@@ -43,8 +43,8 @@ class Stage(Value):
     weight: float = 0.5
 
 
-class Starts(Value, eq=False):
-    """Poses of the camera's optical frame in the model's: x_model = turn x + shift; (H, 3, 3) and (H, 3)."""
+class PoseBatch(Value, eq=False):
+    """Batch of H poses of the optical frame in the model's frame: x_model = turn x + shift; (H, 3, 3) and (H, 3) [m]."""
 
     turn: Batch
     shift: Batch
@@ -52,21 +52,22 @@ class Starts(Value, eq=False):
     def __len__(self) -> int:
         return len(self.turn)
 
-    def pick(self, which: Any) -> Starts:
-        """Those of some indices."""
-        return Starts(self.turn[which], self.shift[which])
+    def pick(self, which: Any) -> PoseBatch:
+        """Select poses by index or mask."""
+        return PoseBatch(self.turn[which], self.shift[which])
 
-    def joined(self, other: Starts) -> Starts:
-        return Starts(np.concatenate([self.turn, other.turn]), np.concatenate([self.shift, other.shift]))
+    def joined(self, other: PoseBatch) -> PoseBatch:
+        """Concatenate two batches."""
+        return PoseBatch(np.concatenate([self.turn, other.turn]), np.concatenate([self.shift, other.shift]))
 
 
 def spread(points: Floats32, count: int) -> Floats32:
-    """At most ``count`` of the points, evenly by index."""
+    """Subsample at most ``count`` of the points (N, 3), evenly by index."""
     return points if len(points) <= count else points[np.linspace(0, len(points) - 1, count).astype(np.int64)]
 
 
-def register(model: PoseModel, scene: Floats32, starts: Starts, stage: Stage, outline: Outline) -> Starts:
-    """Refine all starts.
+def register(model: PoseModel, scene: Floats32, starts: PoseBatch, stage: Stage, outline: Outline) -> PoseBatch:
+    """Refine all initial poses by Gauss-Newton iterations of one stage.
 
     Args:
         scene: (N, 3) in the optical frame [m].
@@ -84,11 +85,11 @@ def register(model: PoseModel, scene: Floats32, starts: Starts, stage: Stage, ou
             more, right = _outline_terms(surface, turn, shift, ray, outline, stage)
             matrix, vector = matrix + more, vector + right
         turn, shift = _step(matrix, vector, turn, shift)
-    return Starts(turn, shift)
+    return PoseBatch(turn, shift)
 
 
 def match(model: PoseModel, moved: Batch, rays: Batch) -> tuple[Batch, Batch, Mask]:
-    """The nearest model points that face the camera.
+    """Find the nearest model points that face the camera.
 
     Args:
         moved: (H, 3, N) scene points in the model's frame; rays: (H, 3) viewing directions there.
@@ -98,14 +99,14 @@ def match(model: PoseModel, moved: Batch, rays: Batch) -> tuple[Batch, Batch, Ma
     """
     index = model.grid.look_up(moved.transpose(0, 2, 1))
     away = (np.take(model.normals, index, axis=0) @ rays[:, :, None])[..., 0] > 0
-    index[away] = model.twins[index[away]]
+    index[away] = model.opposite_points[index[away]]
     nearest = np.ascontiguousarray(np.take(model.surface, index, axis=0).transpose(0, 2, 1))
     normals = nearest[:, 3:]
     return nearest[:, :3], normals, (rays[:, None] @ normals)[:, 0] < 0.05
 
 
 def dot(a: Batch, b: Batch) -> Batch:
-    """Scalar products (H, N) of (H, 3, N)."""
+    """Return the scalar products (H, N) of vectors (H, 3, N)."""
     return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2])
 
 
@@ -133,7 +134,7 @@ def _outline_terms(
     """Model points whose pixels show what is behind the object are drawn back into it."""
     points, normals = surface
     seen = turn.transpose(0, 2, 1) @ (points - shift[:, :, None])  # the inverse of a rotation is its transpose
-    which, pull = outline.pull(seen.transpose(0, 2, 1), (turn @ ray) @ normals < 0.05)
+    which, pull = outline.silhouette_error(seen.transpose(0, 2, 1), (turn @ ray) @ normals < 0.05)
     gap, weight = np.zeros_like(seen), np.zeros(seen[:, 0].shape, np.float32)
     gap[which[0], :, which[1]] = (turn[which[0]] @ pull[..., None])[..., 0]
     weight[which] = stage.weight  # a point without a pull would hold its place instead
@@ -162,7 +163,7 @@ def _diagonal(values: Batch) -> Batch:
 
 
 def cross(a: Batch, b: Batch) -> Batch:
-    """Cross products of (H, 3, N); three times as fast as numpy's on small batches."""
+    """Return the cross products of vectors (H, 3, N); three times as fast as numpy's on small batches."""
     out = np.empty_like(a)
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         out[:, i] = a[:, j] * b[:, k] - a[:, k] * b[:, j]
@@ -189,7 +190,7 @@ def _step(matrix: Batch, vector: Batch, turn: Batch, shift: Batch) -> tuple[Batc
 
 
 def rotations(vectors: Batch) -> Batch:
-    """Rotation matrices (H, 3, 3) of rotation vectors (H, 3), by Rodrigues' formula."""
+    """Return rotation matrices (H, 3, 3) of rotation vectors (H, 3) [rad], by Rodrigues' formula."""
     angle = np.linalg.norm(vectors, axis=1)
     axis = vectors / np.maximum(angle, 1e-12)[:, None]
     k = np.zeros((len(vectors), 3, 3))

@@ -1,4 +1,4 @@
-"""Poses by registration libraries: the starts, the prior and the judge of ``pose``, the ICP of Open3D or of small_gicp.
+"""Pose estimation with the ICP of Open3D or of small_gicp; initial poses, prior and score are those of ``pose``.
 
 Both are extras: ``pip install cramlite[open3d]`` (0.9 GB), ``pip install cramlite[small-gicp]``.
 """
@@ -14,12 +14,12 @@ from cramlite.model import Floats, Mask, View
 from cramlite.plugin import UserError
 
 from .estimate import LEAST, PoseHypothesis, allowed, best, distinct, hypotheses
-from .icp import Starts, spread
+from .icp import PoseBatch, spread
 from .model import Floats32, PoseModel
 from .outline import Outline
 from .prior import UPRIGHT, Prior
-from .score import judge
-from .starts import scenes, starts_for
+from .score import score_poses
+from .starts import scene_clouds, starts_for
 
 Align = Callable[[Floats, Floats, float], Floats]
 """(scene (N, 3), start (4, 4), reach [m]) -> scene to model (4, 4)."""
@@ -29,7 +29,7 @@ ITERATIONS = 20
 
 
 def open3d_pose(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """24 point-to-plane ICPs of Open3D in two stages.
+    """Estimate a pose by 24 point-to-plane ICPs of Open3D in two stages.
 
     Raises:
         UserError: Open3D is not installed or does not load; says what is missing.
@@ -38,7 +38,7 @@ def open3d_pose(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT
 
 
 def small_gicp_pose(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """24 point-to-plane ICPs of small_gicp in two stages.
+    """Estimate a pose by 24 point-to-plane ICPs of small_gicp in two stages.
 
     Raises:
         UserError: small_gicp is not installed.
@@ -47,21 +47,21 @@ def small_gicp_pose(view: View, mask: Mask, model: PoseModel, prior: Prior = UPR
 
 
 def _estimate(view: View, mask: Mask, model: PoseModel, prior: Prior, align: Align) -> list[PoseHypothesis]:
-    parts = scenes(view, mask)
+    parts = scene_clouds(view, mask)
     if not parts or len(parts[0].points) < LEAST:
         return []
     scene, outline = parts[0].points, Outline.of(view, parts[0].mask)
     starts = _aligned(scene, starts_for(view.camera, model, prior, scene), align, *COARSE)
     starts = best(model, scene, outline, allowed(view, prior, starts), KEPT, 400)
     starts = allowed(view, prior, _aligned(scene, starts, align, *FINE))
-    return distinct(model, prior, hypotheses(view, starts, judge(model, scene, outline, starts)))
+    return distinct(model, prior, hypotheses(view, starts, score_poses(model, scene, outline, starts)))
 
 
-def _aligned(scene: Floats32, starts: Starts, align: Align, count: int, reach: float) -> Starts:
+def _aligned(scene: Floats32, starts: PoseBatch, align: Align, count: int, reach: float) -> PoseBatch:
     points = np.asarray(spread(scene, count), dtype=float)
     ends = np.array([align(points, _matrix(t, s), reach) for t, s in zip(starts.turn, starts.shift, strict=True)])
     ends = ends.reshape(-1, 4, 4).astype(np.float32)
-    return Starts(ends[:, :3, :3], ends[:, :3, 3])
+    return PoseBatch(ends[:, :3, :3], ends[:, :3, 3])
 
 
 def _matrix(turn: Floats, shift: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""What a thing looks like to a depth camera: surface points, symmetries, and a grid that knows the nearest point.
+"""Surface models for pose estimation: sampled points and normals, symmetries, nearest-neighbour grid.
 
 Derived from the object models that scenarios use, so that a product needs one description only.
 """
@@ -41,7 +41,7 @@ SAME = 0.0012
 
 
 class NearestGrid(Value, eq=False):
-    """Which surface point is nearest, precomputed for the cells of a box.
+    """Nearest-neighbour lookup table: the surface point nearest to each cell of a voxel grid.
 
     Args:
         low: corner of the box; step: of a cell [m].
@@ -53,7 +53,10 @@ class NearestGrid(Value, eq=False):
     index: Indices
 
     def look_up(self, points: Floats32) -> Indices:
-        """Indices (...) of the points nearest to (..., 3); outside the box those of its nearest cell."""
+        """Return the indices (...) of the surface points nearest to points (..., 3) [m].
+
+        Outside of the grid those of its nearest cell.
+        """
         x, y, z = (self._cell(points[..., k], k) for k in range(3))
         _, sy, sz = self.index.shape
         return np.asarray(np.take(self.index.reshape(-1), (x * sy + y) * sz + z))
@@ -65,7 +68,7 @@ class NearestGrid(Value, eq=False):
 
 
 class PoseModel(Value, eq=False, dict=True):
-    """A thing's surface for pose estimation, in the thing's frame.
+    """Surface model of a thing for pose estimation, in the thing's frame.
 
     Args:
         name, type: of the product.
@@ -85,32 +88,32 @@ class PoseModel(Value, eq=False, dict=True):
 
     @cached_property
     def surface(self) -> Floats32:
-        """(N, 6): points and normals side by side, so that both are looked up at once."""
+        """Return points and normals side by side, (N, 6), so that one lookup gives both."""
         return np.concatenate([self.points, self.normals], axis=1)
 
     @cached_property
     def centre(self) -> Floats:
-        """The middle of the box around it."""
+        """Return the centre (3,) of the bounding box [m]."""
         return np.asarray((self.points.min(0) + self.points.max(0)) / 2, dtype=float)
 
     @cached_property
     def extents(self) -> Floats:
-        """Side lengths of the box around it [m]."""
+        """Return the side lengths (3,) of the bounding box [m]."""
         return np.asarray(np.ptp(self.points, axis=0), dtype=float)
 
     @property
     def diameter(self) -> float:
-        """Length of the diagonal of the box around it [m]."""
+        """Return the diagonal of the bounding box [m]."""
         return float(np.linalg.norm(self.extents))
 
     @cached_property
     def tree(self) -> Any:
-        """A k-d tree (scipy's cKDTree) of the points."""
+        """Return a k-d tree (scipy's cKDTree) of the points."""
         return cKDTree(self.points)
 
     @cached_property
     def grid(self) -> NearestGrid:
-        """The nearest surface points around it; made once, in some 0.1 s."""
+        """Return the nearest-neighbour grid around the surface; made once, in some 0.1 s."""
         low, size = self.points.min(0) - MARGIN, np.ptp(self.points, axis=0) + 2 * MARGIN
         step = max(0.002, float(size.max()) / CELLS)
         shape = np.ceil(size / step).astype(int)
@@ -124,8 +127,8 @@ class PoseModel(Value, eq=False, dict=True):
         return NearestGrid(low.astype(np.float32), step, index)
 
     @cached_property
-    def twins(self) -> Indices:
-        """Of each point, the nearest one that faces the other way, through a plate of at most 6 mm; itself if none."""
+    def opposite_points(self) -> Indices:
+        """Return the index of each point's nearest opposite point, through a plate of at most 6 mm; else its own."""
         near, which = self.tree.query(self.points, k=48, distance_upper_bound=0.006)
         which = np.where(np.isfinite(near), which, np.arange(len(self.points))[:, None])
         away = np.einsum("ij,ikj->ik", self.normals, self.normals[which]) < -0.7
@@ -134,7 +137,7 @@ class PoseModel(Value, eq=False, dict=True):
         return np.asarray(np.where(away.any(1), which[rows, first], rows), dtype=np.int32)
 
     def difference(self, pose: Pose, truth: Pose) -> tuple[float, float]:
-        """How far two poses are apart (m, rad), of the symmetric ones the nearest; metres at the model's centre."""
+        """Return the pose error (m, rad) up to the model's symmetries; metres at the model's centre."""
         return min((self._apart(pose * s, truth) for s in self.symmetries), key=lambda d: d[1] + d[0])
 
     def _apart(self, pose: Pose, truth: Pose) -> tuple[float, float]:
@@ -146,7 +149,7 @@ class PoseModel(Value, eq=False, dict=True):
 
 
 def pose_model(thing: Thing, seed: int = 0) -> PoseModel:
-    """The surface of a thing: of its mesh file where it was made from one, else of its geoms.
+    """Sample the surface model of a thing: of its mesh file where it was made from one, else of its geoms.
 
     Raises:
         UserError: it has no shape, or one without a surface.
@@ -165,8 +168,10 @@ def pose_model(thing: Thing, seed: int = 0) -> PoseModel:
 
 
 def mesh_model(mesh: Any, name: str, type_: str, features: Sequence[Feature] = (), seed: int = 0) -> PoseModel:
-    """The surface of a triangle mesh (trimesh) [m]. One that is not closed is closed first, as for collision: which side
-    of a triangle is outside, only a closed mesh says.
+    """Sample the surface model of a triangle mesh (trimesh) [m].
+
+    A mesh that is not closed is closed first, as for collision: which side of a triangle is outside, only a closed
+    mesh says.
 
     Raises:
         UserError: it has no triangles, no area, or cannot be closed.
@@ -181,7 +186,7 @@ def mesh_model(mesh: Any, name: str, type_: str, features: Sequence[Feature] = (
 
 
 def with_symmetries(model: PoseModel) -> PoseModel:
-    """The same model with the rotations that a camera cannot tell from none: of a cube's 24, and about each axis."""
+    """Return the model with its rotational symmetries: of a cube's 24, and continuous ones about each axis."""
     turns = cube_rotations()
     found = [Pose()] + [p for p in (_about(model, q) for q in turns[1:]) if _invariant(model, p)]
     for k in range(3):
@@ -197,7 +202,7 @@ def with_symmetries(model: PoseModel) -> PoseModel:
 
 @lru_cache(maxsize=1)
 def cube_rotations() -> tuple[Pose, ...]:
-    """The 24 proper rotations that map the axes onto the axes, the identity first."""
+    """Return the 24 proper rotations that map the axes onto the axes, the identity first."""
     found = []
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1, -1), repeat=3):

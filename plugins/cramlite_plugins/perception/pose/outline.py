@@ -1,4 +1,4 @@
-"""What the image says about a hypothesis: where the object ends, and where something hides it."""
+"""Silhouette of an object in a depth image: where it ends, and where an occluder hides it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ BORDER = 24
 
 
 class Outline(Value, eq=False, dict=True):
-    """The image around a mask.
+    """Silhouette of an object: the crop of mask and depth image around it.
 
     Args:
         intrinsics: of the whole image; row, column: of the crop's first pixel.
@@ -33,7 +33,7 @@ class Outline(Value, eq=False, dict=True):
 
     @classmethod
     def of(cls, view: View, mask: Mask) -> Outline:
-        """The crop of a view around a mask that is not empty."""
+        """Crop a view around a non-empty mask."""
         rows, columns = np.flatnonzero(mask.any(1)), np.flatnonzero(mask.any(0))
         r, c = max(0, int(rows[0]) - BORDER), max(0, int(columns[0]) - BORDER)
         area = slice(r, int(rows[-1]) + BORDER + 1), slice(c, int(columns[-1]) + BORDER + 1)
@@ -52,12 +52,20 @@ class Outline(Value, eq=False, dict=True):
         return np.asarray(ndimage.minimum_filter(others, 3), dtype=np.float32)
 
     def hidden(self, flat: NDArray[np.int64], depth: Floats32) -> Mask:
-        """Whether something of another object, at least as near, covers the pixels of points at these depths."""
+        """Check whether another object, at least as near, covers pixels.
+
+        Args:
+            flat: (...) flat indices of pixels of the crop.
+            depth: (...) of the points that are seen there [m].
+        """
         return np.asarray(self._hiding.reshape(-1)[flat] < depth + tolerance(depth))
 
     def pixels(self, points: Floats32) -> tuple[Floats32, Floats32, NDArray[np.int64], Mask]:
-        """Where (..., 3) points of the optical frame are seen: column and row in the crop, the flat index of the
-        nearest pixel of the crop, and whether it is inside of it."""
+        """Project points (..., 3) of the optical frame [m] into the crop.
+
+        Returns:
+            Column and row in the crop, the flat index of the nearest pixel of the crop, and whether it is inside of it.
+        """
         i = self.intrinsics
         z = np.maximum(points[..., 2], np.float32(1e-3))
         u = points[..., 0] / z * np.float32(i.fx) + np.float32(i.cx - self.column)
@@ -68,10 +76,19 @@ class Outline(Value, eq=False, dict=True):
         x, y = (np.fmin(np.fmax(k, 0), size - 1).astype(np.int64) for k, size in ((x, width), (y, height)))  # NaN: 0
         return u, v, y * width + x, inside
 
-    def pull(self, points: Floats32, facing: Mask) -> tuple[tuple[NDArray[np.int64], ...], Floats32]:
-        """Which of (..., 3) points that face the camera are seen outside of the object where nothing nearer hides them
-        (their indices, K of each axis), and how far each must move sideways to be seen within it, (K, 3) [m]. The object
-        reaches half a pixel beyond its pixels' centres."""
+    def silhouette_error(self, points: Floats32, facing: Mask) -> tuple[tuple[NDArray[np.int64], ...], Floats32]:
+        """Return the silhouette error: points seen outside of the mask where nothing nearer hides them.
+
+        The object reaches half a pixel beyond its pixels' centres.
+
+        Args:
+            points: (..., 3) in the optical frame [m].
+            facing: (...) whether they face the camera.
+
+        Returns:
+            The indices of those points, (K,) for each axis, and how far each must move sideways to be seen within the mask,
+            (K, 3) [m].
+        """
         u, v, flat, _ = self.pixels(points)
         which = np.nonzero(facing & ~self.mask.reshape(-1)[flat])
         z, at = points[..., 2][which], flat[which]
@@ -85,6 +102,8 @@ class Outline(Value, eq=False, dict=True):
 
 
 def tolerance(depth: Floats32) -> Floats32:
-    """How far a measured depth may be from the surface that it shows [m]: 3 mm, and twice a D435's noise, z * z / 214 m
-    (0.09 px of disparity at 385 px and 50 mm)."""
+    """Return the tolerance [m] of measured depths [m]: 3 mm, and twice a D435's noise, z * z / 214 m.
+
+    The noise is 0.09 px of disparity at 385 px and 50 mm.
+    """
     return np.asarray(0.003 + 2 * depth * depth / 214, dtype=np.float32)

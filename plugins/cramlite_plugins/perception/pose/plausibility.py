@@ -1,4 +1,4 @@
-"""Experts: which of the registered poses is believed, by what is physically possible or by the fit alone."""
+"""Experts that select a pose hypothesis: by physical plausibility, or by the fit alone."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .registration import Fit
 
 
 def plausible(inputs: Inputs) -> Mapping[str, Any]:
-    """The hypothesis that fits best among those that are physically possible.
+    """Select the best-fitting hypothesis among those that are physically possible.
 
     What hangs has its hole around the peg and its axis along it; its front looks away from the panel, as whoever
     filled the hanger left it: depth alone cannot tell front from back. What stands has its bottom on the surface.
@@ -29,7 +29,7 @@ def plausible(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def best_fit(inputs: Inputs) -> Mapping[str, Any]:
-    """The hypothesis that fits best, whatever is physically possible."""
+    """Select the best-fitting hypothesis, whatever is physically possible."""
     return _said(inputs["hypotheses"], {m.name: m for m in inputs["models"]})
 
 

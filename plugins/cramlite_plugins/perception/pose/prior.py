@@ -1,4 +1,4 @@
-"""Prior knowledge of a pose: how it may be turned, and how far an alignment is off."""
+"""Orientation priors for pose estimation: alignments of object axes with world directions."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .model import Floats32
 
 
 class Alignment(Value):
-    """One of some axes of the object is near one of some directions of the world.
+    """Constraint that one of some axes of the object is near one of some directions of the world.
 
     Args:
         axes: unit vectors of the model's frame; directions: of the world's.
@@ -24,7 +24,7 @@ class Alignment(Value):
 
 
 class Prior(Value):
-    """What is known of an orientation before looking: all of the alignments hold. None: anything goes."""
+    """Prior on an object's orientation: all of the alignments hold; without any, every orientation is possible."""
 
     alignments: tuple[Alignment, ...] = ()
 
@@ -34,7 +34,12 @@ UPRIGHT = Prior((Alignment(((0.0, 0.0, 1.0),), ((0.0, 0.0, 1.0),)),))
 
 
 def alignment_error(camera: Pose, turn: Floats32, alignment: Alignment) -> Floats:
-    """(H,): angle [rad] between the nearest of the axes and the directions."""
+    """Return the angles (H,) [rad] between the nearest of the axes and the directions.
+
+    Args:
+        camera: the optical frame in the world.
+        turn: (H, 3, 3) rotations from the optical frame to the model's.
+    """
     axes, directions = np.array(alignment.axes), np.array(alignment.directions)
     in_model = np.einsum("hij,dj->hdi", turn, camera.inverse().rotate(directions))
     cosine = np.einsum("hdi,ai->hda", in_model, axes).max(axis=(1, 2), initial=-1.0)

@@ -1,4 +1,4 @@
-"""Expert: poses of an object by registration of the models that it may be."""
+"""Expert for pose hypotheses: registration of the models that an object may be."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Fit(Value):
-    """One model at one pose.
+    """Registration of one model at one pose.
 
     Args:
         model: its name; pose: of its frame in the world.
@@ -33,14 +33,14 @@ Method = Callable[..., Sequence[Any]]
 
 
 def hypotheses(inputs: Inputs) -> Mapping[str, Any]:
-    """The models that colour and size allow, registered by the method of ``pose``."""
+    """Register the models that colour and size allow, by the method of ``pose``."""
     from .estimate import estimate
 
     return registered(inputs, estimate)
 
 
 def registered(inputs: Inputs, method: Method) -> Mapping[str, Any]:
-    """The models that colour and size allow, registered; upright first, and in any orientation if that fits badly.
+    """Register the models that colour and size allow; upright first, and in any orientation if that fits badly.
 
     That nothing looks like it, or fits, is an answer (no hypotheses): nobody else need be asked.
     """

@@ -1,4 +1,4 @@
-"""How well a pose explains an image: what of the mask it explains, what it claims that the camera saw through."""
+"""Score of a pose hypothesis against the depth image: the mask that it explains, visible surface that the image denies."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from cramlite.model import Mask, Value
 
-from .icp import Starts, dot, match, spread
+from .icp import PoseBatch, dot, match, spread
 from .model import Floats32, PoseModel
 from .outline import Outline, tolerance
 
@@ -17,7 +17,7 @@ ENOUGH = 0.45
 
 
 class Scores(Value):
-    """Of each hypothesis, all (H,).
+    """Scores of H hypotheses, each field (H,).
 
     Args:
         score: 0 to 1, the product of the three below and of ``closeness``.
@@ -34,8 +34,10 @@ class Scores(Value):
     distance: Floats32
 
 
-def judge(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, surface: int = SURFACE) -> Scores:
-    """Compare hypotheses with what was measured.
+def score_poses(
+    model: PoseModel, scene: Floats32, outline: Outline, starts: PoseBatch, surface: int = SURFACE
+) -> Scores:
+    """Score hypotheses against the depth image.
 
     Args:
         scene: (N, 3) all points of the mask, the optical frame [m].
@@ -50,7 +52,7 @@ def judge(model: PoseModel, scene: Floats32, outline: Outline, starts: Starts, s
     return Scores(score, explained, free, seen, distance)
 
 
-def _explained(model: PoseModel, points: Floats32, starts: Starts) -> tuple[Floats32, Floats32]:
+def _explained(model: PoseModel, points: Floats32, starts: PoseBatch) -> tuple[Floats32, Floats32]:
     """Share of the scene's points that lie on the side of the model that faces the camera, and their mean distance."""
     moved = starts.turn @ points.T + starts.shift[:, :, None]
     ray = points.mean(0) / np.linalg.norm(points.mean(0))
@@ -65,7 +67,7 @@ def _explained(model: PoseModel, points: Floats32, starts: Starts) -> tuple[Floa
 
 
 def _shown(
-    model: PoseModel, middle: Floats32, outline: Outline, starts: Starts, surface: int
+    model: PoseModel, middle: Floats32, outline: Outline, starts: PoseBatch, surface: int
 ) -> tuple[Floats32, Floats32, Floats32]:
     """How many of the model's visible points the mask shows, how many the image denies, and how many there are."""
     which = np.linspace(0, len(model.points) - 1, surface).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Where registration starts from: the parts of a mask, orientations that the prior allows, and slides in the image."""
+"""Initial poses for registration: parts of the mask, orientations that the prior allows, shifts in the image."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from cramlite.model import Floats, Mask, Pose, Value, View
 
-from .icp import Starts
+from .icp import PoseBatch
 from .model import Floats32, PoseModel, cube_rotations
 from .outline import Outline
 
@@ -27,15 +27,15 @@ product, and the grid of voxels stays small."""
 STARTS = 24
 
 
-class Scene(Value, eq=False):
-    """Points taken for the object's: (N, 3), the optical frame [m]; and the mask without what is not."""
+class SceneCloud(Value, eq=False):
+    """Point cloud of an object, (N, 3) in the optical frame [m], and the mask without outliers."""
 
     points: Floats32
     mask: Mask
 
 
-def scenes(view: View, mask: Mask) -> list[Scene]:
-    """The largest connected part of a mask's points, and then all of its parts together, if an occluder splits it.
+def scene_clouds(view: View, mask: Mask) -> list[SceneCloud]:
+    """Return the largest connected part of a mask's points; then all parts together, if an occluder splits it.
 
     Parts are what single linkage on voxels makes. Pixels without depth stay in the mask: an
     occluder's stereo shadow falls on the object.
@@ -57,12 +57,17 @@ def scenes(view: View, mask: Mask) -> list[Scene]:
     for keep in chosen[: 1 if large.sum() < 2 else 2]:
         cleaned = mask & ~measured
         cleaned[near] = keep
-        found.append(Scene(points[keep], cleaned))
+        found.append(SceneCloud(points[keep], cleaned))
     return found
 
 
-def starts_for(camera: Pose, model: PoseModel, prior: Prior, scene: Floats32) -> Starts:
-    """24 or so orientations that the prior allows, the middle of each one's visible side on that of the scene."""
+def starts_for(camera: Pose, model: PoseModel, prior: Prior, scene: Floats32) -> PoseBatch:
+    """Return some 24 initial poses with orientations that the prior allows, visible side centred on the scene.
+
+    Args:
+        camera: the optical frame in the world.
+        scene: (N, 3) in the optical frame [m].
+    """
     from .prior import alignment_error
 
     if prior.alignments:
@@ -77,7 +82,7 @@ def starts_for(camera: Pose, model: PoseModel, prior: Prior, scene: Floats32) ->
     which = np.linspace(0, len(model.points) - 1, 800).astype(np.int64)
     facing = np.maximum(0, -(rays @ model.normals[which].T))
     visible = (facing @ model.points[which]) / np.maximum(facing.sum(1), 1e-6)[:, None]
-    return Starts(turn, np.asarray(visible - turn @ middle, dtype=np.float32))
+    return PoseBatch(turn, np.asarray(visible - turn @ middle, dtype=np.float32))
 
 
 def _about_alignment(camera: Pose, alignment: Alignment) -> Floats32:
@@ -105,9 +110,12 @@ def _principal(scene: Floats32) -> Floats:
     return np.asarray(axes)
 
 
-def slid(model: PoseModel, outline: Outline, starts: Starts) -> Starts:
-    """The starts, and each moved sideways so that its outline's edges meet the mask's: an occluder that hides one end of
-    an object leaves open where along it the rest belongs, and only the image around the mask tells."""
+def slid(model: PoseModel, outline: Outline, starts: PoseBatch) -> PoseBatch:
+    """Return the initial poses, and each shifted sideways so that its silhouette's edges meet the mask's.
+
+    An occluder that hides one end of an object leaves open where along it the rest belongs; only the image around
+    the mask tells.
+    """
     rows, columns = np.flatnonzero(outline.mask.any(1)), np.flatnonzero(outline.mask.any(0))
     which = np.linspace(0, len(model.points) - 1, 300).astype(np.int64)
     seen = starts.turn.transpose(0, 2, 1) @ (model.points[which].T - starts.shift[:, :, None])
@@ -119,4 +127,4 @@ def slid(model: PoseModel, outline: Outline, starts: Starts) -> Starts:
     for du, dv in itertools.product(shifts_u, shifts_v):
         move = np.stack([du * z / outline.intrinsics.fx, dv * z / outline.intrinsics.fy, np.zeros(len(z))], axis=1)
         shift.append(starts.shift - np.einsum("hij,hj->hi", starts.turn, move.astype(np.float32)))
-    return Starts(np.tile(starts.turn, (len(shift), 1, 1)), np.concatenate(shift))
+    return PoseBatch(np.tile(starts.turn, (len(shift), 1, 1)), np.concatenate(shift))

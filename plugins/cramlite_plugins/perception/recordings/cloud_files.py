@@ -1,4 +1,4 @@
-"""Point clouds from files: PLY by trimesh, PCD by a small reader of its ascii and binary forms.
+"""Point cloud files: PLY by trimesh, PCD by a small reader of its ascii and binary forms.
 
 PCD: https://pointclouds.org/documentation/tutorials/pcd_file_format.html, version .7.
 """
@@ -23,14 +23,14 @@ TYPES = {("F", 4): "<f4", ("F", 8): "<f8", ("U", 1): "u1", ("U", 2): "<u2", ("U"
 
 
 class Cloud(Value, eq=False):
-    """Points (N, 3) [m], all finite, and their colours (N, 3) uint8 where the file has them."""
+    """Point cloud (N, 3) [m], all finite, with colours (N, 3) uint8 where the file has them."""
 
     points: Points
     colours: NDArray[np.uint8] | None = None
 
 
 def read_cloud(path: Path) -> Cloud:
-    """A cloud; points that are not finite, which organised clouds have, are left out.
+    """Read a point cloud; points that are not finite, which organised clouds have, are left out.
 
     Raises:
         UserError: it cannot be read, has no points, or none that is finite.

@@ -1,4 +1,4 @@
-"""Plugin: recordings of real cameras as views. The reader is in ``view_files``."""
+"""Plugin that reads recordings of real cameras as views. The reader is in ``view_files``."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ KINDS = (".npz", ".ply", ".pcd")
 
 @hookimpl
 def read_view(path: Path) -> View | None:
-    """A folder with depth.png, an NPZ of arrays, or a PLY or PCD cloud with its camera beside it."""
+    """Read a folder with depth.png, an NPZ of arrays, or a PLY or PCD cloud with its camera beside it; else None."""
     if path.suffix.lower() not in KINDS and not (path / "depth.png").is_file():
         return None
     from .view_files import read_view as read

@@ -1,4 +1,4 @@
-"""Recordings of real cameras: images with intrinsics, and clouds, read as views.
+"""RGB-D recordings of real cameras: images with intrinsics, and clouds, read as views.
 
 - a folder with ``depth.png`` (16 bit, millimetres), ``color.png`` or ``rgb.png``, and ``intrinsics.json``
 - an ``.npz`` with ``depth`` (metres as float, or millimetres as uint16), ``rgb``, and ``intrinsics`` (JSON text)
@@ -50,7 +50,7 @@ class _Camera(BaseModel):
 
 
 class CameraFile(Value):
-    """What a camera's JSON says: intrinsics, where the camera was, and metres per unit of a 16 bit depth image."""
+    """Camera description from JSON: intrinsics, camera pose, and metres per unit of a 16 bit depth image."""
 
     intrinsics: Intrinsics
     camera: Pose
@@ -58,7 +58,7 @@ class CameraFile(Value):
 
 
 def read_view(path: Path) -> View:
-    """A recorded view.
+    """Read a recorded view.
 
     Raises:
         UserError: it cannot be read, images and intrinsics do not fit each other, or there is no depth in it; says where,
@@ -76,7 +76,7 @@ def read_view(path: Path) -> View:
 
 
 def read_camera(text: str, where: Path) -> CameraFile:
-    """Intrinsics from JSON text.
+    """Parse camera intrinsics from JSON text.
 
     Raises:
         UserError: not JSON, a key is missing, or the numbers are no camera's.
@@ -140,7 +140,7 @@ def _from_cloud(path: Path) -> View:
 
 
 def cloud_view(cloud: Cloud, intrinsics: Intrinsics, camera: Pose, where: Path) -> View:
-    """A cloud of the optical frame as an image: of the points that fall on a pixel, the nearest.
+    """Project a cloud in the optical frame to a depth image; of points on one pixel, the nearest counts.
 
     Raises:
         UserError: fewer than one point in a hundred is in front of the camera and in its image: intrinsics or frame of

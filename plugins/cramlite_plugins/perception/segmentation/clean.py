@@ -1,4 +1,4 @@
-"""Experts: an object's points without outliers, by three clusterings; the fastest is asked first.
+"""Experts that remove outliers of an object's points, by three clusterings; the fastest is asked first.
 
 Which one is asked makes little difference (docs/explanation/perception.md): all three keep the largest cluster.
 """
@@ -45,7 +45,7 @@ def _cleaned(cluster: Clustering) -> Callable[[Inputs], Mapping[str, Any]]:
 
 
 def voxel_components(points: Points32, parameters: Mapping[str, float]) -> Labels:
-    """Points whose voxels touch, faces, edges or corners, are one cluster."""
+    """Cluster points by connected voxels; faces, edges and corners connect."""
     import numpy as np
     from scipy import ndimage
 
@@ -58,7 +58,7 @@ def voxel_components(points: Points32, parameters: Mapping[str, float]) -> Label
 
 
 def density(points: Points32, parameters: Mapping[str, float]) -> Labels:
-    """DBSCAN (Ester et al., KDD 1996): cores have neighbours enough, clusters are what cores reach."""
+    """Cluster points by DBSCAN (Ester et al., KDD 1996): cores have neighbours enough, clusters are what cores reach."""
     import numpy as np
     from scipy.sparse import csr_matrix
     from scipy.sparse.csgraph import connected_components
@@ -78,7 +78,7 @@ def density(points: Points32, parameters: Mapping[str, float]) -> Labels:
 
 
 def hierarchical(points: Points32, parameters: Mapping[str, float]) -> Labels:
-    """Single linkage, cut at a distance, on at most 2,000 points; the others follow their nearest."""
+    """Cluster at most 2,000 points by single linkage, cut at a distance; the others follow their nearest."""
     import numpy as np
     from scipy.cluster.hierarchy import fcluster, linkage
     from scipy.spatial import cKDTree

@@ -1,4 +1,4 @@
-"""Experts: which part of the space a query is about, and the cloud that is cut out of it."""
+"""Experts for the region of interest of a query, and the point cloud in it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from cramlite.plugin import Expert, Inputs, Parameter, Unresolvable, hookimpl
 
 
 def region(inputs: Inputs) -> Mapping[str, Any]:
-    """A box around the fixtures that the query names as a place, wide enough for what is there."""
+    """Return an axis-aligned box around the fixtures that the query names as a place, with room for what is there."""
     import numpy as np
 
     from cramlite.plugin import RELATIONS
@@ -36,7 +36,7 @@ def _is(thing: Thing, place: str, taxonomy: Any) -> bool:
 
 
 def cloud(inputs: Inputs) -> Mapping[str, Any]:
-    """The measured points in the region, in the range where depth is good, without those of the robot itself."""
+    """Return the measured points in the region, in the camera's depth range, without those of the robot itself."""
     import numpy as np
 
     from ..values import Cloud
@@ -49,7 +49,7 @@ def cloud(inputs: Inputs) -> Mapping[str, Any]:
         mask &= ~_near(own, view.depth, inputs.parameters["robot_m"])
     box = inputs.get("region")
     if box is not None:
-        mask &= box.holds(points)
+        mask &= box.contains(points)
     if not mask.any():
         where = "in the region of the query" if box is not None and view.valid.any() else "at all"
         raise Unresolvable(f"there is no depth {where}: {int(view.valid.sum())} of {view.depth.size} pixels measured")

@@ -1,4 +1,4 @@
-"""Expert: what is in the way though nobody knows what it is: points that nothing known explains, as convex bodies."""
+"""Expert for unknown obstacles: convex hulls of points that nothing known explains."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ TYPE = "dul:PhysicalObject"
 
 
 def obstacles(inputs: Inputs) -> Mapping[str, Any]:
-    """Bodies around the clusters of measured points that are on no fixture and on no recognised object.
+    """Return convex hulls of the clusters of measured points on no fixture and on no recognised object.
 
     A hull of what a camera sees is open behind and below: it is let down to what is known right beneath it.
     """

@@ -1,4 +1,4 @@
-"""Experts: large planes by RANSAC, and the background that they make."""
+"""Experts for plane segmentation by RANSAC, and for the background mask that planes make."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SAMPLE, TRIALS, MOST = 3000, 200, 5  # points that are counted, triples that are
 
 
 def planes(inputs: Inputs) -> Mapping[str, Any]:
-    """The largest planes, one after another (RANSAC: Fischler and Bolles, CACM 24, 1981)."""
+    """Fit the largest planes, one after another (RANSAC: Fischler and Bolles, CACM 24, 1981)."""
     import numpy as np
 
     cloud, view = inputs["cloud"], inputs["view"]
@@ -66,8 +66,10 @@ def _best(sample: Points32, eye: Points32, tolerance: float, rng: Any, total: in
 
 
 def background(inputs: Inputs) -> Mapping[str, Any]:
-    """Pixels on a large plane: a part of it that is connected in the image and itself large, so that the fronts of two
-    boxes in one plane are not taken for a wall."""
+    """Return the mask of background pixels: large parts of planes that are connected in the image.
+
+    Being connected and large keeps the fronts of two boxes in one plane from being taken for a wall.
+    """
     import numpy as np
     from scipy import ndimage
 
@@ -93,7 +95,11 @@ def _span(points: Points32) -> float:
 
 
 def whole(inputs: Inputs) -> Mapping[str, Any]:
-    """Without planes nothing is background."""
+    """Return an empty background mask, for views without planes.
+
+    Raises:
+        Unresolvable: there are no points.
+    """
     import numpy as np
 
     cloud = inputs["cloud"]

@@ -1,4 +1,4 @@
-"""Experts: parts of the image that may be one object each, by edges of depth and colour."""
+"""Experts for object segmentation of RGB-D images, by edges of depth and colour."""
 
 from __future__ import annotations
 
@@ -23,12 +23,14 @@ if TYPE_CHECKING:
     Floats32 = np.ndarray[Any, np.dtype[np.float32]]
     Labels = np.ndarray[Any, np.dtype[np.int32]]
 
-BRIGHT, PALE = 40.0, 0.06  # below this mean brightness (of 255) hues are noise; below this spread there is no hue
+BRIGHT = 40.0  # below this mean brightness (of 255) hues are noise
 
 
 def segments(inputs: Inputs) -> Mapping[str, Any]:
-    """Connected parts of the foreground between edges; what an edge covers goes to its neighbour; parts of one thing
-    are put together again."""
+    """Segment the foreground into connected parts between edges, and merge parts of one object.
+
+    What an edge covers goes to its neighbour.
+    """
     import numpy as np
 
     from ..values import Segment
@@ -46,8 +48,10 @@ def segments(inputs: Inputs) -> Mapping[str, Any]:
 
 
 def chromaticity(rgb: np.ndarray[Any, np.dtype[np.uint8]]) -> Floats32:
-    """(height, width, 2): red and green shares, which shading does not change; smoothed over a pixel and its four
-    neighbours' neighbourhood (3 x 3); dark pixels count as grey."""
+    """Return the red and green shares (height, width, 2) of an RGB image; shading does not change them.
+
+    Smoothed over a pixel and its four neighbours' neighbourhood (3 x 3); dark pixels count as grey.
+    """
     import numpy as np
     from scipy import ndimage
 

@@ -1,4 +1,4 @@
-"""Expert: where the fixtures of the map really are, from their pegs and panels."""
+"""Expert that localises the fixtures of the map, by their pegs and panels."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cramlite.model import Geom, Pose, Thing
 from cramlite.plugin import Expert, Inputs, Judged, Parameter, Unresolvable, hookimpl
 
 from ..category import _model_chroma
-from ..fixtures import nearest_on
+from ..fixtures import signed_distances
 from .segments import chromaticity
 
 if TYPE_CHECKING:
@@ -19,9 +19,11 @@ if TYPE_CHECKING:
 
 
 def refined(inputs: Inputs) -> Mapping[str, Any]:
-    """Fixtures with a peg, moved to where their points are: a registration of the translation, point to surface
-    (Besl and McKay, PAMI 14, 1992). Thin parts and flat ones count the same, so that the panel, with a hundred times the
-    points, says how far away it is, and the peg says the rest."""
+    """Refine the positions of fixtures with a peg by point-to-surface registration of the translation.
+
+    Source: Besl and McKay, PAMI 14, 1992. Thin parts and flat ones count the same, so that the panel, with a hundred times
+    the points, says how far away it is, and the peg says the rest.
+    """
     found = {}
     whys = []
     for thing in inputs["fixtures"]:
@@ -117,12 +119,12 @@ def _facing(geom: Geom, frame: Pose, points: Floats, rays: Floats) -> tuple[Floa
     import numpy as np
 
     back = frame.inverse()
-    away, normal = nearest_on(back.apply(points), geom)
+    away, normal = signed_distances(back.apply(points), geom)
     normal = frame.rotate(normal)
     hidden = np.einsum("ij,ij->i", normal, rays) > 0
     if hidden.any():
         step = 2 * min(geom.size[: 3 if geom.shape == "box" else 1]) * rays[hidden]
-        near, n = nearest_on(back.apply(points[hidden] - step), geom)
+        near, n = signed_distances(back.apply(points[hidden] - step), geom)
         n = frame.rotate(n)
         away[hidden], normal[hidden] = near + np.einsum("ij,ij->i", step, n), n
     return away, normal

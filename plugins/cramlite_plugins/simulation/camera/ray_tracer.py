@@ -24,12 +24,12 @@ class Camera(Value):
 
     Args:
         eye, target: where it is and what it looks at, world frame [m].
-        fov: vertical field of view [rad].
+        vertical_fov: vertical field of view [rad].
     """
 
     eye: Vector3 = (-0.35, -1.55, 1.10)
     target: Vector3 = (0.40, -0.10, 0.25)
-    fov: float = math.radians(42)
+    vertical_fov: float = math.radians(42)
 
     @property
     def pose(self) -> Pose:
@@ -48,7 +48,7 @@ def render(
         shadows: cast a second ray from each point to the light; about twice the time.
     """
     camera = camera or Camera()
-    directions = camera.pose.rotate(_rays(width, height, camera.fov))
+    directions = camera.pose.rotate(_rays(width, height, camera.vertical_fov))
     eye = np.asarray(camera.eye, dtype=float)
     geom, distance, normal = cast(model, data, eye, directions)
     lit = np.ones(len(directions))
@@ -104,9 +104,9 @@ def _sky(directions: Floats) -> Floats:
 
 
 @lru_cache(maxsize=4)
-def _rays(width: int, height: int, fov: float) -> Floats:
+def _rays(width: int, height: int, vertical_fov: float) -> Floats:
     """Unit directions (height * width, 3) in the camera frame, row by row."""
-    scale = math.tan(fov / 2) / (height / 2)
+    scale = math.tan(vertical_fov / 2) / (height / 2)
     x, y = np.meshgrid(np.arange(width) + 0.5 - width / 2, np.arange(height) + 0.5 - height / 2)
     rays = np.stack([x * scale, y * scale, np.ones_like(x)], axis=-1).reshape(-1, 3)
     return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
@@ -9,6 +10,7 @@ import numpy as np
 
 from cramlite.model import EntityName, Floats, Message, Pose, Rollout, Touch, Vector3
 
+from ..controller.controller import Controller
 from ..controller.nominal_arm import cross
 from ..model.compile import Compiled
 from ..model.index import Data, EffectorIndex, Model, Owner, RobotIndex, site_pose
@@ -174,3 +176,34 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
     weight = np.array([0.0, 0.0, -GRAVITY * mass.sum()])
     arm = mass @ data.xipos[bodies] / mass.sum() - data.site_xpos[index.ft]
     return np.concatenate([force + weight, torque + cross(arm, weight)])
+
+
+class Peaks:
+    """A collector of peak forces of a wrist sensor between two samples of the recorder: a single cycle's force would make
+    peaks a matter of chance.
+
+    Args:
+        period: of the samples [s].
+    """
+
+    def __init__(self, period: float) -> None:
+        self.period = period
+        self.wrenches: list[Floats] = []
+        self.forces: list[float] = []
+        self._wrench, self._force = np.zeros(6), 0.0
+
+    def see(self, time: float, arm: Controller) -> None:
+        """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
+        wrench = arm.applied()
+        force = math.hypot(*(arm.wrench() if arm.sensor.tared else wrench)[:3])
+        if np.linalg.norm(wrench[:3]) > np.linalg.norm(self._wrench[:3]):
+            self._wrench = wrench
+        self._force = max(self._force, force)
+        if time >= len(self.wrenches) * self.period - 1e-9:
+            self.wrenches.append(self._wrench)
+            self.forces.append(self._force)
+            self._wrench, self._force = wrench, force
+
+    def arrays(self) -> dict[str, Floats]:
+        """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""
+        return {"wrench": np.array(self.wrenches), "force": np.array(self.forces)}

@@ -6,7 +6,7 @@ are. Meaning: ``cramlite.model.Control``, and backends/urscript/flow.py for the 
 
 from __future__ import annotations
 
-from cramlite.model import AnyStep, Monitor, Parallel, Repeat, TryInOrder, uses_arm
+from cramlite.model import AnyStep, Fallback, Monitor, Parallel, Repeat, uses_arm
 
 from .steps import Cycles, Running, StepFailed, brake, force
 
@@ -15,7 +15,7 @@ FAILED = "cramlite failed: "
 STOP = 2.0  # deceleration of what is stopped from outside [rad/s2 or m/s2]
 
 
-def try_in_order(run: Running, step: TryInOrder) -> Cycles:
+def fallback(run: Running, step: Fallback) -> Cycles:
     """Execute branches one after the other until one succeeds; the last one's failure is the step's."""
     for k, branch in enumerate(step.branches, 1):
         try:

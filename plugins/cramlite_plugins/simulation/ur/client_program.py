@@ -22,8 +22,7 @@ from msgspec.structs import replace
 from cramlite.model import Robot, Rollout, World
 from cramlite.plugin import UserError
 
-from ..recording.peaks import Peaks
-from ..recording.recorder import Recorder
+from ..recording.recorder import Peaks, Recorder
 from .network import serve
 from .registers import Registers
 from .virtual_robot import VirtualRobot

@@ -1,22 +1,24 @@
-"""Other ways to a pose, to compare with: one ICP, and the recipe of the paper.
+"""Poses by the paper's recipe, to compare with: an expert for ``--plugin``, and two single ICPs for the benchmark.
 
 The paper's recipe: the principal axes of cloud and model are laid on each other in 12 ways, each is refined by
-point-to-point ICP (Besl and McKay, 1992), and the best fitness wins.
+point-to-point ICP (Besl and McKay, 1992), and the best fitness wins. tests/benchmarks/perception_pose.py compares.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from cramlite.model import Floats, Mask, Pose, Value, View
-
-from .estimate import LEAST, PoseHypothesis, keeps_to
-from .icp import spread
-from .model import PoseModel, cube_rotations
-from .prior import UPRIGHT, Prior
-from .starts import scenes
+from cramlite.plugin import Expert, Inputs, hookimpl
+from cramlite_plugins.perception.pose.estimate import LEAST, PoseHypothesis, keeps_to
+from cramlite_plugins.perception.pose.icp import spread
+from cramlite_plugins.perception.pose.model import PoseModel, cube_rotations
+from cramlite_plugins.perception.pose.prior import UPRIGHT, Prior
+from cramlite_plugins.perception.pose.registration import FITTING, NEEDED, registered
+from cramlite_plugins.perception.pose.starts import scene_clouds
 
 POINTS = 1500
 REACH = (0.05, 0.01)
@@ -27,15 +29,29 @@ ITERATIONS = 40
 
 
 class Fit(Value, eq=False):
-    """A result of ICP: scene to model, with the share of points that fit and their mean distance [m]."""
+    """ICP result: transform scene to model, share of inlier points and their mean distance [m]."""
 
     scene_to_model: Pose
     fitness: float
     distance: float
 
 
+@hookimpl
+def experts() -> Iterable[Expert]:
+    """Its cost is of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
+    about = "principal axes and 12 ICPs, as in the paper"
+    return [
+        Expert("paper_registration", about, NEEDED, ("hypotheses",), by_paper, "object", cost_ms=900.0, parameters=FITTING)
+    ]
+
+
+def by_paper(inputs: Inputs) -> Mapping[str, Any]:
+    """Register the models that colour and size allow by the paper's recipe."""
+    return registered(inputs, paper)
+
+
 def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """One point-to-point ICP that starts with the model as it is written, its middle on the cloud's."""
+    """Estimate a pose by one point-to-point ICP from the model's own orientation, centroid on centroid."""
     del prior
     points = _scene(view, mask)
     if points is None:
@@ -44,7 +60,7 @@ def one_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) ->
 
 
 def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """One point-to-plane ICP that starts upright, the model's front (-y) to the camera."""
+    """Estimate a pose by one point-to-plane ICP that starts upright, the model's front (-y) to the camera."""
     del prior
     points = _scene(view, mask)
     if points is None:
@@ -56,7 +72,7 @@ def one_plane_icp(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIG
 
 
 def paper(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> list[PoseHypothesis]:
-    """Principal axes, 12 point-to-point ICPs, best fitness of those that the prior allows."""
+    """Estimate a pose from principal axes and 12 point-to-point ICPs; the best fitness that the prior allows wins."""
     points = _scene(view, mask)
     if points is None:
         return []
@@ -68,7 +84,7 @@ def paper(view: View, mask: Mask, model: PoseModel, prior: Prior = UPRIGHT) -> l
 
 def _scene(view: View, mask: Mask) -> Floats | None:
     """Points of the largest cluster in the world frame; None if there are too few."""
-    parts = scenes(view, mask)
+    parts = scene_clouds(view, mask)
     if not parts or len(parts[0].points) < LEAST:
         return None
     return view.camera.apply(spread(parts[0].points, POINTS))

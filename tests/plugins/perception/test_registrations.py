@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cramlite import Engine
+from cramlite import Engine, data_folder
 from cramlite.model import Pose, World
-from cramlite.plugin import Inputs, Judged, UserError
+from cramlite.plugin import Expert, Inputs, Judged, UserError
 from cramlite_plugins.locations.viewpoints import looking_at
-from cramlite_plugins.perception.pose.recipes import by_paper
 from cramlite_plugins.perception.pose.registration import FITTING, hypotheses
 from cramlite_plugins.simulation.camera.depth_camera import render
 from cramlite_plugins.simulation.model.compile import compile_world
@@ -28,9 +27,16 @@ def _inputs(confidence: float) -> Inputs:
     return Inputs(values, {p.name: p.default for p in FITTING})
 
 
-@pytest.mark.parametrize("expert", [hypotheses, by_paper])
-def test_registrations_make_hypotheses(expert: object) -> None:
-    fits = expert(_inputs(0.9))["hypotheses"]  # type: ignore[operator]
+PAPER = data_folder("experiments") / "pose_recipes" / "paper_registration.py"
+
+
+def _registrations(engine: Engine) -> dict[str, Expert]:
+    return {e.name: e for e in engine.knowledge.experts if "hypotheses" in e.outputs}
+
+
+@pytest.mark.parametrize("name", ["registration", "paper_registration"])
+def test_registrations_make_hypotheses(name: str) -> None:
+    fits = _registrations(Engine(files=[PAPER]))[name].run(_inputs(0.9))["hypotheses"]
     assert np.linalg.norm(np.subtract(fits[0].pose.position, (0.5, 0, 0.045))) < 0.02 and fits[0].reason
 
 
@@ -39,8 +45,9 @@ def test_what_looks_like_nothing_has_no_hypotheses() -> None:
 
 
 def test_the_default_is_asked_first_and_the_others_without_it() -> None:
-    cost = {e.name: e.cost_ms for e in Engine().knowledge.experts if "hypotheses" in e.outputs}
+    cost = {name: e.cost_ms for name, e in _registrations(Engine(files=[PAPER])).items()}
     assert min(cost, key=cost.__getitem__) == "registration" and "paper_registration" in cost
+    assert set(_registrations(Engine())) == {"registration", "open3d_registration", "small_gicp_registration"}
     others = {e.name for e in Engine(blocked=("perception_registration",)).knowledge.experts}
     assert "registration" not in others and "plausibility" in others
 

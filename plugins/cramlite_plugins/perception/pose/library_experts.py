@@ -1,4 +1,4 @@
-"""Experts: poses by the paper's recipe and by libraries, for whoever blocks ``perception_registration``."""
+"""Experts: poses by registration libraries, for whoever blocks ``perception_registration``."""
 
 from __future__ import annotations
 
@@ -11,33 +11,25 @@ from .registration import FITTING, NEEDED, registered
 
 
 def by_small_gicp(inputs: Inputs) -> Mapping[str, Any]:
-    """24 point-to-plane ICPs of small_gicp, an extra."""
+    """Register known models by 24 point-to-plane ICPs of small_gicp, an extra."""
     from .libraries import small_gicp_pose
 
     return registered(inputs, small_gicp_pose)
 
 
 def by_open3d(inputs: Inputs) -> Mapping[str, Any]:
-    """24 point-to-plane ICPs of Open3D, an extra."""
+    """Register known models by 24 point-to-plane ICPs of Open3D, an extra."""
     from .libraries import open3d_pose
 
     return registered(inputs, open3d_pose)
 
 
-def by_paper(inputs: Inputs) -> Mapping[str, Any]:
-    """The paper's recipe: principal axes, 12 point-to-point ICPs, best fitness."""
-    from .baselines import paper
-
-    return registered(inputs, paper)
-
-
 @hookimpl
 def experts() -> Iterable[Expert]:
-    """Costs are of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
+    """Return the experts; costs are of one model at 640 x 480 (tests/benchmarks/perception_pose.py)."""
     ways = (
         ("small_gicp_registration", "24 ICPs of small_gicp, if it is installed", by_small_gicp, 110.0),
         ("open3d_registration", "24 ICPs of Open3D, if it is installed", by_open3d, 240.0),
-        ("paper_registration", "principal axes and 12 ICPs, as in the paper", by_paper, 900.0),
     )
     return [
         Expert(name, about, NEEDED, ("hypotheses",), run, "object", cost_ms=cost, parameters=FITTING)
