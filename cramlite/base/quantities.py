@@ -16,6 +16,14 @@ UNITS: dict[str, dict[str, float]] = {
     "force": {"N": 1.0},
     "time": {"s": 1.0, "ms": 0.001},
 }
+MOST = {"length": 1e3, "angle": 1e3, "mass": 1e4, "force": 1e4, "time": 1e5, "speed": 1e3, "acceleration": 1e4}
+"""The largest magnitude of each kind in SI units that means anything here: more is a slip of the pen or of a unit, and simulator
+and planners would work on it for minutes before they fail. Ours: ten times and more what any arm here reaches, lifts or lasts."""
+_ENDINGS = (
+    ("_m_s2", "acceleration"), ("_rad_s2", "acceleration"), ("_m_s", "speed"), ("_rad_s", "speed"), ("_m", "length"),
+    ("_rad", "angle"), ("_kg", "mass"), ("_n", "force"), ("_s", "time"),
+)  # fmt: skip
+"""What the name of a parameter ends with -> what it is, longer endings first."""
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\s\d]*)\s*")
 
 
@@ -27,7 +35,7 @@ def parse_quantity(value: Any, kind: str) -> float:
         kind: "length", "angle", "mass", "force" or "time".
 
     Raises:
-        ValueError: not a finite number, or a unit of another kind; says which units are right.
+        ValueError: not a finite number, a unit of another kind, or more than means anything; says what would be right.
     """
     units = UNITS[kind]
     right = (
@@ -41,10 +49,27 @@ def parse_quantity(value: Any, kind: str) -> float:
         raise ValueError(f"'{unit}' is not a unit of {kind}: {right}")
     if not math.isfinite(number):
         raise ValueError(f"'{value}' is not finite: {right}")
+    if beyond := beyond_reason(number * units.get(unit, 1.0), kind):
+        raise ValueError(f"'{value}' is {beyond}")
     return number * units.get(unit, 1.0)
 
 
-_A = {"length": "a length", "angle": "an angle", "mass": "a mass", "force": "a force", "time": "a time"}
+def beyond_reason(value: float, kind: str) -> str:
+    """Say why a number in SI units cannot be meant, as a clause; empty if it can."""
+    if abs(value) <= MOST[kind]:
+        return ""
+    return f"beyond reason: {_A[kind]} here is at most {MOST[kind]:g} {_SI[kind]}, so a unit or a power of ten is wrong"
+
+
+def beyond_reason_by_name(name: str, value: float) -> str:
+    """Say the same of a parameter whose unit its name ends with, such as "speed_m_s"; others have none that could be exceeded."""
+    kind = next((kind for ending, kind in _ENDINGS if name.endswith(ending)), None)
+    return beyond_reason(value, kind) if kind is not None else ""
+
+
+_A = {"length": "a length", "angle": "an angle", "mass": "a mass", "force": "a force", "time": "a time", "speed": "a speed",
+      "acceleration": "an acceleration"}  # fmt: skip
+_SI = {**{kind: next(iter(units)) for kind, units in UNITS.items()}, "speed": "m/s or rad/s", "acceleration": "m/s2 or rad/s2"}
 _EXAMPLES = {"length": "50 mm", "angle": "20 deg", "mass": "0.3 kg", "force": "10 N", "time": "5 s"}
 
 

@@ -133,7 +133,9 @@ def execute_and_replan(
                 _write_round(out / f"round_{number}", one, program.stem, engine, episode=episode)
     finally:
         if json_output:
-            print(as_json({"said": said, "rounds": [rollout_json(one.rollout) for one in done]}))
+            print(as_json({"said": said, "executions": len(done), "rounds": [rollout_json(one.rollout) for one in done]}))
+    if not json_output:
+        print("Came to its end " + ("at the first execution" if len(done) == 1 else f"after {len(done)} executions"))
     return 0
 
 

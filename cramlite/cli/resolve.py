@@ -24,10 +24,11 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..version import VERSION
 from .arguments import Add, plugin_choice
-from .texts import solution_text, warn_of
+from .texts import first_execution_failed, rollout_json, solution_text, warn_of
 
 if TYPE_CHECKING:
     from ..engine.engine import Engine
+    from ..engine.execution import Execution
     from ..engine.reading import Reading
     from ..engine.setting import Setting
     from ..engine.solution import Solution
@@ -46,13 +47,13 @@ def resolve_scenario(
     report: bool = True,
     json_output: bool = False,
 ) -> int:
-    """Resolve a scenario and write its run directory.
+    """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
     Returns:
-        0 when a program was proven.
+        0 when a program was proven and its first execution, if there was one, succeeded.
 
     Raises:
-        NoSolution: every candidate was refused; the run directory holds the trace.
+        NoSolution: every candidate was refused; the run directory holds the trace. Or the first execution failed.
         PluginError: nothing was found, and a plugin broke on the way.
         UserError: the scenario cannot be used.
     """
@@ -78,9 +79,12 @@ def resolve_scenario(
             print(as_json(_nothing(trace, run, engine, seed)))
         text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
         raise PluginError(text) if engine.registry.faults else NoSolution(text)
+    solution = _executed(solution, engine, say)
     write_solution(run, solution, engine, seed)
     _finish(run, solution, engine, say, report=report)
     print(as_json(_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
+    if not solution.succeeded:
+        raise NoSolution(first_execution_failed(solution, run.path, scenario))
     return 0
 
 
@@ -106,6 +110,15 @@ def _first_solution(
         _write_trace(run, trace, engine)
 
 
+def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
+    """The accepted program in the world as it really is, once; there is none where nothing but the belief is declared, and
+    what cannot be run here is not executed either."""
+    if solution.setting.real is None or solution.candidate.rollout is None:
+        return solution
+    say("executing it once in the real world")
+    return engine.execute(solution)
+
+
 def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
     """Doubts about the scenario, and repairs of things, once and whole, unlike progress: they change what is proven."""
     for doubt in doubts(scenario, setting, engine.knowledge):
@@ -116,13 +129,15 @@ def _say_notes(scenario: Scenario, setting: Setting, engine: Engine) -> None:
 
 
 def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress, *, report: bool) -> None:
-    """The report, and a warning for every plugin that broke on the way without harm."""
+    """The report, and a warning for every plugin that broke on the way without harm. A run whose program failed is not
+    complete: asked for again, it is done again."""
     if report:
         from ..report import write_report
 
         say("writing the report")
         write_report(run, solution, engine)
-    run.finish()
+    if solution.succeeded:
+        run.finish()
     say.done()
     warn_of(engine.registry.faults)
 
@@ -188,7 +203,7 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     assert candidate.code is not None
     run.write(f"program{candidate.code.suffix}", candidate.code.text)
     run.write("program.json", write_program(candidate.program))
-    run.write("world.json", json.format(json.encode(solution.setting.real or candidate.world), indent=1))
+    run.write("world.json", json.format(json.encode(candidate.world), indent=1))
     run.write("plan.json", as_json(candidate.plan))
     run.write(INTENT, write_intent(candidate))
     run.write("verdict.json", as_json(solution.verdict))
@@ -199,22 +214,57 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
         run.write("interpretation.json", as_json(solution.interpretation.to_json()))
     if candidate.episode is not None and not (run.path / "episode").exists():
         engine.knowledge.episodes.write(candidate.episode, run.path / "episode")
+    if solution.execution is not None:
+        _write_execution(run, solution.execution, engine)
+
+
+def _write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
+    """The first execution, with the real world that it was in, in a folder as ``cramlite execute --out`` writes one."""
+    from msgspec import json
+
+    from ..model.rollout import save_rollout
+
+    candidate, place = execution.candidate, "execution"
+    assert candidate.rollout is not None and candidate.code is not None and candidate.episode is not None
+    run.write(f"{place}/execution.json", as_json(rollout_json(candidate.rollout)))
+    run.write(f"{place}/world.json", json.format(json.encode(candidate.rollout.world), indent=1))
+    run.write(f"{place}/verdict.json", as_json(execution.verdict))
+    run.write(f"{place}/program{candidate.code.suffix}", candidate.code.text)
+    save_rollout(candidate.rollout, run.path / place / "rollout.npz")
+    if not (run.path / place / "episode").exists():
+        engine.knowledge.episodes.write(candidate.episode, run.path / place / "episode")
 
 
 def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
     entities = {k: v for k, v in solution.candidate.bindings.items() if isinstance(v, str)}
     return {
-        "solved": True, "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
+        "solved": solution.succeeded, "proven": True, "execution": _execution(solution.execution),
+        "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
         "left_out": solution.verdict.left_out,
-        "reason": solution.verdict.reason, "nearest": None, "faults": _faults(engine),
+        "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
+
+
+def _execution(execution: Execution | None) -> dict[str, Any] | None:
+    """How the first execution went; None where there is no real world, or nothing could be run."""
+    if execution is None:
+        return None
+    verdict = execution.verdict
+    return {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
+
+
+def _reason(solution: Solution) -> str:
+    """Of the proof; of the execution where that failed."""
+    failed = solution.execution is not None and not solution.succeeded
+    return f"first execution: {solution.execution.verdict.reason}" if failed and solution.execution else solution.verdict.reason
 
 
 def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict[str, Any]:
     """The same keys where nothing was proven."""
     return {
-        "solved": False, "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
+        "solved": False, "proven": False, "execution": None,
+        "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
         "objects": {}, "steps": 0, "findings": [], "left_out": [],
         "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
         "faults": _faults(engine),
@@ -233,7 +283,7 @@ class Progress:
         self._live = sys.stderr.isatty()
 
     def __call__(self, text: str) -> None:
-        if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing"))):
+        if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing", "executing"))):
             return
         line = f"[{time.monotonic() - self._begin:5.1f} s] {text}"
         print(

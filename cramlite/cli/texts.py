@@ -20,14 +20,15 @@ if TYPE_CHECKING:
     from ..model.verdict import Verdict
     from ..plugin.registry import Fault, PluginInfo, Registry
     from ..plugin.task_type import TaskType
+    from ..scenario.scenario import Scenario
 
 
 
 def solution_text(solution: Solution, folder: str) -> str:
-    """Return a short summary of a proven program."""
-    program, plan = solution.program, solution.plan
+    """Return a short summary of a proven program, and of its first execution."""
+    program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
-        f"Solved: {plan}",
+        f"{_headline(solution)}: {plan}",
         f"  from candidate sequence {solution.number}, {len(program.steps)} steps, {solution.code.count(chr(10))} lines",
     ]
     chosen = {e.designator: e for e in solution.trace.entries if e.outcome == "chosen"}
@@ -37,18 +38,37 @@ def solution_text(solution: Solution, folder: str) -> str:
         lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
     lines.append("  Judged after running the text:")
     lines += _finding_lines(solution.verdict)
+    lines += ["  Judged after its first execution, in the world as it really is:", *_finding_lines(execution.verdict)] if execution else []
     return "\n".join([*lines, f"  Files: {folder}"])
+
+
+def _headline(solution: Solution) -> str:
+    if solution.execution is None:
+        return "Solved"
+    return "Solved at the first execution" if solution.succeeded else "Proven in what is believed, but the first execution failed"
+
+
+def _finding_lines(verdict: Verdict) -> list[str]:
+    lines = [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in verdict.findings]
+    return lines + ([f"    --  {verdict.not_judged}"] if verdict.left_out else [])
+
+
+def first_execution_failed(solution: Solution, run: Path, scenario: Scenario) -> str:
+    """Say why a proven program failed in the world as it really is, and what can be done about it."""
+    assert solution.execution is not None and solution.candidate.code is not None
+    text = run / f"program{solution.candidate.code.suffix}"
+    again = f"'cramlite execute {text} --world {run} --replan {scenario.path}' looks again where the program stops, and counts on"
+    blind = "what is believed of the world is not true of it: measure it again, or let a camera look ('poses: camera')"
+    return (
+        f"The program was proven in what is believed, but its first execution failed: {solution.execution.verdict.reason}.\n"
+        f"  Next: {again if scenario.spec.poses == 'camera' else blind}.\n  Files: {run / 'execution'}"
+    )
 
 
 def findings_text(verdict: Verdict, remarks: Iterable[str]) -> str:
     """Format what the judges found in a text that ran."""
     lines = [f"    --  {r}" for r in remarks]
     return "\n".join([f"{'Passed' if verdict.passed else 'Refused'}:", *_finding_lines(verdict), *lines])
-
-
-def _finding_lines(verdict: Verdict) -> list[str]:
-    lines = [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in verdict.findings]
-    return [*lines, f"    --  {verdict.not_judged}"] if verdict.left_out else lines
 
 
 def warn_of(faults: Iterable[object]) -> None:

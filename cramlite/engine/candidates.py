@@ -83,7 +83,7 @@ def attempts(
             return
         candidate = _candidate(plan, state, setting, knowledge)
         progress(f"candidate program {number} of {len(candidate.program.steps)} steps: running its text")
-        candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed, setting.real)
+        candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)
         trace.add(
             0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,
             kind="proof", numbers=verdict.measured,

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Never
 
+from msgspec.structs import replace
+
 from ..base.errors import UserError
 from ..base.seeds import whole_seed
 from ..planning.budget import Budget, budget_of
@@ -185,7 +187,8 @@ class Engine:
         stop: Callable[[], bool] = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
-        """Generate proven programs for a goal, one after another; nothing is computed before the first is asked for.
+        """Generate programs for a goal that were proven in what is believed, one after another; nothing is computed before the first
+        is asked for. How one fares in the world as it really is, ``execute`` says.
 
         They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
 
@@ -209,6 +212,21 @@ class Engine:
             goal, setting=setting, seed=seed, budget=budget, trace=trace, progress=progress, stop=stop
         ):
             yield from (one for one in candidate.attempts() if one.verdict.passed)
+
+    def execute(self, solution: Solution) -> Solution:
+        """Execute a proven program once in the world as it really is, and let the judges of its proof look at what happened.
+
+        The iterator that gave the solution learns nothing of it.
+
+        Returns:
+            The solution with its ``execution``.
+
+        Raises:
+            UserError: its text cannot be run here.
+        """
+        from .execution import execute
+
+        return replace(solution, execution=execute(solution.candidate, solution.setting, self.knowledge))
 
     def candidates(
         self,

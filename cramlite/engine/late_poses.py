@@ -92,26 +92,18 @@ def flange(robot: Robot, q: tuple[float, ...]) -> Pose:
     return pose
 
 
-def worlds_at_tolerance(world: World, program: Program, planned: World) -> Iterator[tuple[str, World]]:
+def worlds_at_tolerance(world: World, program: Program) -> Iterator[tuple[str, World]]:
     """Generate worlds at the limits of the tolerance: each late thing displaced and turned as far as is declared.
 
     Args:
-        world: that the text runs in.
-        planned: as it was believed to be: what is declared is how far a thing may be from there.
+        world: as it was believed to be when the program was planned.
     """
     for late in program.late:
         far, turn = late.tolerance
         for x, y, sense in ((far, 0.0, 1.0), (0.0, far, -1.0), (-far, 0.0, 1.0), (0.0, -far, -1.0)):
-            real, believed = world.thing(late.thing).pose, planned.thing(late.thing).pose
-            half = (_heading(real, believed) + sense * turn) / 2
-            place = (believed.position[0] + x, believed.position[1] + y, real.position[2])
+            believed, half = world.thing(late.thing).pose, sense * turn / 2
+            px, py, pz = believed.position
             about = Pose((0.0, 0.0, 0.0), (math.cos(half), 0.0, 0.0, math.sin(half)))
-            turned = Pose(place, (about * Pose((0.0, 0.0, 0.0), real.quaternion)).quaternion)
+            turned = Pose((px + x, py + y, pz), (about * Pose((0.0, 0.0, 0.0), believed.quaternion)).quaternion)
             said = f"'{late.thing}' {1000 * x:+.0f}, {1000 * y:+.0f} mm and {math.degrees(sense * turn):+.0f} deg off"
             yield said, world.moved({late.thing: turned})
-
-
-def _heading(one: Pose, other: Pose) -> float:
-    """By how much another pose is turned about the vertical against one [rad]."""
-    turn = Pose((0.0, 0.0, 0.0), other.quaternion) * Pose((0.0, 0.0, 0.0), one.quaternion).inverse()
-    return float(turn.rotvec[2])

@@ -10,9 +10,10 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..model.designator_name import task_of
+from ..model.designators import Place, Stand
 from ..model.entity_name import thing_of
 from ..model.plan import Plan
-from ..model.program import Program, Snapshot
+from ..model.program import Code, Program, Snapshot
 from ..model.program_json import typed_code
 from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
@@ -55,65 +56,75 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
     )  # fmt: skip
 
 
-def prove(
-    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int, real: World | None = None
-) -> tuple[Candidate, Verdict]:
-    """Judge a candidate, cheap checks first; its text runs only if those pass.
-
-    Args:
-        real: the world that the text runs in; the candidate's own, which is what was believed, by default.
+def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int) -> tuple[Candidate, Verdict]:
+    """Judge a candidate in the world as it is believed to be, cheap checks first; its text runs only if those pass.
 
     Returns:
         The candidate with code and rollout as far as they came to be, and the verdict.
     """
-    candidate, findings = _prove(candidate, knowledge, backend, seed, real)
+    candidate, findings = _prove(candidate, knowledge, backend, seed)
     return candidate, Verdict(tuple(findings), knowledge.left_out)
 
 
 def _prove(
-    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int, real: World | None
+    candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int
 ) -> tuple[Candidate, list[Finding]]:
     findings = judge(candidate, knowledge, rollout=False)
     if any(not f.passed for f in findings):
         return candidate, findings
     try:
-        candidate = replace(candidate, code=backend.emit(candidate.program, candidate.robot))
+        candidate = replace(candidate, code=_code(backend.emit(candidate.program, candidate.robot)))
     except UserError as refused:
         return candidate, [*findings, Finding("code", False, f"backend '{backend.name}': {refused}")]
     except Exception as error:
         owner = knowledge.registry.owner("backends", backend.name)
         fault = knowledge.registry.fault(owner, "backends", candidate.program.name, error)
         return candidate, [*findings, Finding("code", False, f"backend '{backend.name}' failed: {fault.error}")]
-    assert candidate.code is not None
-    instead = not backend.executable and getattr(backend, "typed_stands_in", False)
-    remark = _remark(backend, instead)
+    remark, text = _remark(backend), text_that_runs(candidate, backend)
     findings += [Finding("execution", True, remark)] if remark else []
-    if not backend.executable and not instead:
+    if text is None:
         return candidate, findings
-    ran = typed_code(candidate.program) if instead else candidate.code
+    ran, said = run_and_judge(candidate, text, candidate.world, knowledge, seed)
+    findings += said
+    if candidate.program.late and all(f.passed for f in findings):
+        findings += _at_the_edges(candidate, text, knowledge, seed)
+    return ran, findings
+
+
+def _code(answer: object) -> Code:
+    """What a backend answered, if it is what backends answer.
+
+    Raises:
+        WrongAnswer: it is not; names what it is.
+    """
+    if not isinstance(answer, Code):
+        raise WrongAnswer(f"emit gives Code, not {repr(answer)[:80]}")
+    return answer
+
+
+def run_and_judge(
+    candidate: Candidate, text: Code, world: World, knowledge: Knowledge, seed: int
+) -> tuple[Candidate, list[Finding]]:
+    """Run a text of a candidate in a world, once.
+
+    Returns:
+        The candidate with the rollout and its episode, and what the judges of rollouts found.
+    """
     rollout = knowledge.simulator.execute(
-        ran.text, real or candidate.world, knowledge.robots, mount=candidate.program.robot, seed=seed
+        text.text, world, knowledge.robots, mount=candidate.program.robot, seed=seed
     )
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})
-    judged = replace(candidate, code=ran, rollout=rollout, episode=episode)  # lines of a rollout are those of what ran
-    findings += judge(judged, knowledge, rollout=True)
-    if candidate.program.late and all(f.passed for f in findings):
-        findings += _at_the_edges(judged, knowledge, real or candidate.world, seed)
-    return replace(judged, code=candidate.code), findings
+    ran = replace(candidate, rollout=rollout, episode=episode)
+    return ran, judge(replace(ran, code=text), knowledge, rollout=True)  # lines of a rollout are those of what ran
 
 
-def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed: int) -> list[Finding]:
+def _at_the_edges(candidate: Candidate, text: Code, knowledge: Knowledge, seed: int) -> list[Finding]:
     """The same text where late things are as far off as is declared: it must do what it does where they were planned."""
     findings = []
-    assert candidate.code is not None
-    for said, moved in worlds_at_tolerance(world, candidate.program, candidate.world):
-        name = candidate.program.robot
-        rollout = knowledge.simulator.execute(candidate.code.text, moved, knowledge.robots, mount=name, seed=seed)
-        episode = knowledge.episodes.detect(rollout, candidate.program.name)
-        episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
-        there = judge(replace(candidate, rollout=rollout, episode=episode, world=moved), knowledge, rollout=True)
+    for said, moved in worlds_at_tolerance(candidate.world, candidate.program):
+        _, there = run_and_judge(replace(candidate, world=moved), text, moved, knowledge, seed)
         wrong = [f for f in there if not f.passed]
         reason = f"with {said}: " + (f"{wrong[0].validator}: {wrong[0].reason}" if wrong else "it came to the same end")
         findings.append(Finding("late_pose", not wrong, reason, origin=wrong[0].origin if wrong else ""))
@@ -122,14 +133,22 @@ def _at_the_edges(candidate: Candidate, knowledge: Knowledge, world: World, seed
     return findings
 
 
-def _remark(backend: Backend, instead: bool) -> str:
+def text_that_runs(candidate: Candidate, backend: Backend) -> Code | None:
+    """Return what of a candidate runs here: its own text, the typed program in its place, or None for nothing."""
+    if backend.executable or candidate.code is None:
+        return candidate.code
+    return typed_code(candidate.program) if getattr(backend, "typed_stands_in", False) else None
+
+
+def _remark(backend: Backend) -> str:
     """What a result says of a text: whether it ran, and what the backend has to say of it."""
     own = getattr(backend, "remark", "")
     if backend.executable:
         return own
     said = own or f"text of backend '{backend.name}' cannot be run here"
-    ran = "its typed program ran on the controller model instead" if instead else "its program was checked, its text was not"
-    return f"{said}; {ran}"
+    if getattr(backend, "typed_stands_in", False):
+        return f"{said}; its typed program ran on the controller model instead"
+    return f"{said}; its program was checked, its text was not"
 
 
 def judge(
@@ -185,14 +204,17 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     They are objects, places and decompositions up to the task that failed. Another path between the same places would
     fail in the same way, so motions are left out.
 
-    Another path between the same places would fail in the same way, so motions are left out.
+    Another path between the same places would fail in the same way, so motions are left out; and so are places, where an
+    objection stands that no other place changes.
     """
     names = [name for name, _ in state.choices]
     tasks = [a.name for a in state.actions]
-    failed = [task_of(f.origin) for f in verdict.objections]
+    anywhere = [f for f in verdict.objections if not f.places]
+    failed = [task_of(f.origin) for f in anywhere or verdict.objections]
     if any(f in tasks and f not in names for f in failed):
         return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
     known = [tasks.index(f) for f in failed if f in tasks]
     if known and min(known) + 1 < len(tasks):
         names = names[: names.index(tasks[min(known) + 1])]
-    return frozenset(names) - state.motions
+    places = {name for name, value in state.bindings.items() if isinstance(value, Place | Stand)} if anywhere else set()
+    return frozenset(names) - state.motions - places

@@ -118,11 +118,11 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     assert setting.look is not None and setting.real is not None
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
-    believed, trace = replace(setting, real=None), Trace()
+    trace = Trace()
     from ..planning.budget import budget_of
     from .candidates import attempts
 
-    found = attempts(plan, believed, engine.knowledge, budget_of(scenario), trace)
+    found = attempts(plan, setting, engine.knowledge, budget_of(scenario), trace)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")

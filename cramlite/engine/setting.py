@@ -39,7 +39,8 @@ class Setting(Value):
         robot: the robot's model; the first mount of ``world`` acts.
         backend: writes the code.
         seed: of everything that is drawn, a whole number of at least 0; the same one gives the same programs.
-        real: the world that programs run in, where it differs from what is believed; never shown to plugins.
+        real: the world as it really is, where it differs from what is believed. No search and no proof sees it: an accepted
+            program is executed in it (``Engine.execute``), and cameras look at it.
         look: the pictures that the belief comes from, where poses come from a camera; None where they are known.
         late: name of each thing whose pose is asked for when the program runs, and how far off it may be then [m, rad].
         force_limit: protective limit on the TCP force of its programs [N]; None for the robot's.

@@ -1,4 +1,4 @@
-"""Solutions: programs whose text ran and was judged."""
+"""Solutions: programs whose text was proven in what is believed, and what came of executing them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,17 @@ if TYPE_CHECKING:
     from ..interpretation.interpretation import Interpretation
     from ..model.episode import Episode
     from ..model.plan import Plan
+    from ..model.rollout import Rollout
     from ..model.verdict import Verdict
+    from ..model.world import World
     from ..plugin.protocols import Candidate
+    from .execution import Execution
     from .setting import Setting
 
 
 
 class Solution(Value):
-    """Solution: a program whose text ran and was judged, with everything that led to it.
+    """Solution: a program whose text ran in the world as it is believed to be and was judged, with everything that led to it.
 
     Args:
         number: which candidate task sequence it came from, from 1.
@@ -31,6 +34,7 @@ class Solution(Value):
         trace: every decision of the search so far.
         setting: where it was proven.
         interpretation, episode: what the plan came from; None when it did not come from a demonstration.
+        execution: in the world as it really is; None as long as it was not executed (``Engine.execute``).
     """
 
     number: int
@@ -40,6 +44,7 @@ class Solution(Value):
     setting: Setting
     interpretation: Interpretation | None = None
     episode: Episode | None = None
+    execution: Execution | None = None
 
     @property
     def plan(self) -> Plan:
@@ -57,18 +62,35 @@ class Solution(Value):
         assert self.candidate.code is not None
         return self.candidate.code.text
 
+    @property
+    def succeeded(self) -> bool:
+        """Whether it was proven in what is believed and, if it was executed, succeeded there, too."""
+        return self.verdict.passed and (self.execution is None or self.execution.verdict.passed)
+
     def setting_after(self) -> Setting:
         """Return the setting as this solution's run left it: things where they came to rest, the robot at its start again.
 
+        What is believed is left as the proof predicts it, the real world as the execution left it.
+
         Raises:
-            UserError: something is still in the hand; only what was let go has a place of its own.
+            UserError: something is still in the hand; only what was let go has a place of its own. Or there is a real world,
+                and the program was not executed in it.
         """
         rollout, belief, before = self.candidate.rollout, self.candidate.belief, self.setting
         if belief.held is not None or rollout is None:
             what = f"'{belief.held.thing}' is still in the hand" if belief.held else "the program did not run here"
             raise UserError(f"Nothing can go on from where '{self.plan}' ends: {what}; let it end with the thing put down.")
-        movable = {t.name for t in before.world.things if t.movable and t.joint is None}
-        ends = {n: Pose(tuple(r[-1][:3]), tuple(r[-1][3:])) for n, r in rollout.poses.items() if n in movable}
-        real = before.real.moved(ends) if before.real else None
-        relations = tuple(sorted(belief.relations))
-        return replace(before, world=before.world.moved(ends), relations=relations, real=real)
+        relations, real = tuple(sorted(belief.relations)), before.real
+        if real is not None:
+            executed = self.execution.candidate.rollout if self.execution else None
+            if executed is None:
+                raise UserError(f"Nobody knows what the world is like after '{self.plan}': run it with 'Engine.execute' first.")
+            real = _left(real, executed)
+        return replace(before, world=_left(before.world, rollout), relations=relations, real=real)
+
+
+def _left(world: World, rollout: Rollout) -> World:
+    """A world as a run left it: things where they came to rest."""
+    movable = {t.name for t in world.things if t.movable and t.joint is None}
+    ends = {n: Pose(tuple(r[-1][:3]), tuple(r[-1][3:])) for n, r in rollout.poses.items() if n in movable}
+    return world.moved(ends)

@@ -21,6 +21,7 @@ class Finding(Value):
         reason: a clause with numbers and units, whether passed or not.
         value, limit, unit: the measured number and what it was held against, where there is one.
         origin: the task or step that it is about.
+        places: whether another place might have changed it; False where it follows from tasks, parameters and objects alone.
     """
 
     validator: str
@@ -30,6 +31,7 @@ class Finding(Value):
     limit: float | None = None
     unit: str = ""
     origin: str = ""
+    places: bool = True
 
 
 class Verdict(Value):

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import heapq
+import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from numbers import Real
+from typing import Any, get_args
 
 from msgspec.structs import replace
 
 from ..base.errors import Unresolvable, nearest
 from ..base.seeds import derive_seed
 from ..base.value import Value
+from ..model.belief import Belief
 from ..model.control_flow import Compound, Mark, ways
 from ..model.designator_name import is_part_of
-from ..model.designators import Action, Designator, Late, Location, Motion, Object
+from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
+from ..model.steps import AnyStep
 from ..plugin.grounding import Context, Grounding, Refused
 from ..plugin.registry import Registry
 from ..plugin.task_type import Decomposition, TaskType
+from ..plugin.validation import WrongAnswer
 from .choice_point import ChoicePoint
 from .state import Effect, State, ground_roles
 
@@ -27,6 +32,8 @@ HOOKS: dict[type, str] = {
     Location: "resolve_location",
     Motion: "resolve_motion",
 }
+VALUES: dict[type, tuple[type, ...]] = {Action: (Decomposition,), Object: (str,), Late: (str,), Location: (Place, Stand)}
+"""What grounds a designator; a motion, the steps of the program."""
 Alternative = tuple[str, Grounding]
 """A plugin, and what it offers."""
 
@@ -100,12 +107,11 @@ class Alternatives(Value):
                 if isinstance(answer, Refused):
                     point.conflict |= made & set(answer.because)
                     point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed, numbers=answer.numbers)
-                elif isinstance(answer, Grounding):
-                    yield plugin, answer
-                else:
-                    wrong = TypeError(f"an answer is a Grounding or a Refused, not {type(answer).__name__}")
-                    self.registry.fault(plugin, HOOKS[type(point.item)], point.item.name, wrong)
+                    continue
+                if wrong := wrong_with(answer, point.item):
+                    self.registry.fault(plugin, HOOKS[type(point.item)], point.item.name, WrongAnswer(wrong))
                     return
+                yield plugin, answer
             point.conflict |= point.domain
         except Unresolvable as impossible:
             point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers)
@@ -121,6 +127,30 @@ class Alternatives(Value):
         for way in found:
             _check_way(way)
             yield Grounding(way, way.reason, way.cost, key=way.reason)
+
+
+def wrong_with(answer: object, item: Designator) -> str:
+    """Say why an answer is no grounding of a designator, as a clause: who uses it later is not to blame for it. Empty if it is one."""
+    kind, value = type(item).__name__, getattr(answer, "value", None)
+    if not isinstance(answer, Grounding):
+        return f"an answer is a Grounding or a Refused, not {_short(answer)}"
+    if isinstance(item, Motion):
+        steps = value if isinstance(value, tuple) else (value,)
+        stray = [s for s in steps if not isinstance(s, get_args(AnyStep))]
+        if stray or not isinstance(value, tuple):
+            return f"the Grounding of a Motion has a tuple of steps, not {_short(stray[0] if stray else value)}"
+    elif not isinstance(value, VALUES[type(item)]):
+        said = " or a ".join(t.__name__ for t in VALUES[type(item)])
+        return f"the Grounding of {'an' if kind[0] in 'AO' else 'a'} {kind} has a {said}, not {_short(value)}"
+    if answer.belief is not None and not isinstance(answer.belief, Belief):
+        return f"the belief of a Grounding is a Belief or None, not {_short(answer.belief)}"
+    if isinstance(answer.cost, bool) or not isinstance(answer.cost, Real) or not math.isfinite(answer.cost):
+        return f"the cost of a Grounding is a finite number, not {_short(answer.cost)}"
+    return ""
+
+
+def _short(value: object) -> str:
+    return repr(value)[:80]
 
 
 def _check_way(way: Any) -> None:

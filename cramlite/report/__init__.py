@@ -52,6 +52,15 @@ class Finished(Value):
         return self.shown is not None and self.shown.verdict.passed
 
     @property
+    def outcome(self) -> str:
+        """What came of it, as a clause: of the search and, where there was one, of the first execution."""
+        if self.shown is None or not self.proven:
+            return "nothing proven"
+        if self.shown.execution is None:
+            return "program proven"
+        return f"program proven, first execution {'succeeded' if self.shown.succeeded else 'failed'}"
+
+    @property
     def solution(self) -> Solution:
         """Solution that is shown; only sections that are marked ``refused`` are asked where there is none."""
         assert self.shown is not None

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, TypeAdapter, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    Tag,
+    TypeAdapter,
+    model_validator,
+)
 
 from ..base.errors import nearest
-from ..base.quantities import Force, Length, Time
+from ..base.quantities import Force, Length, Time, beyond_reason_by_name
 
 RULES = ("sequence", "choose", "fallback", "try_all", "parallel", "repeat", "retry", "monitor")
 """A mapping with one of these as its only key is no task but a rule over tasks."""
@@ -51,6 +62,23 @@ class WhereSpec(BaseModel):
         return tuple(t for t in (getattr(self, name) for name in self.sides()) if t)
 
 
+def _within_reason(parameters: dict[str, float]) -> dict[str, float]:
+    """Parameters as they are.
+
+    Raises:
+        ValueError: one is no finite number, or more than can be meant.
+    """
+    for name, value in parameters.items():
+        said = beyond_reason_by_name(name, value) if math.isfinite(value) else "not finite"
+        if said:
+            raise ValueError(f"'{name}: {value:g}' is {said}")
+    return parameters
+
+
+Parameters = Annotated[dict[str, float], AfterValidator(_within_reason)]
+"""Parameter of a task -> its value, in the unit that the name ends with."""
+
+
 class TaskSpec(BaseModel):
     """Task with its roles: what scenarios write under ``tasks``, and one goal of ``Engine.resolve``.
 
@@ -71,7 +99,7 @@ class TaskSpec(BaseModel):
 
     task: str
     roles: dict[str, str] = {}
-    parameters: dict[str, float] = {}
+    parameters: Parameters = {}
     where: WhereSpec | None = None
 
 
@@ -96,7 +124,7 @@ class RuleSpec(BaseModel):
     do: tuple[tuple[TaskEntry, ...], ...]
     paths: tuple[tuple[Path, ...], ...]
     times: int = Field(1, ge=1, le=1000)
-    changes: tuple[dict[str, float], ...] = Field((), alias="with")
+    changes: tuple[Parameters, ...] = Field((), alias="with")
     force: Annotated[Force, Field(gt=0)] | None = None
     slip: Annotated[Length, Field(gt=0)] | None = None
     time: Annotated[Time, Field(gt=0)] | None = None

@@ -1,4 +1,4 @@
-"""Worlds of a scenario: the one that is believed, and the one that the program runs in."""
+"""Worlds of a scenario: the one that is believed, and the one that accepted programs are executed in."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 
 def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
-    """Read a world from a JSON file or from the run directory that holds it, or build the one that a scenario's programs really run in.
+    """Read a world from a JSON file, or the one that programs really run in: of a run directory, or of a scenario.
 
     Raises:
         UserError: neither can be read.
     """
     path = Path(name)
-    if (path / "world.json").is_file():
-        path = path / "world.json"
+    inside = (path / "execution" / "world.json", path / "world.json")  # where the former is, the latter is what was believed
+    path = next((file for file in inside if file.is_file()), path)
     if path.suffix != ".json":
         scenario = read_scenario(_scenario_or_run(name))
         spec = scenario.spec
@@ -120,7 +120,7 @@ def camera_of(scenario: Scenario) -> Camera | None:
 
 
 def real_world(scenario: Scenario, world: World, relations: Iterable[Relation], seed: int) -> World:
-    """Return the world that programs run in: the believed one, with ``unknown_error`` added.
+    """Return the world that accepted programs are executed in: the believed one, with ``unknown_error`` added.
 
     Args:
         world, relations: as believed.

@@ -26,7 +26,7 @@ def peaks(run: Path, seed: int) -> tuple[float, float]:
     """Largest force of a solved run [N]: outside the push, and in it; the proven text is run once more."""
     from cramlite.experiment.executor import Executor
 
-    program, world = (run / "program.script").read_text(), (run / "world.json").read_bytes()
+    program, world = (run / "program.script").read_text(), (run / "execution" / "world.json").read_bytes()
     with closing(Executor()) as executor:
         rollout, _ = executor.run(program, json.decode(world, type=World), seed)
     text = program.splitlines()

@@ -98,7 +98,10 @@ def test_why_of_what_is_not_there(why: str, run: Run) -> None:
     assert "Traceback" not in ran.err
 
 
-KEYS = ["solved", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "left_out", "reason", "nearest", "faults"]
+KEYS = [
+    "solved", "proven", "execution", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "left_out", "reason",
+    "nearest", "faults",
+]  # fmt: skip
 
 
 def test_json_of_what_was_not_solved(run: Run, tmp_path: Path) -> None:

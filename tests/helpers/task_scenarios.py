@@ -8,6 +8,7 @@ from msgspec.structs import replace
 
 from cramlite import Budget, Engine, NoSolution, Trace, find_scenario, read_scenario
 from cramlite.engine.candidates import attempts
+from cramlite.engine.execution import execute
 from cramlite.model import Verdict
 from cramlite.planning.task_goals import plan_from_tasks
 from cramlite.plugin import Candidate
@@ -69,7 +70,8 @@ COMPOUND = {
 def attempt(
     engine: Engine, name: str, seed: int = 0, robot: RobotSpec | None = None, folder: str = "tasks"
 ) -> tuple[Candidate | None, Verdict | None, str]:
-    """The first complete program of a scenario, run and judged: candidate, verdict, and all reasons against it.
+    """The first complete program of a scenario, run and judged: candidate, verdict, and all reasons against it; those of
+    its execution, where it was proven and there is a real world.
 
     Without a candidate the reasons are those of the search, or of the search for a place to look from.
 
@@ -86,5 +88,8 @@ def attempt(
         return None, None, str(nowhere)
     plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
     for candidate, verdict in islice(attempts(plan, setting, engine.knowledge, Budget(proofs=1), trace), 1):
+        if verdict.passed and setting.real is not None:
+            done = execute(candidate, setting, engine.knowledge)
+            candidate, verdict = done.candidate, done.verdict
         return candidate, verdict, "" if verdict.passed else verdict.reason
     return None, None, "; ".join(e.reason for e in trace.entries)

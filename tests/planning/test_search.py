@@ -36,7 +36,7 @@ def resolve_location(location, belief, context):
     ASKED.append(location.name)
     if location.relation == "far":
         raise Unresolvable("reach 0.91 m > 0.85 m", because=(location.of,))
-    return [Grounding(f"{location.name}_{k}", f"number {k}", cost=k) for k in range(COUNT)]
+    return [Grounding(Stand(Pose(), f"{location.name}_{k}"), f"number {k}", cost=k, key=f"{location.name}_{k}") for k in range(COUNT)]
 """
 
 
@@ -253,8 +253,8 @@ def test_an_override_comes_before_the_tasks_own_way(plugin: Plugin) -> None:
 def test_hooks_are_asked_in_the_order_of_the_agenda(plugin: Plugin) -> None:
     body = "ASKED = []\n" + "".join(
         f"@hookimpl\ndef resolve_{kind}({argument}, belief, context):\n"
-        f"    ASKED.append({argument}.name)\n    return [Grounding('x', 'x')]\n"
-        for kind, argument in (("object", "designator"), ("location", "location"))
+        f"    ASKED.append({argument}.name)\n    return [Grounding({value}, 'x')]\n"
+        for kind, argument, value in (("object", "designator", "'x'"), ("location", "location", "Stand(Pose())"))
     )
     trial = Trial(plugin("order", body))
     agenda = (Object("tea"), Location("grasp", "grasp", "tea"), Object("basket"), Location("grasp", "grasp", "tea"))

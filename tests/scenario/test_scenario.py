@@ -13,10 +13,12 @@ import yaml
 from conftest import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
-from cramlite.base.quantities import UNITS
+from cramlite.base.quantities import MOST, UNITS
 from cramlite.plugin import parse_quantity
 from cramlite.scenario.scenario import PoseSpec
+from cramlite.scenario.task_specs import task_entry
 
 SCENARIOS = sorted((ROOT / "scenarios").glob("*.yaml"))
 RULES = sorted((ROOT / "task_rules").glob("*.yaml"))
@@ -92,8 +94,30 @@ def _poses(text: str) -> list[str]:
 @given(st.floats(-1e6, 1e6, allow_nan=False), st.sampled_from([(k, u) for k, t in UNITS.items() for u in t]))
 def test_quantities(number: float, unit: tuple[str, str]) -> None:
     kind, name = unit
+    number *= 1e-6 * MOST[kind]
     assert math.isclose(parse_quantity(f"{number!r} {name}", kind), number * UNITS[kind][name], abs_tol=1e-300)
     assert parse_quantity(number, kind) == number
+
+
+@pytest.mark.parametrize(("most", "kind", "unit"), [(1e6, "length", "mm"), (1e3, "angle", "rad"), (1e7, "mass", "g"), (1e4, "force", "N")])
+def test_what_cannot_be_meant_is_refused_and_what_is_just_inside_is_not(most: float, kind: str, unit: str) -> None:
+    assert parse_quantity(f"{most:g} {unit}", kind) == pytest.approx(MOST[kind])
+    for sign in (1, -1):
+        with pytest.raises(ValueError, match=f"is beyond reason: an? {kind} here is at most"):
+            parse_quantity(f"{sign * most * 1.001!r} {unit}", kind)
+
+
+@pytest.mark.parametrize(
+    ("name", "most"), [("force_n", 1e4), ("speed_m_s", 1e3), ("lift_m", 1e3), ("duration_s", 1e5), ("acceleration_rad_s2", 1e4)]
+)
+def test_parameters_of_tasks_too(name: str, most: float) -> None:
+    assert task_entry({"task": "Grasping", "parameters": {name: most}})
+    retried = {"do": {"task": "Grasping"}, "with": [{name: 1.001 * most}]}
+    for wrong in ({"task": "Grasping", "parameters": {name: -1.001 * most}}, {"retry": retried}):
+        with pytest.raises(ValidationError, match=f"'{name}: .*' is beyond reason"):
+            task_entry(wrong)
+    with pytest.raises(ValidationError, match="is not finite"):
+        task_entry({"task": "Grasping", "parameters": {name: math.nan}})
 
 
 @pytest.mark.parametrize("value", [True, None, "", "mm", "1 kg", "nan", "inf", "1e999", "1 2", "0x10", [1]])

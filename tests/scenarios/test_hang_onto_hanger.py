@@ -40,16 +40,31 @@ def test_the_product_hangs_although_the_hanger_is_elsewhere(seed: str, tmp_path:
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert summary["objects"]["object_1"] == "coffee"
-    reasons = [f["reason"] for f in summary["findings"]]
-    assert "'coffee' hangs on 'hook'" in reasons
+    for findings in (summary["findings"], summary["execution"]["findings"]):
+        assert "'coffee' hangs on 'hook'" in [f["reason"] for f in findings]
     text = (tmp_path / "run" / "program.script").read_text()
     assert "spiral_search(" in text and "force_insert(" in text and "force_mode(" in text
     # neither the text nor the belief knows where the hanger really is
-    real = next(t for t in json.loads((tmp_path / "run" / "world.json").read_text())["things"] if t["name"] == "hook")
+    real = next(t for t in json.loads((tmp_path / "run" / "execution" / "world.json").read_text())["things"] if t["name"] == "hook")
     program = json.loads((tmp_path / "run" / "program.json").read_text())
     believed = next(s for s in program["snapshots"] if s["thing"] == "hook")
     off = math.dist(real["pose"]["position"], believed["pose"]["position"])
     assert 0.001 < off <= 0.005
+
+
+@pytest.mark.parametrize("seed", ["3", FAR])
+def test_a_hidden_error_of_15_mm_is_a_failed_first_execution(seed: str, tmp_path: Path) -> None:
+    """The tip is felt for within 8 mm. It is not "solved" by the program that happens to hit, after so many failures."""
+    far = variant(tmp_path, ("unknown_error: {thing: hook, position: 5 mm}", "unknown_error: {thing: hook, position: 15 mm}"))
+    done = resolve(far, tmp_path / "run", "--seed", seed, "--json")
+    assert done.returncode == 1
+    assert "proven in what is believed, but its first execution failed: " in done.stderr
+    assert "3.InsertHoleOntoPeg/lower: no contact within" in done.stderr
+    summary = json.loads(done.stdout)
+    assert (summary["solved"], summary["proven"]) == (False, True)
+    trace = json.loads((tmp_path / "run" / "trace.json").read_text())["entries"]
+    outcomes = [e["outcome"] for e in trace if e["kind"] == "proof"]
+    assert outcomes.count("proven") == 1 and outcomes[-1] == "proven", "nothing was tried after it"
 
 
 NO_SEARCH = """

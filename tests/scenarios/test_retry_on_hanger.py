@@ -23,11 +23,14 @@ things:
 
 
 def resolved(path: Path) -> tuple[Rollout | None, str]:
-    """The run of the first program that is proven, of one that may be tried; and what was said of it."""
-    trace = Trace()
-    solution = next(Engine().resolve(read_scenario(path), budget=Budget(proofs=1), trace=trace), None)
-    proofs = "; ".join(e.reason for e in trace.entries if e.designator == "proof")
-    return (solution.candidate.rollout if solution else None), proofs
+    """The execution of the first program that is proven, of one that may be tried, where it succeeds; and what was said."""
+    trace, engine = Trace(), Engine()
+    solution = next(engine.resolve(read_scenario(path), budget=Budget(proofs=1), trace=trace), None)
+    if solution is None:
+        return None, "; ".join(e.reason for e in trace.entries if e.designator == "proof")
+    execution = engine.execute(solution).execution
+    assert execution is not None
+    return (execution.candidate.rollout if execution.verdict.passed else None), execution.verdict.reason
 
 
 def test_the_second_attempt_finds_what_the_first_one_did_not() -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
 
 import py_trees
 
@@ -94,8 +93,8 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
 class Place:
     """Setting of a behaviour tree: what one behaviour's run left is where the next one begins.
 
-    ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is run in the simulator, in the
-    world as it is then.
+    ``place.now`` is the ``setting`` of behaviours, ``place.run`` their ``run``: the text is executed in the simulator, in
+    the world as it really is then, and judged there.
     """
 
     def __init__(self, engine: Engine, setting: Setting) -> None:
@@ -106,11 +105,8 @@ class Place:
         return self._setting
 
     def run(self, solution: Solution) -> bool:
-        """Run a program's text; True if it came to its end."""
-        here, robots = self._setting, dict(self._engine.knowledge.robots)
-        mount: Any = here.world.robots[0].name
-        world = here.real or here.world
-        rollout = self._engine.knowledge.simulator.execute(solution.code, world, robots, mount=mount, seed=here.seed)
-        if rollout.outcome == "finished":
-            self._setting = solution.setting_after()
-        return rollout.outcome == "finished"
+        """Execute a program's text; True if it succeeded."""
+        done = self._engine.execute(solution)
+        if done.succeeded:
+            self._setting = done.setting_after()
+        return done.succeeded

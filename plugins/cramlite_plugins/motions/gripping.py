@@ -8,8 +8,19 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Gripper, Held, Motion, Pose, SetGripper, SetPayload, thing_of
-from cramlite.plugin import Answers, Context, Grounding, hookimpl  # fmt: skip
+from cramlite.model import (
+    Belief,
+    Estimate,
+    Gripper,
+    Held,
+    Motion,
+    Pose,
+    SetGripper,
+    SetPayload,
+    enclosing_names,
+    thing_of,
+)
+from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
 from .motion_kinds import value
 from .ontology_limits import grip
@@ -38,7 +49,7 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
 
     place, gripper = place_of(motion, context), context.robot.gripper
     width = place.values.get("width_m", 0.0)
-    force, why = grip(belief.world.thing(place.thing), value(motion, "force_n"), context)
+    force, why = grip(belief.world.thing(place.thing), value(motion, "force_n"), context, tuple(enclosing_names(motion.name)))
     expect = motion.parameters.get("expect", "any")
     comment = "; ".join(filter(None, (motion.reason, why)))
     step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=comment)
@@ -123,6 +134,11 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
         load = belief.world.thing(belief.held.thing).mass or 0.0
         moment = moment + load * np.array((gripper.tcp * belief.held.tcp_to_thing).position)
         mass += load
+    if mass > context.robot.payload:
+        load_of = [n for n, v in context.bindings.items() if belief.held and v == belief.held.thing]
+        reason = f"{mass:.2f} kg on the flange, gripper included, > {context.robot.payload:g} kg that '{context.robot.type}' carries"
+        because = (*load_of, *enclosing_names(motion.name)) if load_of else ()  # places and grasps change no mass
+        raise Unresolvable(reason, because, {"load_kg": mass, "payload_kg": context.robot.payload})
     center = (float(moment[0] / mass), float(moment[1] / mass), float(moment[2] / mass))
     step = SetPayload(mass, center, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"{mass:.2f} kg on the flange", key=f"{mass:.3f}")

@@ -106,18 +106,26 @@ def _things(motion: Motion, parameter: str, belief: Belief, context: Context) ->
     return [belief.world.thing(n) for n in dict.fromkeys(names)]
 
 
-def grip(thing: Thing, wanted: float, context: Context) -> tuple[float, str]:
+def grip(thing: Thing, wanted: float, context: Context, within: tuple[str, ...]) -> tuple[float, str]:
     """Return the grip force for a thing [N], and why it is not the wanted one.
 
+    Args:
+        wanted: 0 for the least that the gripper presses with [N].
+        within: names of the actions that it is wanted within: no other choice changes what is wanted.
+
     Raises:
-        Unresolvable: the thing bears less than the gripper's least.
+        Unresolvable: the gripper cannot press so, or the thing bears less than the gripper's least.
     """
-    low, high = context.robot.gripper.force
+    gripper = context.robot.gripper
+    low, high = gripper.force
+    wanted = wanted or low
+    if not low <= wanted <= high:
+        reason = f"a grip force of {wanted:g} N is outside {low:g} .. {high:g} N of gripper '{gripper.type}'"
+        raise Unresolvable(reason, within, {"force_N": wanted, "least_N": low, "most_N": high})
     limit = lowest([thing], "cram:maximumGripForce", context)
     if limit is not None and limit.value < low:
         reason = f"the gripper presses with {low:.0f} N at least, more than {limit.value:g} N: {limit}"
         raise Unresolvable(reason, numbers={"least_N": low, "limit_N": limit.value})
-    force = min(max(wanted, low), high)
-    if limit is None or force <= limit.value:
-        return force, ""
-    return limit.value, f"grip {limit.value:g} N instead of {force:g} N, {limit}"
+    if limit is None or wanted <= limit.value:
+        return wanted, ""
+    return limit.value, f"grip {limit.value:g} N instead of {wanted:g} N, {limit}"

@@ -18,13 +18,15 @@ class MujocoSimulator:
     name = "mujoco"
 
     def check(self, world: World, robots: Mapping[str, Robot]) -> None:
-        """Check that a world compiles."""
+        """Check that a world compiles, and that no thing in it begins deep inside another."""
         from .model.no_window import import_mujoco
 
         import_mujoco()
         from .model.compile import compile_world
+        from .model.world_doubts import refuse_overlaps
 
-        compile_world(world, robots)
+        compiled = compile_world(world, robots)
+        refuse_overlaps(compiled, compiled.data())
 
     def doubts(self, world: World, robots: Mapping[str, Robot]) -> Iterable[tuple[str, str]]:
         """List things of a world that are implausible at its start, with reasons."""

@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from cramlite.model import Value
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
+ANYWHERE = ("forces", "payload")
+"""Rules about numbers that come from a task's parameters and from what its objects are, wherever it is carried out."""
+
 
 class ProgramSafety(Value):
     """Limits, workspace, forces, payload, time-outs and ends of every step: ``cramlite.model.violations``."""
@@ -19,7 +22,7 @@ class ProgramSafety(Value):
 
         found = list(violations(candidate.program, candidate.robot))
         for o in found:
-            yield Finding(self.name, False, f"{o.rule}: {o.reason}", origin=o.origin)
+            yield Finding(self.name, False, f"{o.rule}: {o.reason}", origin=o.origin, places=o.rule not in ANYWHERE)
         if not found:
             rules = len({*PROGRAM_RULES, *STEP_RULES})
             yield Finding(self.name, True, f"{len(candidate.program.steps)} steps keep {rules} rules")

@@ -8,12 +8,15 @@ import mujoco
 import numpy as np
 
 from cramlite.model import Robot, World
+from cramlite.plugin import UserError
 
 from .compile import Compiled, compile_world
 from .index import Data
 
 DEEP = 0.002
 """Of an overlap [m]: shipped scenarios let things settle from above, none begins deeper inside another."""
+TOO_DEEP = 0.005
+"""Of an overlap that no settling cures [m]: contacts would push the two apart at once, and nothing is then where it was said to be."""
 FALL, WITHIN = 0.05, 0.15
 """A thing that falls so far [m] in so short a time [s] stands on nothing: free fall takes 0.101 s for it."""
 
@@ -22,11 +25,32 @@ def world_doubts(world: World, robots: Mapping[str, Robot]) -> Iterator[tuple[st
     """List what is implausible about a world at its start: (thing, reason)."""
     compiled = compile_world(world, robots)
     data = compiled.data()
-    yield from _overlaps(compiled, data)
+    for a, b, depth in _overlaps(compiled, data):
+        if depth > DEEP:
+            yield a, f"{_said(compiled, a, b, depth)}; move one of them"
     yield from _falling(compiled, data)
 
 
-def _overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
+def refuse_overlaps(compiled: Compiled, data: Data) -> None:
+    """Refuse a world that begins with things inside each other. Of a robot in a thing the planner says why it cannot start.
+
+    Raises:
+        UserError: names the two that do most, by how much, and how much can be.
+    """
+    things = {t.name for t in compiled.world.things}
+    pairs = (o for o in _overlaps(compiled, data) if o[1] in things)
+    a, b, depth = max(pairs, key=lambda o: o[2], default=("", "", 0.0))
+    if depth > TOO_DEEP:
+        raise UserError(f"{_said(compiled, a, b, depth)}, at most {1000 * TOO_DEEP:g} mm can be; move one of them")
+
+
+def _said(compiled: Compiled, a: str, b: str, depth: float) -> str:
+    other = f"'{b}'" if b in {t.name for t in compiled.world.things} else f"the robot '{b}'"
+    return f"'{a}' and {other} overlap by {1000 * depth:.0f} mm at the start"
+
+
+def _overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str, float]]:
+    """Pairs that touch at the start, a thing first, and how deep they are in each other [m]."""
     deepest: dict[tuple[str, str], float] = {}
     things = {t.name for t in compiled.world.things}
     for i in range(data.ncon):
@@ -34,10 +58,7 @@ def _overlaps(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:
         a, b = sorted((first.name, second.name), key=lambda n: (n not in things, n))
         if a in things and a != b and "grain" not in (first.kind, second.kind):
             deepest[a, b] = max(deepest.get((a, b), 0.0), -float(data.contact.dist[i]))
-    for (a, b), depth in sorted(deepest.items()):
-        if depth > DEEP:
-            other = f"'{b}'" if b in things else f"the robot '{b}'"
-            yield a, f"'{a}' and {other} overlap by {1000 * depth:.0f} mm at the start; move one of them"
+    yield from ((a, b, depth) for (a, b), depth in sorted(deepest.items()))
 
 
 def _falling(compiled: Compiled, data: Data) -> Iterator[tuple[str, str]]:

@@ -1,0 +1,44 @@
+"""The one execution of a proven program in the world as it really is: what the search never sees.
+
+A search plans and proves in what is believed. Only here is ``Setting.real`` entered, after a program was accepted, and what
+comes of it goes to people: an execution that failed is a failure, and no reason to go on searching until one succeeds.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..model.verdict import Verdict
+from .proof import run_and_judge, text_that_runs
+
+if TYPE_CHECKING:
+    from ..plugin.catalogue import Knowledge
+    from ..plugin.protocols import Candidate
+    from .setting import Setting
+
+
+class Execution(Value):
+    """Execution: a run of a proven program in the world as it really is, and what the judges of its proof found in it.
+
+    Args:
+        candidate: the program, with rollout and episode of this run; ``candidate.world`` is what was believed.
+        verdict: of those who judge runs. One of them also compares what things were taken for with what they are.
+    """
+
+    candidate: Candidate
+    verdict: Verdict
+
+
+def execute(candidate: Candidate, setting: Setting, knowledge: Knowledge) -> Execution:
+    """Run a proven program once in the real world of its setting: the believed one, where nothing else is known of it.
+
+    Raises:
+        UserError: its text cannot be run here.
+    """
+    text = text_that_runs(candidate, setting.backend)
+    if text is None:
+        raise UserError(f"Text of backend '{setting.backend.name}' cannot be run here, so there is nothing to execute.")
+    ran, findings = run_and_judge(candidate, text, setting.real or setting.world, knowledge, setting.seed)
+    return Execution(ran, Verdict(tuple(findings), knowledge.left_out))
