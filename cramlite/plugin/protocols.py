@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from msgspec import field
+
 from ..base.value import Value
+from ..model.judging_limits import JudgingLimits
+from .allowance import Allowance
 
 if TYPE_CHECKING:
     from ..interpretation.rules import Rule
@@ -37,6 +41,9 @@ class Candidate(Value):
         actions: the plan's actions with their objects grounded to entities.
         robot: the robot's model.
         world: as it is believed to be at the start.
+        parts: actions that the plan's actions were decomposed into, grounded; without those that the run decides about.
+        allowances: name of each action and part -> what it may touch and move.
+        limits: how far the run may disturb what no task is about.
     """
 
     plan: Plan
@@ -51,6 +58,9 @@ class Candidate(Value):
     taxonomy: Taxonomy
     rollout: Rollout | None = None
     episode: Episode | None = None
+    parts: tuple[Action, ...] = ()
+    allowances: Mapping[str, Allowance] = field(default_factory=dict)
+    limits: JudgingLimits = JudgingLimits()
 
 
 class Validator(Protocol):
