@@ -17,8 +17,7 @@ class Allowance(Value):
         touches: pairs of things that may touch; ``HAND`` is the hand, ``HELD`` what it holds.
         moves: things that the task moves without holding them.
         carries_on: whether what is held may touch what it stood or hung on when it was taken.
-        force: the most that those that the task brings into contact press each other with, beyond their weight, and
-            that the arm feels [N]; None for the program's limit.
+        force: the most that the arm may feel while the task runs, beside what it carries [N]; None for the program's limit.
     """
 
     touches: frozenset[frozenset[str]] = frozenset()

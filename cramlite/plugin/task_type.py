@@ -15,7 +15,6 @@ from ..model.designators import Action, Designator, Location, Object
 from ..ontology.foundation import TASK
 from .allowance import HAND, HELD, Allowance
 
-
 FORCE_LIMIT = "force_limit_n"
 """Parameter of tasks that limit the force of their contacts [N]."""
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Rollout, Thing, Value
+from cramlite.model import Floats, Rollout, Thing, Value
 from cramlite.plugin import PADDING, Candidate, Cost, Finding, Validator, hookimpl
 
 from ..shapes.bounds import box_around

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from cramlite.model import Rollout, Touch, Value, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding, Validator, hookimpl
 
-from .grips import held_at
+from .grips import held_at, pressed_at
 from .task_times import inner_tasks
 
 GRAVITY = 9.81
@@ -64,7 +64,7 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
             if limit is not None:
                 contacts.note(k, pair)
             if force > (brush if limit is None else limit):
-                why = "" if limit is None else f"its task lets it be {limit:.0f} N"
+                why = "" if limit is None else f"limit {limit:.0f} N {candidate.program.force_limit_source}"
                 yield Bump(force - (limit or brush), force, limit or brush, k, touch.a, touch.b, why)
 
 
@@ -91,7 +91,8 @@ class _Contacts:
         self.tasks, self.held = inner_tasks(candidate), held_at(rollout)
         self.weight = {t.name: (t.mass or 0.0) * GRAVITY for t in rollout.world.things}
         near = round(GRIP / float(self.times[1] - self.times[0])) if len(self.times) > 1 else 0
-        self.gripped = [set(self.held[max(0, k - near) : k + near + 1]) for k in range(len(self.held))]
+        pressed = pressed_at(rollout)
+        self.gripped = [set(pressed[max(0, k - near) : k + near + 1]) | {one} for k, one in enumerate(self.held)]
         self.last: dict[Pair, float] = {}  # when two that may touch last did [s]
         self.stood: dict[str, set[str]] = {}  # what a thing touched when it was taken
 
@@ -106,8 +107,7 @@ class _Contacts:
             return math.inf  # they stand together, and nobody is pressing
         if k > 0 and not self._declared(k, pair, allowance) and not self._goes_on(k, pair):
             return None
-        force = self.most if allowance.force is None else min(allowance.force, self.most)
-        return force + sum(self.weight.get(one, 0.0) for one in pair)
+        return self.most + sum(self.weight.get(one, 0.0) for one in pair)
 
     def _declared(self, k: int, pair: Pair, allowance: Allowance) -> bool:
         held = self.held[k]

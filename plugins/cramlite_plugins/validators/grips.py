@@ -10,6 +10,7 @@ import numpy as np
 from cramlite.model import Floats, Rollout, Touch, thing_of
 
 SHORTEST = 0.2  # both pads on a thing for less is a brush in passing [s]
+SHUT = 0.001  # fingers that are closer have nothing between them: they push, or slide along a surface [m]
 OPENED = 0.002  # fingers that are wider apart than they held a thing have let it go [m]
 
 
@@ -34,6 +35,14 @@ def grips(rollout: Rollout) -> list[Grip]:
     return found
 
 
+def pressed_at(rollout: Rollout) -> list[str]:
+    """Return what both pads press at each sample, however short; "" for nothing. Closed fingers hold nothing, nor does anybody
+    hold what is fixed to the world."""
+    loose = {t.name for t in rollout.world.things if t.movable or t.joint}
+    pressed = zip(map(_pressed, rollout.touches), rollout.opening, strict=True)
+    return [thing if thing in loose and wide > SHUT else "" for thing, wide in pressed]
+
+
 def held_at(rollout: Rollout) -> list[str]:
     """Return what is in the hand at each sample; "" for nothing."""
     held = [""] * len(rollout.times)
@@ -44,8 +53,7 @@ def held_at(rollout: Rollout) -> list[str]:
 
 def _pressings(rollout: Rollout) -> Iterator[Grip]:
     """Stretches in which both pads press the same thing, however short."""
-    pressed = [_pressed(touches) for touches in rollout.touches]
-    start = 0
+    pressed, start = pressed_at(rollout), 0
     for k in range(1, len(pressed) + 1):
         if k == len(pressed) or pressed[k] != pressed[start]:
             if pressed[start]:

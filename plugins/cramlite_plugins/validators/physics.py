@@ -57,6 +57,26 @@ class ForcePeak(Value):
         yield Finding(self.name, bool(force[k] <= limit), reason, float(force[k]), limit, "N", tasks[k])
 
 
+class CommandedForce(Value):
+    """No task told the arm to press or pull harder than the task's own limit, whether or not anything stood against it."""
+
+    name: str = "commanded_force"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        rollout, program = candidate.rollout, candidate.program
+        assert rollout is not None
+        if rollout.commanded is None or not rollout.commanded.any():
+            return
+        tasks, own = inner_tasks(candidate), {name: a.force for name, a in candidate.allowances.items()}
+        limits = [own.get(task) or program.force_limit for task in tasks]
+        k = int(np.argmax(rollout.commanded / np.array(limits)))
+        force, limit = float(rollout.commanded[k]), limits[k]
+        whose = f"of {tasks[k]}" if own.get(tasks[k]) else program.force_limit_source
+        reason = f"told the arm to apply {force:.1f} N at {rollout.times[k]:.1f} s, limit {limit:g} N {whose}"
+        yield Finding(self.name, force <= limit, reason, force, limit, "N", tasks[k])
+
+
 def _limit(candidate: Candidate, task: str) -> tuple[float, str]:
     """The force limit of a task [N], and whose it is. A program that stops at its task's limit has gone beyond it by then."""
     program = candidate.program
@@ -86,4 +106,4 @@ class GraspSlip(Value):
 
 @hookimpl
 def validators() -> Iterable[Validator]:
-    return [Execution(), ForcePeak(), GraspSlip()]
+    return [Execution(), ForcePeak(), CommandedForce(), GraspSlip()]
