@@ -202,6 +202,7 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         grains={name: data[f"grains{k}"] for k, name in enumerate(header.get("grains", ()))},
         sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
         seen=header.get("seen", {}),
-        **{name: data.get(name) for name in _CONTROLLED},
+        force=data.get("force"),
+        commanded=data.get("commanded"),
         **{name: data[name] for name in _ARRAYS},
     )
