@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Rollout, Thing, Value
+from cramlite.model import Floats, Rollout, Thing, Value, thing_of
 from cramlite.plugin import PADDING, Candidate, Cost, Finding, Validator, hookimpl
 
 from ..shapes.bounds import box_around
@@ -113,13 +113,10 @@ def stays(rollout: Rollout, thing: Thing, moved: dict[str, Floats]) -> Iterator[
 
 def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: dict[str, Floats]) -> list[str]:
     """What tasks move that bears the thing at a sample."""
-    weight, borne = (thing.mass or 0.0) * GRAVITY, []
-    for touch in rollout.touches[sample]:
-        other = touch.b if touch.a.partition("/")[0] == thing.name else touch.a
-        lift = -touch.lift if other == touch.b else touch.lift
-        if thing.name in (touch.a.partition("/")[0], touch.b.partition("/")[0]) and lift > CARRIES * weight:
-            borne.append(other.partition("/")[0])
-    return [name for name in borne if name in moved]
+    weight = (thing.mass or 0.0) * GRAVITY
+    touched = [(thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[sample]]
+    borne = [(a, lift) for a, b, lift in touched if b == thing.name] + [(b, -lift) for a, b, lift in touched if a == thing.name]
+    return [other for other, lift in borne if lift > CARRIES * weight and other in moved]
 
 
 def _stay(rollout: Rollout, thing: Thing, first: int, last: int, carriers: list[str]) -> Stay:

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from cramlite.model import Rollout, Touch, Value, thing_of
-from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding, Validator, hookimpl
+from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding
 
 from .grips import held_at, pressed_at
 from .task_times import inner_tasks
@@ -32,7 +32,8 @@ class Bump(NamedTuple):
 
 
 class Collision(Value):
-    """Everything that touched is what the task that ran then lets touch, and no harder than it says."""
+    """Everything that touched is what the task that ran then lets touch. How hard the arm presses is judged by what it feels;
+    what falls or tips against something hits it with no more than the program's force limit beyond its weight."""
 
     name: str = "collision"
     cost: Cost = "rollout"
@@ -107,6 +108,8 @@ class _Contacts:
             return math.inf  # they stand together, and nobody is pressing
         if k > 0 and not self._declared(k, pair, allowance) and not self._goes_on(k, pair):
             return None
+        if in_hand:
+            return math.inf  # contacts of a stiff arm chatter: what it feels of them is judged (``force_peak``)
         return self.most + sum(self.weight.get(one, 0.0) for one in pair)
 
     def _declared(self, k: int, pair: Pair, allowance: Allowance) -> bool:
@@ -124,8 +127,3 @@ class _Contacts:
         taken = self.held[k]
         if taken and (k == 0 or self.held[k - 1] != taken):
             self.stood[taken] = {o for p in self.last if taken in p and HAND not in p and self._goes_on(k, p) for o in p - {taken}}
-
-
-@hookimpl
-def validators() -> Iterable[Validator]:
-    return [Collision()]

@@ -9,6 +9,7 @@ import numpy as np
 from cramlite.model import Value
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
+from .collision import Collision
 from .grips import grips, slip
 from .task_times import inner_tasks, task_at
 
@@ -106,4 +107,4 @@ class GraspSlip(Value):
 
 @hookimpl
 def validators() -> Iterable[Validator]:
-    return [Execution(), ForcePeak(), CommandedForce(), GraspSlip()]
+    return [Execution(), Collision(), ForcePeak(), CommandedForce(), GraspSlip()]

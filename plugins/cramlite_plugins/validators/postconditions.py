@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from cramlite.plugin import Clause, Phase, PhaseName, Rule, Timeline
 
 GRAVITY = 9.81
+OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
 
 
@@ -187,7 +188,7 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
     if end - start > 2 * PADDING:
         spans += [(start + PADDING, end), (start, end + PADDING)]
         spans += [(cut, end) for cut in timeline.cuts if start < cut < end - PADDING]
-    before = [start, *(cut for cut in timeline.cuts if start - PADDING <= cut < start), start - PADDING]
+    before = [start, *(cut for cut in reversed(timeline.cuts) if start - OPENING <= cut < start), start - OPENING]
     for a, b in spans:
         own = timeline.phases(Segment(a, b))
         for moment in before if a <= start + PADDING else (a,):
