@@ -230,14 +230,16 @@ Unmet = tuple["Clause", list[dict[str, Any]]]
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Unmet | None:
-    """None where the rule is met in one of the ways, else what the first one lacks."""
-    first: Unmet | None = None
+    """None where the rule is met in one of the ways, else what the first of those lacks that meet most of it."""
+    furthest: tuple[int, Unmet] | None = None
     for phases in ways:
         unmet = _unmet(clauses, action, rule, phases)
         if unmet is None:
             return None
-        first = first or unmet
-    return first
+        met = clauses.index(unmet[0])
+        if furthest is None or met > furthest[0]:
+            furthest = met, unmet
+    return furthest[1] if furthest else None
 
 
 def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Unmet | None:
