@@ -53,6 +53,8 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
     return Candidate(
         plan, program, None, end.bindings, end.belief, end.actions, robot, setting.world, knowledge.rules,
         knowledge.taxonomy, goal=literals_of_plan(plan, end.actions, scene, knowledge),
+        parts=end.parts, limits=setting.limits,
+        allowances={a.name: knowledge.tasks[a.task].allowance(a, end.bindings) for a in (*end.actions, *end.parts)},
     )  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from ..base.value import Value
 from ..interpretation.fluents import SymbolicWorld, symbolic_world
 from ..model.belief import initial_belief
+from ..model.judging_limits import JudgingLimits
 from ..planning.state import State
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ class Setting(Value):
         look: the pictures that the belief comes from, where poses come from a camera; None where they are known.
         late: name of each thing whose pose is asked for when the program runs, and how far off it may be then [m, rad].
         force_limit: protective limit on the TCP force of its programs [N]; None for the robot's.
+        limits: how far a run may disturb what no task is about.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Setting(Value):
     look: Look | None = None
     late: Mapping[str, Tolerance] = field(default_factory=dict)
     force_limit: float | None = None
+    limits: JudgingLimits = JudgingLimits()
 
     def belief(self) -> Belief:
         """Return the initial belief: poses, relations, joint values and the empty hand."""

@@ -46,7 +46,8 @@ def setting_of(
     if now is not None:
         world = replace(world, robots=now.robots)
     real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
-    setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=scenario.spec.force_limit)
+    force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
+    setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits)
     told = _told(scenario, knowledge)
     if scenario.spec.poses == "camera":
         setting = _seen(scenario, setting, knowledge, told, likeliest, now)

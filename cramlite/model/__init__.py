@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
     from .geometry import Floats, Pose, Vector3
+    from .judging_limits import JudgingLimits
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
@@ -63,6 +64,7 @@ _HOMES = {
     ".entity_name": "EntityName thing_of",
     ".episode": "Entity Episode Event Repair Track",
     ".geometry": "Floats Pose Vector3",
+    ".judging_limits": "JudgingLimits",
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
@@ -115,6 +117,7 @@ __all__ = [
     "Intrinsics",
     "Joint",
     "Joints",
+    "JudgingLimits",
     "Late",
     "LatePose",
     "Location",

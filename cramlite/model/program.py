@@ -110,6 +110,17 @@ class Code(Value):
     origins: dict[int, str]
     suffix: str
 
+    def lines_of(self, first: int) -> tuple[str, ...]:
+        """What the text says of the step that begins at a line, but for comments and blank lines; empty where its code was
+        taken out.
+
+        Args:
+            first: a line of ``origins``.
+        """
+        last = min((k for k in self.origins if k > first), default=first + 1)
+        lines = (line.strip() for line in self.text.splitlines()[first - 1 : last - 1])
+        return tuple(line for line in lines if line and not line.startswith("#"))
+
     def task_of(self, line: int) -> str:
         """Return the task whose code the line is in: the last origin at or before it."""
         before = [k for k in self.origins if k <= line]

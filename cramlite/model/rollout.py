@@ -103,6 +103,8 @@ class Rollout(Value):
             is (``World.poses``), so it is empty where everything is known.
         force: (N,) what the program feels, URScript's ``force()``: at the TCP, without the weight of what the program says
             that it carries, since the last tare; before the first one as ``wrench`` [N]; None where no controller ran.
+        commanded: (N,) the largest force that the program told the arm to apply in force mode since the sample before [N], 0
+            where it controls position; None where no controller ran.
     """
 
     world: World
@@ -123,6 +125,7 @@ class Rollout(Value):
     sizes: dict[str, Vector3] = field(default_factory=dict)
     seen: dict[str, float] = field(default_factory=dict)
     force: Floats | None = None
+    commanded: Floats | None = None
 
     def contact_force(self) -> Floats:
         """Return the (N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""
@@ -131,6 +134,7 @@ class Rollout(Value):
 
 
 _ARRAYS = ("times", "joints", "wrench", "opening", "lines")
+_CONTROLLED = ("force", "commanded")  # None where no controller ran
 
 
 def save_rollout(rollout: Rollout, path: Path) -> None:
@@ -149,8 +153,7 @@ def save_rollout(rollout: Rollout, path: Path) -> None:
         "grains": list(rollout.grains), "sizes": rollout.sizes, "seen": rollout.seen,
     }  # fmt: skip
     arrays: dict[str, Any] = {name: getattr(rollout, name) for name in _ARRAYS}
-    if rollout.force is not None:
-        arrays["force"] = rollout.force
+    arrays |= {name: a for name in _CONTROLLED if (a := getattr(rollout, name)) is not None}
     poses = {f"pose{k}": rows for k, rows in enumerate(rollout.poses.values())}
     poses |= {f"grains{k}": rows for k, rows in enumerate(rollout.grains.values())}
     with path.open("wb") as file:
@@ -200,5 +203,6 @@ def _rollout(header: dict[str, Any], data: dict[str, Any], world: World) -> Roll
         sizes={name: tuple(size) for name, size in header.get("sizes", {}).items()},
         seen=header.get("seen", {}),
         force=data.get("force"),
+        commanded=data.get("commanded"),
         **{name: data[name] for name in _ARRAYS},
     )

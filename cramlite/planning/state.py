@@ -52,6 +52,7 @@ class State(Value):
         again: names of places that were bound before the grip last changed -> the how manieth the next one will be.
         stand: the place that the robot drove to last, by name; "" where it has not driven.
         stood: ``stand`` when the last action of the plan ended.
+        parts: what the plan's actions were decomposed into, without what the run decides about.
     """
 
     agenda: tuple[Item, ...]
@@ -68,6 +69,7 @@ class State(Value):
     again: Mapping[str, int] = field(default_factory=dict)
     stand: str = ""
     stood: str = ""
+    parts: tuple[Action, ...] = ()
 
     @property
     def folding(self) -> bool:
@@ -102,7 +104,11 @@ def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]
     if isinstance(action, Compound):
         return state
     belief = tasks[action.task].effects(action, state.belief)
-    after = replace(state, belief=belief, actions=(*state.actions, action) if top else state.actions)
+    if top:
+        state = replace(state, actions=(*state.actions, action))
+    elif not state.folding:
+        state = replace(state, parts=(*state.parts, action))
+    after = replace(state, belief=belief)
     return renew_places(after, first) if top else after
 
 

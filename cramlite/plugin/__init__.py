@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
     from ..base.yaml_file import load_yaml
-    from ..interpretation.conditions import Compare, atoms
+    from ..interpretation.conditions import Compare, Not, atoms
     from ..interpretation.fluents import (
         EFFECTOR,
         Fact,
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from ..interpretation.timeline import PADDING, Phase, PhaseName, Predicate, Row, Segment, Timeline
     from ..model.program import Code
     from ..model.verdict import Cost, Finding
+    from .allowance import HAND, HELD, Allowance
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
@@ -45,7 +46,7 @@ _HOMES = {
     "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "load_yaml",
-    "..interpretation.conditions": "Compare atoms",
+    "..interpretation.conditions": "Compare Not atoms",
     "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
     " contents",
     "..interpretation.goal_literal": "GoalLiteral",
@@ -56,6 +57,7 @@ _HOMES = {
     "..interpretation.timeline": "PADDING Phase PhaseName Predicate Row Segment Timeline",
     "..model.program": "Code",
     "..model.verdict": "Cost Finding",
+    ".allowance": "Allowance HAND HELD",
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
@@ -66,10 +68,13 @@ _NAMES = LazyNames(__name__, _HOMES)
 
 __all__ = [
     "EFFECTOR",
+    "HAND",
+    "HELD",
     "PADDING",
     "RELATIONS",
     "SEGMENTS",
     "UNKNOWN",
+    "Allowance",
     "Angle",
     "Answers",
     "Backend",
@@ -97,6 +102,7 @@ __all__ = [
     "Mass",
     "Match",
     "ModelMaker",
+    "Not",
     "Parameter",
     "Pattern",
     "Phase",

@@ -5,7 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from msgspec import field
+
 from ..base.value import Value
+from ..model.judging_limits import JudgingLimits
+from .allowance import Allowance
 
 if TYPE_CHECKING:
     from ..interpretation.goal_literal import GoalLiteral
@@ -39,6 +43,9 @@ class Candidate(Value):
         robot: the robot's model.
         world: as it is believed to be at the start.
         goal: what should hold when the text has run: what was asked for, or what the demonstration ended with.
+        parts: actions that the plan's actions were decomposed into, grounded; without those that the run decides about.
+        allowances: name of each action and part -> what it may touch and move.
+        limits: how far the run may disturb what no task is about.
     """
 
     plan: Plan
@@ -54,6 +61,9 @@ class Candidate(Value):
     rollout: Rollout | None = None
     episode: Episode | None = None
     goal: tuple[GoalLiteral, ...] = ()
+    parts: tuple[Action, ...] = ()
+    allowances: Mapping[str, Allowance] = field(default_factory=dict)
+    limits: JudgingLimits = JudgingLimits()
 
 
 class Validator(Protocol):

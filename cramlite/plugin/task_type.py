@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
+from itertools import combinations_with_replacement
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.designators import Action, Designator, Location, Object
 from ..ontology.foundation import TASK
+from .allowance import HAND, HELD, Allowance
+
+FORCE_LIMIT = "force_limit_n"
+"""Parameter of tasks that limit the force of their contacts [N]."""
 
 
 class Role(Value):
@@ -92,6 +97,13 @@ class TaskType(ABC):
     """True for the task that brings a camera to where it sees some places: the engine asks it for pictures."""
     leads_on: ClassVar[bool] = False
     """True for free motions: their goal, unless given, is where the next task begins."""
+    touches: ClassVar[tuple[tuple[str, str], ...] | None] = None
+    """Pairs that may come to touch while it runs: names of roles, ``HAND``, and ``HELD`` for what the hand holds. None: the
+    hand, what it holds, and the things of all roles, any two of them; what it holds may also touch what it was taken from.
+    () for free motions: nothing. The judge of collisions objects to every other touch."""
+    moves: ClassVar[tuple[str, ...]] = ()
+    """Roles whose things it moves without holding them, such as what is pushed. The judge of bystanders objects where any
+    other thing moves that is not held."""
 
     @abstractmethod
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
@@ -116,6 +128,29 @@ class TaskType(ABC):
             following: the next task that says where it begins; None if no other follows, and ``goal`` is home.
         """
         return goal
+
+    def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
+        """What ``action`` may touch and move, by what the task declares: ``touches``, ``moves``, and its "force_limit_n".
+
+        Args:
+            action: with its roles grounded.
+            bindings: designator name -> grounding.
+        """
+        things = {HAND: HAND, HELD: HELD} | {
+            name: HAND if role and role.effector else o.thing
+            for name, o in action.roles.items()
+            for role in (self.role(name),)
+            if o.entity or (role and role.effector)
+        }
+        pairs = combinations_with_replacement(things, 2) if self.touches is None else self.touches
+        touches = frozenset(frozenset({things[a], things[b]}) for a, b in pairs if a in things and b in things)
+        limited = any(p.name == FORCE_LIMIT for p in self.parameters)
+        return Allowance(
+            touches | {frozenset({HAND, HELD})},
+            frozenset(things[r] for r in self.moves if r in things),
+            self.touches is None,
+            self.parameter(action, FORCE_LIMIT) if limited else None,
+        )
 
     def role(self, name: str) -> Role | None:
         """Return the role of that name, or None."""

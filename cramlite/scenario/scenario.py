@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -14,6 +15,7 @@ from ..base.quantities import Angle, Force, Length
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..model.geometry import Pose
+from ..model.judging_limits import JudgingLimits
 from ..model.robot import HIGHEST_FORCE_LIMIT
 from ..model.view import D435, Intrinsics
 from ..plugin.entry_points import plugin_names
@@ -181,6 +183,19 @@ class PhysicsSpec(_Spec):
     pad_friction: Annotated[float, Field(ge=0, le=10)] = 0.9
 
 
+class LimitsSpec(_Spec):
+    """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``)."""
+
+    bystander_motion: Length | None = Field(default=None, ge=0.0, le=1.0)
+    bystander_tilt: Angle | None = Field(default=None, ge=0.0, le=math.pi)
+    brush: Force | None = Field(default=None, ge=0.0, le=HIGHEST_FORCE_LIMIT)
+
+    def judging(self) -> JudgingLimits:
+        """The limits that are written, and the defaults of the others."""
+        written = self.model_dump(exclude_none=True)
+        return JudgingLimits(**written, of_scenario=tuple(written))
+
+
 class ScenarioSpec(_Spec):
     """Keys of a scenario file."""
 
@@ -201,6 +216,7 @@ class ScenarioSpec(_Spec):
     poses: Literal["known", "camera"] = "known"
     record: RecordSpec | None = None
     physics: PhysicsSpec = PhysicsSpec()
+    limits: LimitsSpec = LimitsSpec()
     ontologies: tuple[str, ...] = ()
     backend: str | None = None
     block: tuple[str, ...] = ()
@@ -314,6 +330,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "record": RecordSpec,
         "objects": ObjectSpec,
         "physics": PhysicsSpec,
+        "limits": LimitsSpec,
     }
     loc = next((p["loc"] for p in error.errors() if p["type"] == "extra_forbidden"), ())
     holder = next((models[str(s)] for s in reversed(loc[:-1]) if str(s) in models), ScenarioSpec)

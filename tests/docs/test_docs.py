@@ -199,6 +199,7 @@ SPECS = {
     "late": scenario.LateSpec,
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
+    "limits": scenario.LimitsSpec,
 }
 KINDS = {Length: "length", Angle: "angle", Mass: "mass", Force: "force"}
 PLAIN = {str: "text", float: "number", int: "whole number", bool: "true or false", Any: "anything"}

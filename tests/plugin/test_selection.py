@@ -55,9 +55,9 @@ def test_checks_that_are_left_out_are_said(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "run"
     ran = run("resolve", TASKS, "--block", "physics", "--block", "near", "--out", out)
     assert ran.code == 0, ran.err
-    clause = "not judged, since blocked: execution, collision, force_peak, grasp_slip"
+    clause = "not judged, since blocked: execution, collision, force_peak, commanded_force, grasp_slip"
     assert f"--  {clause}" in ran.out
-    left = ["execution", "collision", "force_peak", "grasp_slip"]
+    left = ["execution", "collision", "force_peak", "commanded_force", "grasp_slip"]
     for file in ("verdict.json", "summary.json"):
         said = json.loads((out / file).read_text())
         assert said["left_out"] == left
@@ -77,14 +77,14 @@ def test_a_scenario_that_leaves_checks_out_says_so_from_python(plugin: Plugin, t
     scenario = tmp_path / "grasp.yaml"
     scenario.write_text(text.replace("robot:", "block: [physics, strict]\nrobot:", 1))
     solution = next(Engine(files=[plugin("strict", STRICT)]).resolve(read_scenario(scenario)))
-    assert solution.verdict.left_out == ("execution", "collision", "force_peak", "grasp_slip")
+    assert solution.verdict.left_out == ("execution", "collision", "force_peak", "commanded_force", "grasp_slip")
     assert solution.verdict.not_judged.endswith("grasp_slip")
 
 
 def test_what_stands_for_a_blocked_judge_is_not_left_out(plugin: Plugin) -> None:
     body = JUDGE.format(**JUDGED | {"name": "'collision'"})
     instead = Engine(files=[plugin("my_physics", body)], blocked=["physics"])
-    assert instead.knowledge.left_out == ("execution", "force_peak", "grasp_slip")
+    assert instead.knowledge.left_out == ("execution", "force_peak", "commanded_force", "grasp_slip")
     assert Engine(files=[plugin("b", JUDGE.format(**JUDGED))], blocked=["grasps"]).knowledge.left_out == ()
 
 

@@ -46,7 +46,9 @@ def test_the_shipped_demonstration_becomes_a_proven_program(shipped: tuple[Path,
     assert all(f["passed"] for f in summary["findings"])
     assert {
         "execution",
+        "bystanders",
         "collision",
+        "commanded_force",
         "force_peak",
         "grasp_slip",
         "joint_limits",

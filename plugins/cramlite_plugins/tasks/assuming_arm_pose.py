@@ -17,6 +17,7 @@ class AssumingArmPose(TaskType):
     aliases = ("MoveArm", "AssumePose")
     summary = "move the arm without touching anything"
     leads_on = True
+    touches = ()
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         goal = action.goal or Location("home", "home")

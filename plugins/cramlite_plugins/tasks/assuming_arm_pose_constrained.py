@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
-from cramlite.model import Action, Belief, Location, Motion
-from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
+from msgspec.structs import replace
+
+from cramlite.model import Action, Belief, Location, Motion, thing_of
+from cramlite.plugin import HAND, HELD, Allowance, Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 
 class AssumingArmPoseConstrained(TaskType):
@@ -31,6 +34,13 @@ class AssumingArmPoseConstrained(TaskType):
             Motion(action.inside("line"), "linear", goal, {"stage": "pose"}, touched, reason=f"straight into {goal}"),
         )
         yield Decomposition(steps, f"straight line into {goal}")
+
+    def allowance(self, action: Action, bindings: Mapping[str, Any]) -> Allowance:
+        """Where its goal is at a thing, that may be touched, too."""
+        own, about = super().allowance(action, bindings), bindings.get(action.goal.of or "") if action.goal else None
+        if not isinstance(about, str):
+            return own
+        return replace(own, touches=own.touches | {frozenset({who, thing_of(about)}) for who in (HAND, HELD)})
 
     def _felt(self, action: Action, belief: Belief) -> Decomposition:
         """Until the empty hand feels a surface."""

@@ -13,6 +13,7 @@ class LookingAt(TaskType):
     aliases = ("LookAt",)
     roles = (Role("Patient"),)
     summary = "point the camera at a thing"
+    touches = ()
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         patient = action.roles["Patient"]

@@ -14,6 +14,7 @@ class LookingFor(TaskType):
     roles = (Role("Patient", required=False),)
     looks = True
     summary = "bring the camera to where something would be seen"
+    touches = ()
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         patient = action.roles.get("Patient")

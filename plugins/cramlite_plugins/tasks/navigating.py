@@ -13,6 +13,7 @@ class Navigating(TaskType):
     aliases = ("Navigate", "GoTo", "Drive", "MoveBase")
     roles = (Role("Destination"),)
     summary = "park the arm and drive to where a thing can be reached and seen"
+    touches = ()
     parameters = (
         Parameter("speed_m_s", 0.5, "a brisk arm's speed; half of the MPO-500's 0.9, walking pace is 1.4"),
         Parameter("speed_rad_s", 0.6, "a corner of the platform then moves at 0.36 m/s"),

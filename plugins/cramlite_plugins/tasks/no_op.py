@@ -12,6 +12,7 @@ class NoOp(TaskType):
     task = "artm:NoOp"
     aliases = ("Wait", "DoNothing")
     summary = "neither arm nor gripper moves"
+    touches = ()
     parameters = (
         Parameter("duration_s", 0.0, "a pause of a demonstration means nothing; who wants one says how long"),
     )

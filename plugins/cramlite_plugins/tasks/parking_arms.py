@@ -13,6 +13,7 @@ class ParkingArms(TaskType):
     aliases = ("ParkArms", "Park")
     roles = (Role("Agent", required=False, effector=True),)
     summary = "move the arm to its park position"
+    touches = ()
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         move = Motion(action.inside("park"), "transfer", Location("home", "home"), reason="to the park position")

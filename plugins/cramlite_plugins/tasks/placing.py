@@ -19,9 +19,10 @@ class Placing(TaskType):
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         what_is_held(belief, "placed")
-        parts = ("soma:PuttingDown", "soma:Releasing", "soma:Retracting")
+        left = {"Relatum": action.roles["Locatum"]}  # what the hand withdraws from
+        parts = {"soma:PuttingDown": action.roles, "soma:Releasing": action.roles, "soma:Retracting": left}
         steps = tuple(
-            Action(action.inside(p.split(":")[-1]), p, action.roles, parameters=action.parameters) for p in parts
+            Action(action.inside(p.split(":")[-1]), p, roles, parameters=action.parameters) for p, roles in parts.items()
         )
         yield Decomposition(steps, "put down, release, retract")
 

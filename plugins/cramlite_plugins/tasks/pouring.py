@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from cramlite.model import Action, Belief, Location, Motion
-from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
+from cramlite.plugin import HAND, Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
 from ..shapes.contents import SHARE, SPILLED, pouring_obstacle
 
@@ -15,6 +15,7 @@ class Pouring(TaskType):
     aliases = ("Pour", "PourInto")
     roles = (Role("Source", features=("cram:Cavity",)), Role("Destination", features=("cram:Cavity",)))
     summary = "tilt a held vessel about its rim, over another one, and back"
+    touches = ((HAND, "Source"),)
     parameters = (
         Parameter("tilt_rad", 2.1, "120 deg: walls of an upright vessel then slope by 30 deg, the angle of repose of grains"),
         Parameter("height_m", 0.03, "of the lip over the rim: balls of 10 mm pass under it three deep"),

@@ -15,6 +15,7 @@ class Pushing(TaskType):
     aliases = ("Push",)
     roles = (Role("Patient"),)
     summary = "touch a thing with closed fingers and push it along"
+    moves = ("Patient",)
     parameters = (
         Parameter("distance_m", 0.06, "five times what rules call displaced, and more than the play at the start"),
         Parameter("speed_m_s", 0.02, "at 30 mm/s a pushed block runs ahead of the fingers in simulation"),

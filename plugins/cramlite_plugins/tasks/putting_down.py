@@ -19,17 +19,20 @@ class PuttingDown(TaskType):
     parameters = (
         Parameter("speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),
         Parameter("force_n", 3.0, "above sensor noise, below what tips a light object"),
+        Parameter("duration_s", 0.3, "a block that was lowered at 10 mm/s bounced for 0.02 s; detection calls 0.06 s a state"),
     )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         what_is_held(belief, "put down")
         place, surface = self.begins_at(action), action.roles["Relatum"]
         guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n")}
+        rest = {"duration_s": self.parameter(action, "duration_s")}
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {surface.entity}"),
             Motion(action.inside("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
             Motion(action.inside("lower"), "until_contact", place, guard, (surface.name,), f"down to {surface.entity}"),
+            Motion(action.inside("rest"), "hold", None, rest, reason="the object comes to rest before anybody lets go"),
         )
         yield Decomposition(steps, "guarded motion down to the surface")
 

@@ -21,6 +21,7 @@ class Reaching(TaskType):
     roles = (Role("Goal", required=False),)
     summary = "bring the empty hand near an object"
     leads_on = True
+    touches = ()
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:

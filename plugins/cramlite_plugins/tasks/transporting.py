@@ -16,6 +16,7 @@ class Transporting(TaskType):
     roles = (Role("Patient"), Role("Destination", required=False))
     summary = "carry a held object to another thing"
     leads_on = True
+    touches = ()
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         held = what_is_held(belief, "carried")

@@ -5,26 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
+from msgspec.structs import replace
 
-from cramlite.model import Action, EntityName, Pose, Relation, Rollout, Thing, Value, Vector3, thing_of
+from cramlite.model import Action, EntityName, Pose, Relation, Rollout, Thing, Value, chain, is_inside, thing_of
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
-from .held_times import MOMENT, Span, held_times, said_times, said_values
+from .held_times import held_times, said_times, said_values
+from .rest import restless
+from .task_times import Span, span
 
 if TYPE_CHECKING:
     from cramlite.plugin import Clause, Phase, PhaseName, Rule, Timeline
 
-REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
-SWING = 0.04
-"""What hangs on a peg may swing by this [m/s], its hole at rest: a pendulum on a peg has nothing to brake it.
-
-Source: a body whose centre is d below the peg and swings by +-A gains h = A^2 / (2 d) of height at its turning points
-(pendulum, small angles), and comes off only if it rises by the r of the peg's bent tip. Its period
-2 pi sqrt((k^2 + d^2) / (g d)) is about 0.55 s for the products here (d = 70 mm, radius of gyration k = 34 mm), so that half a
-second shows nearly the whole 2 A: 0.04 m/s are A = 10 mm, h = 0.7 mm, an eighth of r = 6 mm. Measured: 4.3 mm to and fro after
-letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in all that time.
-"""
+GRAVITY = 9.81
+OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
+BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
 
 
 class EndState(Value):
@@ -44,11 +39,17 @@ class EndState(Value):
         for relation in sorted(candidate.belief.relations):
             predicate, subject, place = relation
             if predicate in tests and subject in roles:
-                whole = rollout.world.thing(thing_of(place))  # where it really is, not where it was believed
+                whole = at_the_end(rollout, thing_of(place))  # where it is by then, not where it was, or was believed
                 wrong = tests[predicate](rollout, subject, whole) or _unsettled(
                     rollout, subject, hanging=predicate == "hangs_on"
                 )
                 yield Finding(self.name, not wrong, wrong or _holds(relation), origin=_last_about(candidate, subject))
+
+
+def at_the_end(rollout: Rollout, name: str) -> Thing:
+    """Return a thing where the run left it."""
+    thing, row = rollout.world.thing(name), rollout.poses[name][-1]
+    return replace(thing, pose=Pose(tuple(row[:3]), tuple(row[3:])))
 
 
 def _holds(relation: Relation) -> str:
@@ -77,9 +78,17 @@ def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
 
 
 def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
-    """Empty when the thing touches what should carry it."""
-    pairs = [{thing_of(t.a), thing_of(t.b)} for t in rollout.touches[-1]]
-    return "" if {thing, support.name} in pairs else f"'{thing}' does not touch '{support.name}' at the end"
+    """Empty when the support bears most of the thing's weight."""
+    weight, lift = (rollout.world.thing(thing).mass or 0.0) * GRAVITY, 0.0
+    pair = {thing, support.name}
+    for touch in rollout.touches[-1]:
+        if {thing_of(touch.a), thing_of(touch.b)} == pair:
+            lift += touch.lift if thing_of(touch.b) == thing else -touch.lift
+    if lift > BORNE * weight:
+        return ""
+    if not any({thing_of(t.a), thing_of(t.b)} == pair for t in rollout.touches[-1]):
+        return f"'{thing}' does not touch '{support.name}' at the end"
+    return f"'{support.name}' bears {lift:.1f} N of the {weight:.1f} N that '{thing}' weighs at the end"
 
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
@@ -103,33 +112,19 @@ def _unsettled(rollout: Rollout, thing: str, *, hanging: bool) -> str:
     )
     if held:
         return f"the gripper still touches '{thing}' at the end"
-    hole = rollout.world.thing(thing).feature("vrps:Hole") if hanging else None
-    speed = _speed(rollout, thing, hole.pose.position if hole else (0.0, 0.0, 0.0))
-    if speed > REST:
-        what = f"the hole of '{thing}'" if hole else f"'{thing}'"
-        return f"{what} still moves at {1000 * speed:.0f} mm/s at the end"
-    swing = _speed(rollout, thing, (0.0, 0.0, 0.0)) if hole else 0.0
-    return f"'{thing}' still swings at {1000 * swing:.0f} mm/s at the end" if swing > SWING else ""
-
-
-def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
-    """How far a point of a thing gets about in the last half second [m/s]: the diagonal of the box around its way."""
-    recent = rollout.times >= rollout.times[-1] - 0.5
-    poses = [Pose(tuple(row[:3]), tuple(row[3:])) for row in rollout.poses[thing][recent]]
-    way = float(np.linalg.norm(np.ptp([p.apply(point) for p in poses], axis=0)))
-    return way / (float(np.ptp(rollout.times[recent])) or 1.0)
+    return restless(rollout, thing, hanging=hanging)
 
 
 class TaskRules(Value):
-    """Check that what each task's rule asks for while its code ran and afterwards holds.
+    """Check that what each task's rule asks for before, while and after its code ran holds.
 
     The rule is the one that interprets demonstrations.
 
-    Runtime conditions count, too: an arm that stood at the park state all along has not been parked. A task that has
-    nothing left to do after the code before it (the gripper is open already) is judged by its postconditions; where no
-    code came before, nothing was done at all, and all its conditions count. What a rule asks for before is left to the
-    planner: a robot's retreat may begin where nothing is touched any more. But where only that speaks of the things that the
-    task is about, it must have held at some moment before: nobody withdraws from what the hand was never near.
+    Every action of the plan, and every part that it was decomposed into, must have run: one that has steps in the program
+    and left no trace in the run, or of one of whose steps no code is left, was not done, whatever holds afterwards. One that needed no
+    steps (the gripper is open already) is judged by what it asks for afterwards, and the finding says so; where no code
+    came before, nothing was done at all, and all its conditions count: an arm that stood at the park state all along has
+    not been parked.
     """
 
     name: str = "task_rules"
@@ -138,24 +133,46 @@ class TaskRules(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         from cramlite.plugin import Timeline
 
-        assert candidate.episode is not None
+        assert candidate.episode is not None and candidate.rollout is not None
         timeline = Timeline(candidate.episode, candidate.taxonomy)
         rules = {r.task: r for r in candidate.rules}
-        assert candidate.rollout is not None
-        now, idle = float(candidate.rollout.times[0]), True
-        for action in candidate.actions:
-            span = _span(candidate, action.name)
-            if span is None and candidate.rollout.outcome != "finished":
+        for action, ran, now in _in_order(candidate):
+            if ran is None and candidate.rollout.outcome != "finished":
                 return  # the program ended before
-            now, idle = (span[1], False) if span else (now, idle)
-            if action.task in rules:
-                rule, after_only = rules[action.task], span is None and not idle
-                yield _judged(rule, action, timeline, span or (now, now), self.name, after_only=after_only)
-                yield from _begun(rule, action, timeline, span[0] if span else now, self.name)
+            missing = no_trace(candidate, action.name, ran)
+            if missing:
+                yield Finding(self.name, False, missing, origin=action.name)
+            elif action.task in rules:
+                idle = now == candidate.rollout.times[0]
+                done = ran or Span(now, now)
+                yield _judged(rules[action.task], action, timeline, done, self.name, already=ran is None and not idle)
 
 
-Way = tuple[Mapping["PhaseName", "Phase"], bool]
-"""Phases, and whether what a rule asks for before counts, too."""
+def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
+    """Actions and their parts, with when their code ran, and until when the code of the actions before them did [s]."""
+    assert candidate.rollout is not None
+    now = float(candidate.rollout.times[0])
+    for action in candidate.actions:
+        start = now
+        for one in (*(p for p in candidate.parts if is_inside(p.name, action.name)), action):
+            ran = span(candidate, one.name)
+            yield one, ran, start if one is action else now
+            now = max(now, ran.end) if ran else now
+
+
+def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
+    """Return what a run lacks of a task that has steps in the program; empty where it has none, or all left a trace."""
+    code = candidate.code
+    assert code is not None
+    steps = [s.origin for s in candidate.program.steps if task in chain(s.origin)]  # what the run decides about may be left out
+    if steps and ran is None:
+        return f"{task} was not executed: none of the code of its {len(steps)} steps ran"
+    gone = [code.origins[line] for line in sorted(code.origins) if code.origins[line] in steps and not code.lines_of(line)]
+    return f"{task} was not executed in full: nothing is left of the code of {gone[0]}" if gone else ""
+
+
+Way = Mapping["PhaseName", "Phase"]
+"""What holds before, while and after a task's code ran."""
 
 
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
@@ -164,55 +181,50 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
     As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of
     servo lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still
     appear (the padding of the published rule base); and from a change of state in it on, where, as for an action of a
-    demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch.
+    demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch. What is asked
+    for before may have ended in the moments before: fingers that let go leave a thing before the next task begins.
     """
     from cramlite.plugin import PADDING, Segment
 
-    yield timeline.phases(Segment(start, end)), False
+    spans = [(start, end)]
     if end - start > 2 * PADDING:
-        yield timeline.phases(Segment(start + PADDING, end)), False
-        yield timeline.phases(Segment(start, end + PADDING)), False
-        yield from ((timeline.phases(Segment(cut, end)), True) for cut in timeline.cuts if start < cut < end - PADDING)
+        spans += [(start + PADDING, end), (start, end + PADDING)]
+        spans += [(cut, end) for cut in timeline.cuts if start < cut < end - PADDING]
+    before = [start, *(cut for cut in reversed(timeline.cuts) if start - OPENING <= cut < start), start - OPENING]
+    for a, b in spans:
+        own = timeline.phases(Segment(a, b))
+        for moment in before if a <= start + PADDING else (a,):
+            yield {**own, "pre": timeline.instant(max(moment, timeline.cuts[0]))}
 
 
-def _judged(rule: Rule, action: Action, timeline: Timeline, span: Span, name: str, *, after_only: bool) -> Finding:
+def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str, *, already: bool) -> Finding:
     from cramlite.plugin import Segment
 
-    phases = ("post",) if after_only else ("run", "post")
-    clauses = [c for c in rule.written_order if c.phase in phases or _binds(c)]
-    unmet = _unmet_in(rule, clauses, action, _ways(timeline, *span))
+    clauses = [c for c in rule.written_order if _asked(c, action) and (not already or c.phase == "post" or _binds(c))]
+    unmet = _unmet_in(rule, clauses, action, _ways(timeline, *ran))
     if unmet is None:
         said = " and ".join(c.text for c in clauses if c.phase != "pre")
-        return Finding(name, True, f"{action.name}: {said}", origin=action.name)
+        nothing = f"nothing was left to do, its program has no steps; {'afterwards: ' if said else ''}" if already else ""
+        return Finding(name, True, f"{action.name}: {nothing}{said}".rstrip("; "), origin=action.name)
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
     clause, bindings = unmet
-    when = "after" if clause.phase == "post" else "during"
-    was = said_values(clause, bindings, timeline.phases(Segment(*span))[clause.phase])
+    when = {"pre": "before", "run": "during", "post": "after"}[clause.phase]
+    was = said_values(clause, bindings, timeline.phases(Segment(*ran))[clause.phase])
     said = f"{when} {action.name} '{clause.text}' does not hold{was}" + (f" ({roles})" if roles else "")
     held = "" if _binds(clause) else said_times(held_times(clause, bindings, timeline))
-    ran = f"; {action.name} ran from {span[0]:.2f} to {span[1]:.2f} s"
-    return Finding(name, False, said + (f": {held}{ran}" if held else ""), origin=action.name)
+    then = f"; {action.name} ran from {ran.start:.2f} to {ran.end:.2f} s"
+    return Finding(name, False, said + (f": {held}{then}" if held else ""), origin=action.name)
 
 
-def _begun(rule: Rule, action: Action, timeline: Timeline, start: float, name: str) -> Iterator[Finding]:
-    """Whether what a rule asks for before held at some moment until a task's start, where it asks no more of its things."""
-    from cramlite.plugin import Segment, atoms
+def _asked(clause: Clause, action: Action) -> bool:
+    """Whether a condition can be asked of an action: that something does not hold before of a role that nobody fills (nobody
+    says what is looked for) would be asked of everything there is."""
+    from cramlite.plugin import Not, atoms
 
-    later = {v for c in rule.clauses if c.phase != "pre" for a in atoms(c.condition) for v in a.binds()}
-    things = {k for k, o in action.roles.items() if k in rule.roles and o.entity}
-    if not things or things & later:
-        return
-    before = [c for c in rule.written_order if c.phase == "pre"]
-    moments = {start, *np.arange(timeline.cuts[0], start, MOMENT).tolist(), *(c for c in timeline.cuts if c < start)}
-    unmet: Clause | None = None
-    for moment in sorted(moments, reverse=True):
-        found = _unmet(before, action, rule, timeline.phases(Segment(moment, moment)))
-        if found is None:
-            return
-        unmet = unmet or found[0]
-    assert unmet is not None
-    roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
-    yield Finding(name, False, f"before {action.name} '{unmet.text}' never held ({roles})", origin=action.name)
+    if clause.phase != "pre" or not isinstance(clause.condition, Not):
+        return True
+    named = {v for a in atoms(clause.condition) for v in a.binds()}
+    return named <= {k for k, o in action.roles.items() if o.entity} or not named
 
 
 Unmet = tuple["Clause", list[dict[str, Any]]]
@@ -220,17 +232,16 @@ Unmet = tuple["Clause", list[dict[str, Any]]]
 
 
 def _unmet_in(rule: Rule, clauses: list[Clause], action: Action, ways: Iterable[Way]) -> Unmet | None:
-    """None where the rule is met in one of the ways, else what the first one lacks."""
-    first: Unmet | None = None
-    starts = any(c.phase == "pre" and not _binds(c) for c in rule.written_order)
-    for phases, before in ways:
-        if before and not starts:
-            continue
-        unmet = _unmet(rule.written_order if before else clauses, action, rule, phases)
+    """None where the rule is met in one of the ways, else what the first of those lacks that meet most of it."""
+    furthest: tuple[int, Unmet] | None = None
+    for phases in ways:
+        unmet = _unmet(clauses, action, rule, phases)
         if unmet is None:
             return None
-        first = first or unmet
-    return first
+        met = clauses.index(unmet[0])
+        if furthest is None or met > furthest[0]:
+            furthest = met, unmet
+    return furthest[1] if furthest else None
 
 
 def _unmet(clauses: Iterable[Clause], action: Action, rule: Rule, phases: Mapping[PhaseName, Phase]) -> Unmet | None:
@@ -259,15 +270,6 @@ def _felt(entity: str, phases: Mapping[PhaseName, Phase]) -> str:
     name = EntityName.parse(entity)
     own = not name.part or name.thing not in known or any(g.part == name.part for g in known[name.thing].geoms)
     return entity if own else name.thing
-
-
-def _span(candidate: Candidate, task: str) -> tuple[float, float] | None:
-    """When the code of a task ran; None when it has no code or never ran."""
-    rollout, code = candidate.rollout, candidate.code
-    assert rollout is not None and code is not None
-    lines = {int(line) for line in np.unique(rollout.lines) if code.task_of(int(line)) == task}
-    samples = np.flatnonzero(np.isin(rollout.lines, list(lines))) if lines else np.array([])
-    return (float(rollout.times[samples[0]]), float(rollout.times[samples[-1]])) if len(samples) > 1 else None
 
 
 @hookimpl

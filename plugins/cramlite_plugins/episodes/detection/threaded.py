@@ -22,21 +22,26 @@ def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
                 for peg in (f for f in other.features if f.type == "vrps:Peg" and other is not owner):
                     if "diameter" not in hole.size or "length" not in peg.size:
                         continue  # of unknown size: contacts alone tell
-                    flags = _passes(rollout, owner, hole, _polyline(other, peg))
+                    flags = _passes(rollout, owner, hole, other, _polyline(other, peg))
                     yield str(EntityName(owner.name, hole.name)), str(EntityName(other.name, peg.name)), flags
 
 
 def _polyline(hanger: Thing, peg: Feature) -> Floats:
-    """The peg's axis in the world, (M, 3): from its root over its end to the end of its tip."""
-    axis = hanger.pose * peg.pose
+    """The peg's axis in its hanger's frame, (M, 3): from its root over its end to the end of its tip."""
+    axis = peg.pose
     points = [axis.position, tuple(axis.apply((0, 0, peg.size["length"])))]
     tip = hanger.feature("vrps:Tip")
-    return np.array([*points, (hanger.pose * tip.pose).position] if tip else points)
+    return np.array([*points, tip.pose.position] if tip else points)
 
 
-def _passes(rollout: Rollout, owner: Thing, hole: Feature, line: Floats) -> Flags:
-    """Whether a segment of the line meets the disc of the hole: by the side of its plane that each end is on."""
-    poses = [Pose(tuple(row[:3]), tuple(row[3:])) * hole.pose for row in rollout.poses[owner.name]]
+def _passes(rollout: Rollout, owner: Thing, hole: Feature, hanger: Thing, line: Floats) -> Flags:
+    """Whether a segment of the line, in the frame of its hanger wherever that is by then, meets the disc of the hole: by the
+    side of its plane that each end is on."""
+    still = hanger.pose.inverse()
+    rows = rollout.poses.get(hanger.name) if hanger.movable or hanger.joint else None
+    frames = [still] * len(rollout.times) if rows is None else [Pose(tuple(r[:3]), tuple(r[3:])).inverse() for r in rows]
+    tracked = zip(frames, rollout.poses[owner.name], strict=True)
+    poses = [frame * Pose(tuple(row[:3]), tuple(row[3:])) * hole.pose for frame, row in tracked]
     radius = hole.size["diameter"] / 2
     return np.array([_meets(pose, radius, line) for pose in poses], dtype=bool)
 

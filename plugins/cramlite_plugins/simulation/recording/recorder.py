@@ -190,7 +190,8 @@ class Peaks:
         self.period = period
         self.wrenches: list[Floats] = []
         self.forces: list[float] = []
-        self._wrench, self._force = np.zeros(6), 0.0
+        self.commanded: list[float] = []
+        self._wrench, self._force, self._wanted = np.zeros(6), 0.0, 0.0
 
     def see(self, time: float, arm: Controller) -> None:
         """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
@@ -199,11 +200,16 @@ class Peaks:
         if np.linalg.norm(wrench[:3]) > np.linalg.norm(self._wrench[:3]):
             self._wrench = wrench
         self._force = max(self._force, force)
+        mode = arm.force_mode
+        wanted = 0.0 if mode is None else float(np.linalg.norm((mode.selection * mode.wrench)[:3]))
+        self._wanted = max(self._wanted, wanted)
         if time >= len(self.wrenches) * self.period - 1e-9:
             self.wrenches.append(self._wrench)
             self.forces.append(self._force)
-            self._wrench, self._force = wrench, force
+            self.commanded.append(self._wanted)
+            self._wrench, self._force, self._wanted = wrench, force, wanted
 
     def arrays(self) -> dict[str, Floats]:
         """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""
-        return {"wrench": np.array(self.wrenches), "force": np.array(self.forces)}
+        fields = {"wrench": self.wrenches, "force": self.forces, "commanded": self.commanded}
+        return {name: np.array(values) for name, values in fields.items()}

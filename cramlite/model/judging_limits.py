@@ -1,0 +1,28 @@
+"""Limits of judging: how far a run may disturb what its tasks are not about."""
+
+from __future__ import annotations
+
+import math
+
+from ..base.value import Value
+
+
+class JudgingLimits(Value):
+    """How far a run may disturb what its tasks are not about.
+
+    Args:
+        bystander_motion: how far any point of a thing that nobody moves on purpose may get [m]. 5 mm: grasps and places are
+            planned with margins of a centimetre.
+        bystander_tilt: how far such a thing may lean over [rad]. 5 deg: a box three times as high as wide topples at 18 deg.
+        brush: contact force below this is a brush, not a touch [N]: the guarded threshold of the controller.
+        of_scenario: names of those that a scenario sets; the others are the defaults.
+    """
+
+    bystander_motion: float = 0.005
+    bystander_tilt: float = math.radians(5.0)
+    brush: float = 2.0
+    of_scenario: tuple[str, ...] = ()
+
+    def source(self, name: str) -> str:
+        """Who set a limit, for people: "of the scenario", or "by default"."""
+        return "of the scenario" if name in self.of_scenario else "by default"

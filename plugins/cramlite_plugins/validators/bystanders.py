@@ -1,0 +1,145 @@
+"""What no task moves stays where it is, upright and still, however many others are moved around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+
+from cramlite.model import Floats, Rollout, Thing, Value, thing_of
+from cramlite.plugin import PADDING, Candidate, Cost, Finding, Validator, hookimpl
+
+from ..shapes.bounds import box_around
+from .grips import held_at
+from .rest import restless
+from .task_times import inner_tasks
+
+GRAVITY = 9.81
+CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
+_CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+
+
+class Stay(NamedTuple):
+    """How far a thing got while no task moved it.
+
+    Args:
+        way: of the point of it that got furthest [m], at ``sample``.
+        tilt: how far it leant over [rad], at ``leant``.
+        beside: what carried it along, so that both are measured in its frame; "" for the world.
+    """
+
+    way: float
+    sample: int
+    tilt: float
+    leant: int
+    beside: str
+
+
+class Bystanders(Value):
+    """Everything that can be moved stayed within the limits of motion and tilt while no task moved it, and is at rest at the
+    end. A task moves what is in the hand at some time while it runs, and what it says that it moves."""
+
+    name: str = "bystanders"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        rollout = candidate.rollout
+        assert rollout is not None
+        moved, tasks = _moved(candidate, rollout), inner_tasks(candidate)
+        worst: tuple[float, str] = (0.0, "")
+        for thing in rollout.world.things:
+            if not (thing.movable or thing.joint):
+                continue
+            for stay in stays(rollout, thing, moved):
+                wrong = list(_objections(candidate, thing.name, stay, tasks, self.name))
+                yield from wrong
+                worst = max(worst, (stay.way, thing.name))
+                if wrong:
+                    break
+        yield from self._at_rest(candidate, rollout)
+        limit, whose = candidate.limits.bystander_motion, candidate.limits.source("bystander_motion")
+        if worst[0] <= limit:
+            what = f"'{worst[1]}' got furthest of what no task moves, {1000 * worst[0]:.1f} mm" if worst[1] else "nothing to move"
+            yield Finding(self.name, True, f"{what}, limit {1000 * limit:g} mm {whose}", worst[0], limit, "m")
+
+    def _at_rest(self, candidate: Candidate, rollout: Rollout) -> Iterator[Finding]:
+        held = held_at(rollout)[-1]
+        hanging = {s for predicate, s, _ in candidate.belief.relations if predicate == "hangs_on"}
+        loose = (t.name for t in rollout.world.things if (t.movable or t.joint) and t.name != held)
+        for name in loose:
+            if wrong := restless(rollout, name, hanging=name in hanging):
+                yield Finding(self.name, False, wrong)
+
+
+def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], judge: str) -> Iterator[Finding]:
+    assert candidate.rollout is not None
+    limits, times = candidate.limits, candidate.rollout.times
+    who = f"'{name}', which no task moved then,"
+    than = f" against '{stay.beside}', which carries it" if stay.beside else ""
+    if stay.way > limits.bystander_motion:
+        whose = f"limit {1000 * limits.bystander_motion:g} mm {limits.source('bystander_motion')}"
+        said = f"{who} got {1000 * stay.way:.0f} mm away{than} by {times[stay.sample]:.1f} s; {whose}"
+        yield Finding(judge, False, said, stay.way, limits.bystander_motion, "m", tasks[stay.sample])
+    if stay.tilt > limits.bystander_tilt:
+        whose = f"limit {np.degrees(limits.bystander_tilt):g} deg {limits.source('bystander_tilt')}"
+        said = f"{who} leant over by {np.degrees(stay.tilt):.0f} deg{than} by {times[stay.leant]:.1f} s; {whose}"
+        yield Finding(judge, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant])
+
+
+def _moved(candidate: Candidate, rollout: Rollout) -> dict[str, Floats]:
+    """Thing -> at which samples a task moves it: all through each stretch of a task that has it in the hand or says that it
+    moves it, and until its effects have appeared."""
+    tasks, held = inner_tasks(candidate), held_at(rollout)
+    moved: dict[str, Floats] = {}
+    for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
+        rows = list(stretch)
+        declared = candidate.allowances[task].moves if task in candidate.allowances else frozenset()
+        until = int(np.searchsorted(rollout.times, rollout.times[rows[-1]] + PADDING, side="right"))
+        for thing in {held[k] for k in rows} - {""} | declared:
+            moved.setdefault(thing, np.zeros(len(tasks), dtype=bool))[rows[0] : until] = True
+    return moved
+
+
+def stays(rollout: Rollout, thing: Thing, moved: dict[str, Floats]) -> Iterator[Stay]:
+    """Each stretch of a run in which no task moves a thing: how far it got from where it was at its beginning."""
+    own = moved.get(thing.name, np.zeros(len(rollout.times), dtype=bool))
+    for busy, stretch in groupby(range(len(own)), key=lambda k: bool(own[k])):
+        rows = list(stretch)
+        if not busy:
+            yield _stay(rollout, thing, rows[0], rows[-1] + 1, _carriers(rollout, thing, rows[0], moved))
+
+
+def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: dict[str, Floats]) -> list[str]:
+    """What tasks move that bears the thing at a sample."""
+    weight = (thing.mass or 0.0) * GRAVITY
+    touched = [(thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[sample]]
+    borne = [(a, lift) for a, b, lift in touched if b == thing.name] + [(b, -lift) for a, b, lift in touched if a == thing.name]
+    return [other for other, lift in borne if lift > CARRIES * weight and other in moved]
+
+
+def _stay(rollout: Rollout, thing: Thing, first: int, last: int, carriers: list[str]) -> Stay:
+    return min((_measured(rollout, thing, first, last, frame) for frame in ("", *carriers)), key=lambda s: (s.way, s.tilt))
+
+
+def _measured(rollout: Rollout, thing: Thing, first: int, last: int, frame: str) -> Stay:
+    from scipy.spatial.transform import Rotation
+
+    low, high = box_around(thing.geoms)
+    track = rollout.poses[thing.name][first:last]
+    turns, places = Rotation.from_quat(track[:, 3:], scalar_first=True), track[:, :3]
+    if frame:
+        about = rollout.poses[frame][first:last]
+        back = Rotation.from_quat(about[:, 3:], scalar_first=True).inv()
+        turns, places = back * turns, back.apply(places - about[:, :3])
+    ways = np.max([np.linalg.norm((p := turns.apply(c) + places) - p[0], axis=1) for c in low + _CORNERS * (high - low)], axis=0)
+    up = turns.inv().apply(turns[0].apply([0.0, 0.0, 1.0]) if frame else [0.0, 0.0, 1.0])
+    tilts = np.arccos(np.clip(up @ up[0], -1.0, 1.0))
+    k, j = int(np.argmax(ways)), int(np.argmax(tilts))
+    return Stay(float(ways[k]), first + k, float(tilts[j]), first + j, frame)
+
+
+@hookimpl
+def validators() -> Iterable[Validator]:
+    return [Bystanders()]

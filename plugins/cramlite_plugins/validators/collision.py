@@ -1,0 +1,129 @@
+"""Who touched whom, during which task, and how hard: every touch is one that the running task lets happen, or an objection."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from cramlite.model import Rollout, Touch, Value, thing_of
+from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding
+
+from .grips import held_at, pressed_at
+from .task_times import inner_tasks
+
+GRAVITY = 9.81
+GAP = 0.2  # a contact that is lost for less still goes on [s]: what slides or rattles leaps (as long as rules' PADDING)
+GRIP = 0.1  # pads press a thing that they close on or let go of for so long before both do, or one no longer does [s]
+
+Pair = frozenset[str]
+
+
+class Bump(NamedTuple):
+    """A touch that no task lets happen, or that is harder than its task lets it be; the harder the later in order."""
+
+    excess: float
+    force: float
+    limit: float
+    sample: int
+    one: str
+    other: str
+    why: str
+
+
+class Collision(Value):
+    """Everything that touched is what the task that ran then lets touch. How hard the arm presses is judged by what it feels;
+    what falls or tips against something hits it with no more than the program's force limit beyond its weight."""
+
+    name: str = "collision"
+    cost: Cost = "rollout"
+
+    def check(self, candidate: Candidate) -> Iterator[Finding]:
+        assert candidate.rollout is not None
+        brush = candidate.limits.brush
+        whose = f"limit {brush:g} N {candidate.limits.source('brush')}"
+        worst = max(bumps(candidate), default=None)
+        if worst is None:
+            reason = f"nothing was touched, and nothing was pressed harder, than the tasks say ({whose} elsewhere)"
+            yield Finding(self.name, True, reason, 0.0, brush, "N")
+            return
+        task = inner_tasks(candidate)[worst.sample]
+        when = f"at {candidate.rollout.times[worst.sample]:.1f} s" + (f" in {task}" if task else "")
+        said = worst.why or whose
+        reason = f"'{worst.one}' hit '{worst.other}' with {worst.force:.0f} N {when}; {said}"
+        yield Finding(self.name, False, reason, worst.force, worst.limit, "N", task)
+
+
+def bumps(candidate: Candidate) -> Iterator[Bump]:
+    """Touches that are an objection, each sample of each."""
+    rollout, brush = candidate.rollout, candidate.limits.brush
+    assert rollout is not None
+    contacts = _Contacts(candidate, rollout)
+    for k, touches in enumerate(rollout.touches):
+        for pair, (force, touch) in _by_pair(touches).items():
+            limit = contacts.limit(k, pair)
+            if limit is not None:
+                contacts.note(k, pair)
+            if force > (brush if limit is None else limit):
+                why = "" if limit is None else f"limit {limit:.0f} N {candidate.program.force_limit_source}"
+                yield Bump(force - (limit or brush), force, limit or brush, k, touch.a, touch.b, why)
+
+
+def _by_pair(touches: Iterable[Touch]) -> dict[Pair, tuple[float, Touch]]:
+    """The force between two wholes [N], and their hardest touch."""
+    found: dict[Pair, tuple[float, Touch]] = {}
+    for touch in touches:
+        pair = frozenset({_whole(touch.a), _whole(touch.b)})
+        force, hardest = found.get(pair, (0.0, touch))
+        found[pair] = force + touch.force, max(hardest, touch, key=lambda t: t.force)
+    return found
+
+
+def _whole(body: str) -> str:
+    return HAND if thing_of(body) == "effector" else thing_of(body)
+
+
+class _Contacts:
+    """What may touch at each sample of a run, which is gone through from its start."""
+
+    def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
+        self.times, self.robot = rollout.times, candidate.program.robot
+        self.allowances, self.most = candidate.allowances, candidate.program.force_limit
+        self.tasks, self.held = inner_tasks(candidate), held_at(rollout)
+        self.weight = {t.name: (t.mass or 0.0) * GRAVITY for t in rollout.world.things}
+        near = round(GRIP / float(self.times[1] - self.times[0])) if len(self.times) > 1 else 0
+        pressed = pressed_at(rollout)
+        self.gripped = [set(pressed[max(0, k - near) : k + near + 1]) | {one} for k, one in enumerate(self.held)]
+        self.last: dict[Pair, float] = {}  # when two that may touch last did [s]
+        self.stood: dict[str, set[str]] = {}  # what a thing touched when it was taken
+
+    def limit(self, k: int, pair: Pair) -> float | None:
+        """The most that two may press each other at a sample [N]; None where they must not touch."""
+        if pair == {HAND} or (HAND in pair and pair & self.gripped[k]):
+            return math.inf  # pads that close on a thing: the gripper's own force
+        if self.robot in pair:
+            return None
+        allowance, in_hand = self.allowances.get(self.tasks[k], Allowance()), pair & {HAND, self.held[k]}
+        if not in_hand and pair in self.last:
+            return math.inf  # they stand together, and nobody is pressing
+        if k > 0 and not self._declared(k, pair, allowance) and not self._goes_on(k, pair):
+            return None
+        if in_hand:
+            return math.inf  # contacts of a stiff arm chatter: what it feels of them is judged (``force_peak``)
+        return self.most + sum(self.weight.get(one, 0.0) for one in pair)
+
+    def _declared(self, k: int, pair: Pair, allowance: Allowance) -> bool:
+        held = self.held[k]
+        if pair in allowance.touches or frozenset(HELD if one == held else one for one in pair) in allowance.touches:
+            return True
+        return allowance.carries_on and held in pair and bool(pair & self.stood.get(held, set()))
+
+    def _goes_on(self, k: int, pair: Pair) -> bool:
+        return bool(self.times[k] - self.last.get(pair, -math.inf) <= GAP)
+
+    def note(self, k: int, pair: Pair) -> None:
+        """Remember two that touch, and may."""
+        self.last[pair] = float(self.times[k])
+        taken = self.held[k]
+        if taken and (k == 0 or self.held[k - 1] != taken):
+            self.stood[taken] = {o for p in self.last if taken in p and HAND not in p and self._goes_on(k, p) for o in p - {taken}}

@@ -1,0 +1,38 @@
+"""Whether a thing is at rest at the end of a run; what hangs on a peg may swing a little."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cramlite.model import Pose, Rollout, Vector3
+
+REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
+SWING = 0.04
+"""What hangs on a peg may swing by this [m/s], its hole at rest: a pendulum on a peg has nothing to brake it.
+
+Source: a body whose centre is d below the peg and swings by +-A gains h = A^2 / (2 d) of height at its turning points
+(pendulum, small angles), and comes off only if it rises by the r of the peg's bent tip. Its period
+2 pi sqrt((k^2 + d^2) / (g d)) is about 0.55 s for the products here (d = 70 mm, radius of gyration k = 34 mm), so that half a
+second shows nearly the whole 2 A: 0.04 m/s are A = 10 mm, h = 0.7 mm, an eighth of r = 6 mm. Measured: 4.3 mm to and fro after
+letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in all that time.
+"""
+
+
+def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:
+    """Return what is wrong where a thing still moves at the end; of one that hangs, the hole must be at rest, and the rest may
+    swing. Empty where it is at rest."""
+    hole = rollout.world.thing(thing).feature("vrps:Hole") if hanging else None
+    speed = _speed(rollout, thing, hole.pose.position if hole else (0.0, 0.0, 0.0))
+    if speed > REST:
+        what = f"the hole of '{thing}'" if hole else f"'{thing}'"
+        return f"{what} still moves at {1000 * speed:.0f} mm/s at the end"
+    swing = _speed(rollout, thing, (0.0, 0.0, 0.0)) if hole else 0.0
+    return f"'{thing}' still swings at {1000 * swing:.0f} mm/s at the end" if swing > SWING else ""
+
+
+def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
+    """How far a point of a thing gets about in the last half second [m/s]: the diagonal of the box around its way."""
+    recent = rollout.times >= rollout.times[-1] - 0.5
+    poses = [Pose(tuple(row[:3]), tuple(row[3:])) for row in rollout.poses[thing][recent]]
+    way = float(np.linalg.norm(np.ptp([p.apply(point) for p in poses], axis=0)))
+    return way / (float(np.ptp(rollout.times[recent])) or 1.0)

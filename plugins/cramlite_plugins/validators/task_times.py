@@ -1,0 +1,55 @@
+"""When the code of each task ran."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from cramlite.model import chain
+from cramlite.plugin import Candidate
+
+
+class Span(NamedTuple):
+    """First and last time of something [s]."""
+
+    start: float
+    end: float
+
+
+def task_at(candidate: Candidate, sample: int) -> str:
+    """The task of the plan whose code ran at a sample."""
+    assert candidate.rollout is not None and candidate.code is not None
+    return candidate.code.task_of(int(candidate.rollout.lines[sample]))
+
+
+def origins(candidate: Candidate) -> list[str]:
+    """What the code that ran at each sample came from, e.g. "3.Placing/PuttingDown/lower"; "" before the first step. After the
+    last one, while things settle, it is the last one's."""
+    rollout, code = candidate.rollout, candidate.code
+    assert rollout is not None and code is not None
+    starts, lines = sorted(code.origins), rollout.lines.astype(int)
+    running = np.flatnonzero(lines)
+    last = int(running[-1]) if len(running) else -1
+    lines = np.where(np.arange(len(lines)) > last, lines[last] if last >= 0 else 0, lines)
+    before = np.searchsorted(starts, lines, side="right") - 1
+    return [code.origins[starts[k]] if k >= 0 else "" for k in before]
+
+
+def inner_tasks(candidate: Candidate) -> list[str]:
+    """The innermost action, of the plan or a part of one, whose code ran at each sample; "" where none did."""
+    known = {a.name for a in (*candidate.actions, *candidate.parts)}
+    found = origins(candidate)
+    inner = {o: next((n for n in chain(o) if n in known), "") for o in set(found)}
+    return [inner[o] for o in found]
+
+
+def span(candidate: Candidate, task: str) -> Span | None:
+    """When the code of an action, of the plan or a part of one, ran; None when it has no code or never ran."""
+    rollout, code = candidate.rollout, candidate.code
+    assert rollout is not None and code is not None
+    starts = sorted(code.origins)
+    inside = [task in chain(code.origins[k]) for k in starts]
+    before = np.searchsorted(starts, rollout.lines.astype(int), side="right") - 1
+    samples = [k for k, b in enumerate(before) if b >= 0 and inside[b] and rollout.lines[k] > 0]
+    return Span(float(rollout.times[samples[0]]), float(rollout.times[samples[-1]])) if len(samples) > 1 else None
