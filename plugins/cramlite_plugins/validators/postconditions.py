@@ -7,7 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec.structs import replace
 
-from cramlite.model import Action, EntityName, Pose, Relation, Rollout, Thing, Value, chain, is_inside, thing_of
+from cramlite.model import (
+    Action,
+    EntityName,
+    Pose,
+    Relation,
+    Rollout,
+    Thing,
+    Value,
+    enclosing_names,
+    is_part_of,
+    thing_of,
+)
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from .held_times import held_times, said_times, said_values
@@ -154,7 +165,7 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:
         start = now
-        for one in (*(p for p in candidate.parts if is_inside(p.name, action.name)), action):
+        for one in (*(p for p in candidate.parts if is_part_of(p.name, action.name)), action):
             ran = span(candidate, one.name)
             yield one, ran, start if one is action else now
             now = max(now, ran.end) if ran else now
@@ -164,7 +175,7 @@ def no_trace(candidate: Candidate, task: str, ran: Span | None) -> str:
     """Return what a run lacks of a task that has steps in the program; empty where it has none, or all left a trace."""
     code = candidate.code
     assert code is not None
-    steps = [s.origin for s in candidate.program.steps if task in chain(s.origin)]  # what the run decides about may be left out
+    steps = [s.origin for s in candidate.program.steps if task in enclosing_names(s.origin)]  # what the run decides about may be left out
     if steps and ran is None:
         return f"{task} was not executed: none of the code of its {len(steps)} steps ran"
     gone = [code.origins[line] for line in sorted(code.origins) if code.origins[line] in steps and not code.lines_of(line)]

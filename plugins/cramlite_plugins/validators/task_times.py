@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import chain
+from cramlite.model import enclosing_names
 from cramlite.plugin import Candidate
 
 
@@ -40,7 +40,7 @@ def inner_tasks(candidate: Candidate) -> list[str]:
     """The innermost action, of the plan or a part of one, whose code ran at each sample; "" where none did."""
     known = {a.name for a in (*candidate.actions, *candidate.parts)}
     found = origins(candidate)
-    inner = {o: next((n for n in chain(o) if n in known), "") for o in set(found)}
+    inner = {o: next((n for n in enclosing_names(o) if n in known), "") for o in set(found)}
     return [inner[o] for o in found]
 
 
@@ -49,7 +49,7 @@ def span(candidate: Candidate, task: str) -> Span | None:
     rollout, code = candidate.rollout, candidate.code
     assert rollout is not None and code is not None
     starts = sorted(code.origins)
-    inside = [task in chain(code.origins[k]) for k in starts]
+    inside = [task in enclosing_names(code.origins[k]) for k in starts]
     before = np.searchsorted(starts, rollout.lines.astype(int), side="right") - 1
     samples = [k for k, b in enumerate(before) if b >= 0 and inside[b] and rollout.lines[k] > 0]
     return Span(float(rollout.times[samples[0]]), float(rollout.times[samples[-1]])) if len(samples) > 1 else None
