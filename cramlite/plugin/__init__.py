@@ -126,8 +126,10 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    return _NAMES.load(name)
+if not TYPE_CHECKING:  # else any name would do
+
+    def __getattr__(name: str) -> Any:
+        return _NAMES.load(name)
 
 
 def __dir__() -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import re
 import subprocess
@@ -13,9 +14,20 @@ import pytest
 from conftest import ROOT, TASKS, Run
 
 DEMONSTRATION = ROOT / "scenarios" / "fetch_from_hanger" / "demonstration"
-STAGES = [f"cramlite.{m}" for m in ("scenario", "goals", "search", "proof", "late_poses", "scenario_world", "pipeline")]
+STAGES = [
+    f"cramlite.{m}"
+    for m in (
+        "scenario.scenario", "planning.task_goals", "planning.search", "engine.proof", "engine.late_poses", "scenario.worlds",
+        "cli.resolve",
+    )
+]  # fmt: skip
 """What comes after interpretation."""
-JUDGED = [f"cramlite.{m}" for m in ("interpretation", "decision", "proof", "late_poses", "goals")]
+JUDGED = [
+    f"cramlite.{m}"
+    for m in (
+        "interpretation.interpretation", "interpretation.decision_tree", "engine.proof", "engine.late_poses", "planning.task_goals",
+    )
+]  # fmt: skip
 """What a scenario that starts from a demonstration needs only when it is resolved."""
 UNASKED = ["glfw", "asyncio", "numpy.random", "cramlite_plugins.simulation.controller.controller"]
 """What no check has a use for, though the plugins that do are loaded."""
@@ -178,3 +190,9 @@ def test_wrong_words_on_the_command_line(words: tuple[str, ...], says: str, mean
     assert ran.code == 2 and ran.out == ""
     assert says in ran.err
     assert meant in ran.err if meant else "did you mean" not in ran.err
+
+
+@pytest.mark.parametrize("name", [*STAGES, *JUDGED, *UNASKED])
+def test_what_may_not_be_imported_is_there(name: str) -> None:
+    """A module that was renamed is never imported by its old name."""
+    assert importlib.util.find_spec(name) is not None

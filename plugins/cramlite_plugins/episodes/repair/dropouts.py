@@ -148,7 +148,8 @@ def _without(absence: Dropout, episode: Episode) -> Episode:
     """Continue the thing's states, drop the phantom's, and put its poses right."""
     mine = [e for e in episode.of("state") if absence.thing in _wholes(e, episode)]
     start, end = absence.start - MARGIN, absence.end + MARGIN
-    phantom = [e for e in mine if start < e.start and e.end < end]
+    cut_short = _cut_short(absence, mine)
+    phantom = [e for e in mine if start < e.start and e.end < end and e.id not in cut_short]
     joined = [(a, b) for a, b in _pairs([e for e in mine if e not in phantom]) if start <= a.end < b.start <= end]
     if not joined:
         return episode
@@ -165,6 +166,12 @@ def _without(absence: Dropout, episode: Episode) -> Episode:
     events = [e for e in episode.events if e not in removed] + list(added)
     events.sort(key=lambda e: (e.start, e.end, e.id))
     return replace(mended, events=tuple(events), repairs=(*episode.repairs, repair))
+
+
+def _cut_short(absence: Dropout, mine: list[Event]) -> set[str]:
+    """Both parts of states that the dropout broke in two: they are no phantom's, however short one of them is."""
+    pairs = ((a, b) for a, b in _pairs(mine) if a.start < absence.start and b.end > absence.end)
+    return {e.id for a, b in pairs if abs(a.end - absence.start) < MOMENT for e in (a, b)}
 
 
 def _stays(absence: Dropout, event: Event, mended: Episode) -> float:
