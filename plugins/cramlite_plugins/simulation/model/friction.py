@@ -73,14 +73,14 @@ def _surface(geom: Any) -> Surface | None:
     """A pad or a thing's geom; None for a grain, and for one of a robot's links, which gets the friction ``LINK``."""
     if f"/{GRAIN}/" in geom.name:
         return None
-    pad, friction = is_pad(geom.name), tuple(map(float, geom.friction))
+    pad, (sliding, torsional, rolling) = is_pad(geom.name), map(float, geom.friction)
     if not pad and geom.contype == ROBOT[0]:
-        geom.friction = [LINK, *friction[1:]]
+        geom.friction = [LINK, torsional, rolling]
         return None
-    body = geom.parent
+    body, (time, damping) = geom.parent, map(float, geom.solref)
     return Surface(
-        geom.name, body.name, pad or bool(body.joints), pad, friction, int(geom.priority), int(geom.condim),
-        tuple(map(float, geom.solref)), (int(geom.contype), int(geom.conaffinity)),
+        geom.name, body.name, pad or bool(body.joints), pad, (sliding, torsional, rolling), int(geom.priority),
+        int(geom.condim), (time, damping), (int(geom.contype), int(geom.conaffinity)),
     )  # fmt: skip
 
 
@@ -90,7 +90,8 @@ def _add_pair(spec: Any, a: Surface, b: Surface) -> None:
         first = max(a, b, key=lambda s: s.priority)
         condim, solref = first.condim, first.solref
     else:
-        condim, solref = max(a.condim, b.condim), tuple((x + y) / 2 for x, y in zip(a.solref, b.solref, strict=True))
+        (time_a, damping_a), (time_b, damping_b) = a.solref, b.solref
+        condim, solref = max(a.condim, b.condim), ((time_a + time_b) / 2, (damping_a + damping_b) / 2)
     spec.add_pair(
         name=f"{a.geom} on {b.geom}", geomname1=a.geom, geomname2=b.geom, condim=condim, solref=solref,
         friction=a.friction_with(b),
