@@ -59,10 +59,11 @@ class Grip(Value):
 
     @property
     def wanted(self) -> float:
-        """Force on each pad that also holds the weight's moment and a motion's push [N]; at most infinite, as ``least``."""
+        """Force on each pad that also holds the weight's moment and a motion's push [N], in whole newtons; as ``least`` else."""
+        if not self.friction:
+            return self.least
         radius = math.hypot(*self.gripper.pad) / 4  # exact for a line; a rectangle's is up to a tenth larger
-        push = LIMIT.default / (2 * self.friction) if self.friction else math.inf
-        return self.least * (1 + self.lever / radius) + push
+        return float(math.ceil(self.least * (1 + self.lever / radius) + LIMIT.default / (2 * self.friction)))
 
     def __str__(self) -> str:
         return (
@@ -97,19 +98,19 @@ def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, 
             either can.
     """
     low, high = grip.gripper.force
-    limit, why = _limit(grip, context, within)
-    if not asked:
-        if grip.least > limit:
-            raise _too_weak(grip, limit, why, (*of_thing, *within))
-        force = min(max(low, float(math.ceil(min(grip.wanted, high)))), limit)
-        return force, f"grip {force:g} N for {grip}"
-    if not low <= asked <= high:
+    limit, why = _limit(grip, context, (*of_thing, *within))
+    if asked and not low <= asked <= high:
         reason = f"a grip force of {asked:g} N is outside {low:g} .. {high:g} N of gripper '{grip.gripper.type}'"
         raise Unresolvable(reason, within, {"force_N": asked, "least_N": low, "most_N": high})
-    return (asked, "") if asked <= limit else (limit, f"grip {limit:g} N instead of {asked:g} N, {why}")
+    if not asked and grip.least > limit:
+        raise _too_weak(grip, limit, why, (*of_thing, *within))
+    wanted = asked or max(low, grip.wanted)
+    instead = f" instead of {wanted:g} N, {why}" if wanted > limit else ""
+    force, source = min(wanted, limit), "" if asked else f" for {grip}"
+    return force, f"grip {force:g} N{source}{instead}" if source or instead else ""
 
 
-def _limit(grip: Grip, context: Context, within: tuple[str, ...]) -> tuple[float, str]:
+def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
     """The most that a pad may press [N], and why: the gripper's most, or what the thing bears."""
     low, high = grip.gripper.force
     limits = [(high, f"the most of gripper '{grip.gripper.type}'")]
@@ -120,7 +121,7 @@ def _limit(grip: Grip, context: Context, within: tuple[str, ...]) -> tuple[float
     limit, why = min(limits, key=lambda x: x[0])
     if limit < low:
         reason = f"the gripper presses with {low:.0f} N at least, more than {limit:g} N: {why}"
-        raise Unresolvable(reason, within, {"least_N": low, "limit_N": limit})
+        raise Unresolvable(reason, because, {"least_N": low, "limit_N": limit})
     return limit, why
 
 
