@@ -11,11 +11,13 @@ from cramlite.model import EntityName, Event, Floats, Rollout, thing_of
 
 from .entities import effectors
 from .signals import (
+    GAP,
     Flags,
     close_gaps,
     drop_short,
     hysteresis,
     intervals,
+    moving_average,
     rotate_into_frame,
     span_of,
     spans,
@@ -29,8 +31,9 @@ GRIP = (0.6, 0.2)
 THIN = 0.001
 #: The object slips when it moves faster than this in the hand [m/s], plus this share of the hand's speed.
 SLIP = (0.03, 0.3)
-#: Friction was seen to hold: for GAP nothing but this hand touches the object, or the hand drags it this far [m].
-DRAG = 0.02
+#: Friction was seen to hold: for GAP the pads push the object up with this share of what all that touches it does (at rest that
+#: is its weight), or the hand drags it this far [m].
+CARRY, DRAG = 0.5, 0.02
 #: Each pad's normal force of a grip that is meant to hold, although nothing was seen to move [N]: a person's pinch has 40 N, the
 #: weakest gripper presses with 10 N at least.
 FIRM = 5.0
@@ -51,13 +54,16 @@ def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], Pair]) 
         weaker = np.minimum(pads[0].force, pads[1].force)  # type: ignore[union-attr]
         pressed = np.logical_and(*(hysteresis(p.force, *GRIP) for p in pads))  # type: ignore[union-attr]
         held = close_gaps(pressed & (rollout.opening > THIN), rollout.times)
-        alone = ~_others_touch(pairs, hand, thing.name, rollout)
-        still = held & ~drop_short(held & _slipping(rollout, thing.name, frame), rollout.times)
+        lift = pads[0].lift + pads[1].lift  # type: ignore[union-attr]
+        others = _others_lift(pairs, hand, thing.name, rollout)
+        inside = _in_hand(rollout, thing.name, frame)
+        still = held & ~drop_short(held & _slipping(inside, rollout, frame), rollout.times)
         for start, end in intervals(still, rollout.times):
             within = slice(start, end)
             slipped = end < len(held) and bool(held[end])  # the pads still press, and hold it no longer
-            firm = not slipped and bool(spans(weaker[within] > FIRM, rollout.times[within]))
-            if firm or _carried(alone[within], rollout.times[within]) or _dragged(rollout, thing.name, frame, within):
+            stays = not slipped and float(np.linalg.norm(inside[within] - inside[start], axis=1).max()) < DRAG
+            firm = stays and bool(spans(weaker[within] > FIRM, rollout.times[within]))
+            if firm or _carries(lift[within], others[within], rollout.times[within]) or _dragged(rollout, thing.name, frame, within):
                 roles = {"gripper": hand, "object": thing.name}
                 found.append(state("cram:GraspState", span_of(start, end, rollout.times), roles))
     return found
@@ -69,26 +75,28 @@ def _pressing(pairs: dict[tuple[str, str], Pair], pad: str, thing: str) -> Pair 
     return Pair(sum(p.force for p in mine), sum(p.lift for p in mine)) if mine else None  # type: ignore[arg-type]
 
 
-def _slipping(rollout: Rollout, thing: str, frame: str) -> Flags:
-    """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
+def _in_hand(rollout: Rollout, thing: str, frame: str) -> Floats:
+    """Where the thing is in the hand, (N, 3) [m]."""
     hand, body = rollout.poses[frame], rollout.poses[thing]
-    inside = rotate_into_frame(hand[:, 3:], body[:, :3] - hand[:, :3])
-    limit = SLIP[0] + SLIP[1] * speed(hand[:, :3], rollout.times)
+    return rotate_into_frame(hand[:, 3:], body[:, :3] - hand[:, :3])
+
+
+def _slipping(inside: Floats, rollout: Rollout, frame: str) -> Flags:
+    """Samples in which the thing moves relative to the hand, allowing for a share of the hand's own speed."""
+    limit = SLIP[0] + SLIP[1] * speed(rollout.poses[frame][:, :3], rollout.times)
     return np.asarray(speed(inside, rollout.times) > limit)
 
 
-def _others_touch(pairs: dict[tuple[str, str], Pair], hand: str, thing: str, rollout: Rollout) -> Flags:
-    """Samples in which anything but the hand touches a thing."""
-    force = np.zeros(len(rollout.times))
-    for (a, b), pair in pairs.items():
-        if thing_of(b) == thing and thing_of(a) not in (thing, hand):
-            force = force + pair.force
-    return hysteresis(force, *CONTACT)
+def _others_lift(pairs: dict[tuple[str, str], Pair], hand: str, thing: str, rollout: Rollout) -> Floats:
+    """With what force all but the hand pushes a thing up, (N,) [N]."""
+    lifts = [p.lift for (a, b), p in pairs.items() if thing_of(b) == thing and thing_of(a) not in (thing, hand)]
+    return np.asarray(sum(lifts, np.zeros(len(rollout.times))))
 
 
-def _carried(alone: Flags, times: Floats) -> bool:
-    """Whether for GAP at a stretch nothing else touched the thing, which did not fall."""
-    return bool(drop_short(alone, times).any())
+def _carries(lift: Floats, others: Floats, times: Floats) -> bool:
+    """Whether the pads have their share in pushing the thing up, on average over GAP."""
+    mine, whole = (moving_average(v, times, GAP) for v in (lift, lift + others))
+    return bool(np.any((whole > CONTACT[0]) & (mine > CARRY * whole)))
 
 
 def _dragged(rollout: Rollout, thing: str, frame: str, span: slice) -> bool:
