@@ -2,11 +2,11 @@
 
 Two pads that press with F each hold 2 mu F along their faces. Asked for is, on each pad,
 
-    F = (s m (g + a) (1 + d / r) + P) / (2 mu)
+    F = s (m (g + a) (1 + d / r) + P) / (2 mu)
 
 with the mass m, the pair's friction mu, the margin s, the acceleration a of the arm, the distance d of the centre of mass from the line
 between the pads, the mean distance r of a pad's points from its middle (a pad that turns on a face resists with mu F r), and the push P
-that a motion in contact may apply before it stops. The first part without d, s m (g + a) / (2 mu), is what a grasp cannot do without:
+that a motion in contact may apply before it stops. The weight's part without d, s m (g + a) / (2 mu), is what a grasp cannot do without:
 where the gripper or the thing does not bear that, it is refused. The others are given as far as both bear them.
 """
 
@@ -63,7 +63,7 @@ class Grip(Value):
         if not self.friction:
             return self.least
         radius = math.hypot(*self.gripper.pad) / 4  # exact for a line; a rectangle's is up to a tenth larger
-        return float(math.ceil(self.least * (1 + self.lever / radius) + LIMIT.default / (2 * self.friction)))
+        return float(math.ceil(self.least * (1 + self.lever / radius) + MARGIN * LIMIT.default / (2 * self.friction)))
 
     def __str__(self) -> str:
         return (
@@ -106,8 +106,15 @@ def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, 
         raise _too_weak(grip, limit, why, (*of_thing, *within))
     wanted = asked or max(low, grip.wanted)
     instead = f" instead of {wanted:g} N, {why}" if wanted > limit else ""
-    force, source = min(wanted, limit), "" if asked else f" for {grip}"
-    return force, f"grip {force:g} N{source}{instead}" if source or instead else ""
+    force = min(wanted, limit)
+    source = _doubt(grip, force) if asked else f" for {grip}"
+    return force, f"grip {force:g} N{instead}{source}" if source or instead else ""
+
+
+def _doubt(grip: Grip, force: float) -> str:
+    """That a given force does not carry the weight, where it does not; else nothing."""
+    carried = 2 * grip.friction * force
+    return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
 
 
 def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
