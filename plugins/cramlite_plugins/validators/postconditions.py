@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from cramlite.plugin import Clause, Phase, PhaseName, Rule, Timeline
 
 GRAVITY = 9.81
+NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
 
@@ -154,9 +155,24 @@ class TaskRules(Value):
             if missing:
                 yield Finding(self.name, False, missing, origin=action.name)
             elif action.task in rules:
-                idle = now == candidate.rollout.times[0]
-                done = ran or Span(now, now)
-                yield _judged(rules[action.task], action, timeline, done, self.name, already=ran is None and not idle)
+                already = _already(candidate, action) if ran else NO_STEPS if now > candidate.rollout.times[0] else ""
+                yield _judged(rules[action.task], action, timeline, ran or Span(now, now), self.name, already)
+
+
+def _already(candidate: Candidate, action: Action) -> str:
+    """Say which part of the action before did the same with the same things; empty for none. What it changed cannot be asked for
+    once more: a hand that withdrew, as the last part of placing, touches nothing that it could withdraw from."""
+    names = [a.name for a in candidate.actions]
+    if action.name not in names[1:]:
+        return ""
+    before = names[names.index(action.name) - 1]
+    same = (p.name for p in candidate.parts if is_part_of(p.name, before) and (p.task, _fillers(p)) == (action.task, _fillers(action)))
+    done = next(same, "")
+    return f"{done} did it already" if done else ""
+
+
+def _fillers(action: Action) -> dict[str, str | None]:
+    return {role: o.entity for role, o in action.roles.items()}
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
@@ -204,18 +220,18 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
     before = [start, *(cut for cut in reversed(timeline.cuts) if start - OPENING <= cut < start), start - OPENING]
     for a, b in spans:
         own = timeline.phases(Segment(a, b))
-        for moment in before if a <= start + PADDING else (a,):
+        for moment in (*before, a) if a <= start + PADDING else (a,):
             yield {**own, "pre": timeline.instant(max(moment, timeline.cuts[0]))}
 
 
-def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str, *, already: bool) -> Finding:
+def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str, already: str) -> Finding:
     from cramlite.plugin import Segment
 
-    clauses = [c for c in rule.written_order if _asked(c, action) and (not already or c.phase == "post" or _binds(c))]
+    clauses = [c for c in rule.written_order if _asked(c, action, rule) and (not already or c.phase == "post" or _binds(c))]
     unmet = _unmet_in(rule, clauses, action, _ways(timeline, *ran))
     if unmet is None:
         said = " and ".join(c.text for c in clauses if c.phase != "pre")
-        nothing = f"nothing was left to do, its program has no steps; {'afterwards: ' if said else ''}" if already else ""
+        nothing = f"nothing was left to do, {already}; {'afterwards: ' if said else ''}" if already else ""
         return Finding(name, True, f"{action.name}: {nothing}{said}".rstrip("; "), origin=action.name)
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
     clause, bindings = unmet
@@ -227,13 +243,16 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
     return Finding(name, False, said + (f": {held}{then}" if held else ""), origin=action.name)
 
 
-def _asked(clause: Clause, action: Action) -> bool:
-    """Whether a condition can be asked of an action: that something does not hold before of a role that nobody fills (nobody
-    says what is looked for) would be asked of everything there is."""
+def _asked(clause: Clause, action: Action, rule: Rule) -> bool:
+    """Whether a condition can be asked of an action. That what it brings about does not hold before tells when a person did it, and
+    is no fault of a program that finds it done; and that something does not hold of a role that nobody fills (nobody says what is
+    looked for) would be asked of everything there is."""
     from cramlite.plugin import Not, atoms
 
     if clause.phase != "pre" or not isinstance(clause.condition, Not):
         return True
+    if clause.text in {f"not {c.text}" for c in rule.written_order if c.phase == "post"}:
+        return False
     named = {v for a in atoms(clause.condition) for v in a.binds()}
     return named <= {k for k, o in action.roles.items() if o.entity} or not named
 
