@@ -205,17 +205,20 @@ Way = Mapping["PhaseName", "Phase"]
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
     """How a task's code may be taken, and its rule be met.
 
-    As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of
-    servo lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still
-    appear (the padding of the published rule base); and from a change of state in it on, where, as for an action of a
-    demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch. What is asked
-    for before may have ended in the moments before: fingers that let go leave a thing before the next task begins.
+    As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of servo
+    lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still appear (the
+    padding of the published rule base); without its last ones, since the detector takes changes of state within ``SNAP`` for
+    one, the first (a thing that is lowered onto a peg and let go at once); and from a change of state in it on, where, as for
+    an action of a demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch. What is
+    asked for before may have ended in the moments before: fingers that let go leave a thing before the next task begins.
     """
     from cramlite.plugin import PADDING, Segment
 
+    from ..episodes.detection.detect import SNAP
+
     spans = [(start, end)]
     if end - start > 2 * PADDING:
-        spans += [(start + PADDING, end), (start, end + PADDING)]
+        spans += [(start + PADDING, end), (start, end + PADDING), (start, end - SNAP)]
         spans += [(cut, end) for cut in timeline.cuts if start < cut < end - PADDING]
     before = [start, *(cut for cut in reversed(timeline.cuts) if start - OPENING <= cut < start), start - OPENING]
     for a, b in spans:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 
 import mujoco
 import pytest
@@ -64,6 +65,18 @@ def test_two_pads_hold_what_weighs_less_than_their_friction(pad: float, of: floa
     most = 2 * pair_friction(pad, of) * force / G
     assert sank(pad, of, 0.88 * most, force) < 0.002
     assert sank(pad, of, 1.1 * most, force) > 0.01
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_twins_of_the_friction_of_either_differ_in_what_they_hold(seed: int) -> None:
+    """Drawn as a twin draws them, half as much or more: each holds what its own pair carries, whatever was believed."""
+    rng = random.Random(seed)
+    pad, of, force = 0.9 * rng.uniform(0.5, 1.5), 0.6 * rng.uniform(0.5, 1.5), 15.0
+    believed = 2 * pair_friction(0.9, 0.6) * force / G
+    carries = pair_friction(pad, of) / pair_friction(0.9, 0.6)
+    for share in (0.6, 0.8, 1.0, 1.2):
+        if not 0.88 < share / carries < 1.1:
+            assert (sank(pad, of, share * believed, force) < 0.005) == (share < carries)
 
 
 @pytest.mark.parametrize(("pad", "of"), [(0.9, 0.0), (0.0, 0.9)])

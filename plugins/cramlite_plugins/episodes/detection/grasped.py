@@ -61,9 +61,9 @@ def _grasps_of(hand: str, rollout: Rollout, pairs: dict[tuple[str, str], Pair]) 
         for start, end in intervals(still, rollout.times):
             within = slice(start, end)
             slipped = end < len(held) and bool(held[end])  # the pads still press, and hold it no longer
-            stays = not slipped and float(np.linalg.norm(inside[within] - inside[start], axis=1).max()) < DRAG
-            firm = stays and bool(spans(weaker[within] > FIRM, rollout.times[within]))
-            if firm or _carries(lift[within], others[within], rollout.times[within]) or _dragged(rollout, thing.name, frame, within):
+            shift, times = np.linalg.norm(inside[within] - inside[start], axis=1), rollout.times[within]
+            firm = not slipped and shift.max() < DRAG and bool(spans(weaker[within] > FIRM, times))
+            if firm or _carries(lift[within], others[within], times) or _dragged(rollout, thing.name, frame, within, shift):
                 roles = {"gripper": hand, "object": thing.name}
                 found.append(state("cram:GraspState", span_of(start, end, rollout.times), roles))
     return found
@@ -99,10 +99,10 @@ def _carries(lift: Floats, others: Floats, times: Floats) -> bool:
     return bool(np.any((whole > CONTACT[0]) & (mine > CARRY * whole)))
 
 
-def _dragged(rollout: Rollout, thing: str, frame: str, span: slice) -> bool:
-    """Whether the hand took the thing along across the closing axis."""
+def _dragged(rollout: Rollout, thing: str, frame: str, span: slice, shift: Floats) -> bool:
+    """Whether the hand took the thing along across the closing axis, further than it moved in the hand."""
     closing = np.subtract(*(rollout.poses[str(EntityName(frame, side))][span, :3] for side in ("left", "right")))
     closing = closing.mean(axis=0) / max(float(np.linalg.norm(closing.mean(axis=0))), 1e-9)
     travel = rollout.poses[thing][span, :3] - rollout.poses[thing][span.start, :3]
     across = travel - np.outer(travel @ closing, closing)
-    return bool(np.max(np.linalg.norm(across, axis=1)) > DRAG)
+    return bool(np.max(np.linalg.norm(across, axis=1) - shift) > DRAG)
