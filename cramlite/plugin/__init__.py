@@ -124,10 +124,10 @@ __all__ = [
     "Validator",
     "atoms",
     "contents",
+    "did_you_mean",
     "hookimpl",
     "html_template",
     "load_yaml",
-    "did_you_mean",
     "nearest",
     "parse_quantity",
 ]

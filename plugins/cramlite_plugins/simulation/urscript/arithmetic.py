@@ -77,8 +77,8 @@ def greater(a: Any, b: Any) -> bool:
 
 def matrix(value: Any, where: str) -> list[list[Any]]:
     """Check that a value is a matrix: rows of one length, of numbers."""
-    rows = value if type(value) is list and value else [None]
-    if not all(type(row) is list and row and len(row) == len(rows[0]) for row in rows):
+    rows = value if type(value) is list else []
+    if not rows or not all(type(row) is list and row and len(row) == len(rows[0]) for row in rows):
         raise ScriptError(f"{where} needs a matrix [[...], [...]] with rows of one length, not {show(value)}")
     return [[_number(v, where) for v in row] for row in rows]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 
 from msgspec.structs import astuple
 
@@ -11,11 +12,12 @@ from cramlite.model import Value
 from cramlite.plugin import did_you_mean, nearest
 
 from .builtins import Library
-from .controller_names import CONTROLLER_NAMES
+from .controller_names import CONTROLLER_NAMES, CONTROLLER_VARIABLES
 from .lexer import complaint
 from .syntax import Assign, Call, Function, Method, Name, Run, Statement
 
 Arity = tuple[tuple[str, ...], int]  # names of all parameters, how many of them are required
+MISSPELT = 0.8  # share of letters in order (difflib) from which an unknown function is taken for another one misspelt
 _STARTS = "A program is one 'def' without parameters in column 0 up to its 'end' in column 0; or call one of them after its 'end'"
 
 
@@ -48,8 +50,8 @@ def check(program: Function, library: Library) -> list[Lack]:
         The places that no controller would refuse, and that cannot run here.
 
     Raises:
-        UserError: an unknown function or variable, or arguments that do not fit; says the line and the nearest name. What a
-            script file does not define may be defined by the program that it is read into, and is a lack.
+        UserError: a misspelt function, a variable without a value, or arguments that do not fit; says the line and the nearest
+            name. What a script file does not assign may be assigned by the program that it is read into, and is a lack.
     """
     names = _Names(program, library)
     return [lack for node in nodes(program) for lack in names.lacks(node)]
@@ -67,8 +69,22 @@ def refuse_lacks(program: Function, library: Library) -> None:
     found = list(dict.fromkeys(lack for node in _reached(program) for lack in names.lacks(node)))
     if found:
         first = min(found, key=lambda lack: lack.line)
-        more = f"; {len(found) - 1} more places cannot run here: 'cramlite check' lists them" if len(found) > 1 else ""
+        places = "place" if len(found) == 2 else "places"
+        more = f"; {len(found) - 1} more {places} cannot run here: 'cramlite check' lists them" if len(found) > 1 else ""
         raise complaint(first.line, first.text + more)
+
+
+def by_reason(lacks: list[Lack]) -> list[Lack]:
+    """Merge the places that lack the same: the first, and the lines of the others."""
+    lines: dict[str, list[int]] = {}
+    for lack in lacks:
+        lines.setdefault(lack.text, []).append(lack.line)
+    return [Lack(min(found), text + _others(sorted(set(found))[1:])) for text, found in lines.items()]
+
+
+def _others(lines: list[int]) -> str:
+    some = ", ".join(map(str, lines[:8])) + (f" and {len(lines) - 8} more" if len(lines) > 8 else "")
+    return f"; also in line{'s' if len(lines) > 1 else ''} {some}" if lines else ""
 
 
 class _Names:
@@ -97,23 +113,27 @@ class _Names:
             _check_call(call, self.arities)
         elif name in CONTROLLER_NAMES:
             yield Lack(call.line, f"the controller model does not have UR's function '{name}'")
-        elif self.whole:
+        elif get_close_matches(name.lower(), [n.lower() for n in self.arities], 1, MISSPELT):
             raise complaint(call.line, f"there is no function '{name}'; {nearest(name, self.arities)}")
         else:
-            guess = did_you_mean(name, self.arities)
-            yield Lack(call.line, f"the function '{name}' is not defined here: {guess}else another script or a URCap defines it")
+            there_is = f"there is no function '{name}' here; {did_you_mean(name, self.arities)}"
+            yield Lack(call.line, f"{there_is}a URCap, another script or a controller of another version may have it")
 
     def variable(self, node: Name) -> Iterator[Lack]:
-        if node.name in self.arities:
-            raise complaint(node.line, f"'{node.name}' is a function: call it with ()")
-        if self.whole:
-            raise complaint(node.line, f"'{node.name}' is assigned nowhere; {nearest(node.name, self.variables)}")
-        guess = did_you_mean(node.name, self.variables)
-        yield Lack(node.line, f"'{node.name}' is assigned nowhere here: {guess}else another script or the installation does it")
+        name = node.name
+        if name in self.arities:
+            raise complaint(node.line, f"'{name}' is a function: call it with ()")
+        if name in CONTROLLER_VARIABLES:
+            yield Lack(node.line, f"the controller model does not have UR's variable '{name}'")
+        elif self.whole:
+            raise complaint(node.line, f"'{name}' is assigned nowhere; {nearest(name, self.variables)}")
+        else:
+            guess = did_you_mean(name, self.variables)
+            yield Lack(node.line, f"'{name}' is assigned nowhere here; {guess}another script or the installation may do it")
 
     def run(self, node: Run) -> None:
         name = node.call.function
-        if (name in self.arities or self.whole) and getattr(self.own.get(name), "word", "") != "thread":
+        if name in self.arities and getattr(self.own.get(name), "word", "") != "thread":
             raise complaint(node.line, f"'run' needs a thread, and '{name}' is none")
 
 

@@ -1,6 +1,7 @@
 """Functions that controllers of Universal Robots have, by name: for telling what the model lacks from what nobody has.
 
-Written down from the URScript manual (e-Series 5.x), by its modules; functions of single PolyScope versions may be missing.
+Written down from the URScript manual (e-Series 5.x), by its modules, and from programs that PolyScope and UR's libraries
+write: they call functions that no manual has. The list is not complete, so a name that is not on it need not be wrong.
 """
 
 from __future__ import annotations
@@ -58,4 +59,9 @@ CONFIGURATION = """
     set_standard_digital_input_action set_tool_analog_input_domain set_tool_digital_input_action
     set_tool_digital_output_mode set_tool_output_mode
 """
-CONTROLLER_NAMES = frozenset((MOTION + INTERNALS + URMATH + INTERFACES + CONFIGURATION).split())
+UNLISTED = """
+    get_joint_positions get_joint_speeds motion_version_set set_runstate_standard_digital_outputs tool_wrench_limit_disable
+    tool_wrench_limit_set
+"""
+CONTROLLER_NAMES = frozenset((MOTION + INTERNALS + URMATH + INTERFACES + CONFIGURATION + UNLISTED).split())
+CONTROLLER_VARIABLES = frozenset(("a_joint_default", "a_tool_default", "v_joint_default", "v_tool_default", "__package__"))

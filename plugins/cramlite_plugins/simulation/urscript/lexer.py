@@ -78,5 +78,7 @@ def _strange(text: str, position: int) -> str:
         return "this string has no closing quote on its line"
     if character == "$":
         return "a label is a number and a text: $ 2 \"Robot Program\""
-    name = "" if character.isascii() else f" ({unicodedata.name(character, 'U+%04X' % ord(character))})"
+    if character == "{":
+        return "'{' is none of URScript's: a template, whose places are filled in before a robot gets it?"
+    name = "" if character.isascii() else f" ({unicodedata.name(character, f'U+{ord(character):04X}')})"
     return f"unexpected character {character!r}{name}"
