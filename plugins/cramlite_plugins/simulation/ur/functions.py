@@ -22,6 +22,7 @@ from ..controller.trajectories import Motion, StoppingMotion
 from ..urscript.builtins import PURE, Library
 from ..urscript.interpreter import Halted
 from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
+from .electrics import electrics
 from .pose_server import PoseServer
 from .settings import SETTINGS, Settings
 from .sockets import SOCKETS, Sockets
@@ -43,7 +44,7 @@ def known_functions() -> Library:
     bare = {cls: object.__new__(cls) for cls in (Functions, Sockets, Streaming, Settings)}
     names = ((Functions, NAMES), (Sockets, SOCKETS), (Streaming, STREAMING), (Settings, SETTINGS))
     own = {name: getattr(bare[cls], name) for cls, listed in names for name in listed}
-    return {**PURE, **own, **Registers(lambda: 0.0).library()}
+    return {**PURE, **electrics(), **own, **Registers(lambda: 0.0).library()}
 
 
 class Functions:
@@ -66,7 +67,7 @@ class Functions:
     def library(self) -> Library:
         """Return every function by name, the pure ones included."""
         parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
-        return {**PURE, **{name: getattr(part, name) for part, names in parts for name in names}}
+        return {**PURE, **electrics(), **{name: getattr(part, name) for part, names in parts for name in names}}
 
     # Motion
 

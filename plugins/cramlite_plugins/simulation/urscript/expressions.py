@@ -208,7 +208,7 @@ class ExpressionParser:
         arguments: list[Expression] = []
         named: list[tuple[str, Expression]] = []
         while not self.accept(")"):
-            if self.word.kind == "name" and self.words[self.at + 1].value == "=":
+            if self.word.kind in ("name", "keyword") and self.words[self.at + 1].value == "=":
                 name = self.take().value
                 self.take()
                 named.append((name, self.expression()))
