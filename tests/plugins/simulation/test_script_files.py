@@ -190,6 +190,22 @@ end
     assert off.outcome == "error" and "line 3: set_tool_voltage's voltage is one of 0, 12, 24" in off.reason
 
 
+def test_every_parameter_of_the_manual_may_be_given() -> None:
+    text = """
+set_tcp(p[0, 0, 0.15, 0, 0, 0], "gripper")
+set_target_payload(0.5, [0, 0, 0.05], [0, 0, 0, 0, 0, 0], 0.1)
+here = get_forward_kin()
+global same = get_inverse_kin_has_solution(here, tcp = get_tcp_offset())
+global away = get_inverse_kin_has_solution(here, tcp = p[0, 0, 5, 0, 0, 0])
+socket_open("127.0.0.1", 63352, "g")
+textmsg(same, away)
+x = socket_read_string("g", prefix = "(", timeout = 1)
+"""
+    done = execute(text, World((), (RobotMount("arm", "ur5e"),)), {"ur5e": UR5E}, mount="arm", time_limit=5.0)
+    assert done.messages[-1].text == "TrueFalse"
+    assert done.outcome == "error" and "line 9: socket_read_string: prefix and suffix are not modelled" in done.reason
+
+
 def test_what_cannot_run_is_listed_once_with_all_its_lines() -> None:
     found = list(MujocoSimulator().inspect("h = rpc_factory(\"xmlrpc\", \"a\")\nh.go()\nh.go()\nx = 1 + True\n"))
     assert [line for line, _ in found] == [1, 2, 4]

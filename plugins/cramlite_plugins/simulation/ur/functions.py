@@ -193,16 +193,16 @@ class Functions:
 
     # Settings
 
-    def set_tcp(self, pose: Any) -> None:
-        """Set the tool centre point in the flange frame."""
+    def set_tcp(self, pose: Any, tcp_name: Any = "") -> None:
+        """Set the tool centre point in the flange frame; its name is for PolyScope's screen."""
         self.arm.set_tcp(as_pose(pose, "set_tcp"))
 
     def set_payload(self, m: Any, cog: Any = None) -> None:
         """Set mass [kg] and centre of gravity [m] of the payload."""
         self.set_target_payload(m, [0.0, 0.0, 0.0] if cog is None else cog)
 
-    def set_target_payload(self, m: Any, cog: Any, inertia: Any = None) -> None:
-        """Set mass [kg] and centre of gravity [m] of the payload; its inertia is not used."""
+    def set_target_payload(self, m: Any, cog: Any, inertia: Any = None, transition_time: Any = 0) -> None:
+        """Set mass [kg] and centre of gravity [m] of the payload, at once; its inertia is not used."""
         mass = real(m, "set_target_payload")
         if not 0 <= mass <= self.arm.arm.payload:
             raise ScriptError(f"payload {mass:.3f} kg is outside 0 .. {self.arm.arm.payload} kg")
