@@ -178,15 +178,20 @@ def naming(program: Path) -> Iterator[None]:
 def read_text(program: Path) -> str:
     """Read the text of a program.
 
+    Robot programs of Windows editors are taken, too: comments in its Western code page, where they are not UTF-8.
+
     Raises:
         UserError: it cannot be read, or is no text.
     """
     try:
-        return program.read_text(encoding="utf-8")
+        found = program.read_bytes()
+        return found.decode()
     except OSError as error:
         raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
-        raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
+        if b"\0" in found or program.suffix == ".json":
+            raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
+        return found.decode("cp1252", "replace")
 
 
 def _judge(arguments: argparse.Namespace) -> int:
