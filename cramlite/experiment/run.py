@@ -19,11 +19,11 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..version import VERSION
 from .bench import Trial, bench
-from .executor import worker_pool
 from .results import DemonstrationResult
 from .spec import Demonstration, Experiment
 from .store import LOCK, Store, code_key, locked
 from .trial import run_trial
+from .worker_pool import worker_pool
 
 DEATHS = 2
 """A demonstration whose worker died this often is given up, and counts as failed."""

@@ -13,7 +13,7 @@ from ..base.resources import data_folder
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..planning.budget import budget_from
-from .twin import TwinSpec
+from ..scenario.error_spec import ErrorSpec
 
 FILE = "experiment.yaml"
 
@@ -72,7 +72,8 @@ class ExperimentSpec(_Spec):
     """Keys of an experiment file.
 
     ``product`` is the thing of the recording that the objects stand for; ``goal`` a relation that must hold at the end;
-    ``judges`` the validators that say whether an execution succeeded.
+    ``judges`` the validators that say whether an execution succeeded; ``twin`` how far the worlds of executions are off, nothing
+    where it says nothing.
     """
 
     experiment: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -83,7 +84,7 @@ class ExperimentSpec(_Spec):
     judges: tuple[str, ...]
     objects: dict[str, dict[str, Any]] = Field(min_length=1)
     sets: dict[str, SetSpec] = Field(min_length=1)
-    twin: TwinSpec
+    twin: ErrorSpec
     budget: dict[str, int] = Field(default_factory=dict)
     most_candidates: int = Field(default=12, ge=1)
     ablations: dict[str, AblationSpec] = Field(default_factory=dict)

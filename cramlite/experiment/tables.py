@@ -6,10 +6,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from ..base.value import Value
+from ..base.wilson import wilson_interval
 from .results import CandidateResult, DemonstrationResult
 from .spec import PublishedSpec
 
-Z = 1.959964  # 95 % of a normal distribution
 STAGES = ("planned", "simulated", "executed")
 ALL = "all"
 
@@ -33,12 +33,7 @@ class Share(Value):
     @property
     def interval(self) -> tuple[float, float]:
         """Wilson score interval of the rate; (0, 1) where nothing was tried."""
-        if not self.total:
-            return (0.0, 1.0)
-        middle = self.rate + Z * Z / (2 * self.total)
-        spread = Z * (self.rate * (1 - self.rate) / self.total + Z * Z / (4 * self.total**2)) ** 0.5
-        scale = 1 + Z * Z / self.total
-        return (max((middle - spread) / scale, 0.0), min((middle + spread) / scale, 1.0))
+        return wilson_interval(self.hits, self.total)
 
     @property
     def reached(self) -> bool:

@@ -81,7 +81,8 @@ def _results(
     """What became of each candidate; one that is finished is read."""
     one, spec = trial.demonstration, place.experiment.spec
     most = place.experiment.ablation(trial.without).candidates or spec.most_candidates
-    setting = replace(place.engine.setting(reading), seed=derive_seed(one.seed, (), "resolve"))
+    nominal = place.engine.setting(reading, twins=0)  # what counts is the execution: its twin no search has seen
+    setting = replace(nominal, seed=derive_seed(one.seed, (), "resolve"))
     budget = Budget(**{**spec.budget, "sequences": most})
     for candidate in place.engine.candidates(reading, setting=setting, budget=budget, trace=trace):
         yield store.candidate(one.name, candidate.number) or _candidate(trial, store, place, candidate)

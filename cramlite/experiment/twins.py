@@ -7,21 +7,21 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.seeds import derive_seed
+from ..engine.executor import ExecutorDied
+from ..engine.executor_group import DEATHS
 from ..engine.solution import Solution
+from ..model.error_model import NO_ERRORS
 from ..model.rollout import Rollout
 from ..model.world import World
 from ..plugin.protocols import Candidate
-from .executor import ExecutorDied
+from ..scenario.twin import draw_twin
 from .results import Execution
-from .twin import twin
 
 if TYPE_CHECKING:
     from .bench import Bench, Trial
     from .store import Store
 
 PICTURE = (320, 240)
-DEATHS = 2
-"""A text whose execution ended its process this often counts as failed."""
 
 
 def execute_in_twin(trial: Trial, store: Store, place: Bench, judged: Solution, *, errors: bool) -> Execution:
@@ -38,8 +38,8 @@ def execute_in_twin(trial: Trial, store: Store, place: Bench, judged: Solution, 
     seed = derive_seed(trial.demonstration.seed, (), f"twin {number}")
     world = setting.world
     if errors:
-        models = place.engine.knowledge.models
-        world = twin(place.scenario, world, place.experiment.spec.twin, models, seed, len(setting.robot.joints))
+        twin = place.experiment.spec.twin.errors(NO_ERRORS, setting.robot.sensor_errors)
+        world = draw_twin(world, setting.relations, setting.robot, twin, seed).world
     with place.watch("hand over"):
         rollout = _run(place, candidate, world, seed)
     if rollout is None:

@@ -14,10 +14,11 @@ import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Robot
+from cramlite.model import Disturbance, Floats, Pose, Robot
 
 from ..model.compile import unstable
 from ..model.index import RobotIndex
+from .arm_errors import ArmErrors
 from .force_mode import ForceMode
 from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
@@ -82,7 +83,18 @@ class Controller:
         self.force_gain = 1.0
         self.freedrive = False
         self.nominal = self.kinematics.forward(self.q)
+        self.errors: ArmErrors | None = None
         self._forget()
+
+    def disturb(self, off: Disturbance) -> None:
+        """Add errors that the controller does not know of: of joints, sensor and gripper. Those of links are the model's."""
+        self.sensor.disturb(off)
+        self.gripper.strength = off.gripper_force
+        if off.latency or off.backlash or any(off.joint_zeros):
+            self.errors = ArmErrors(off, self.q, self.period)
+            self.q = self.actual_joints()
+            self.nominal = self.kinematics.forward(self.q)
+            self._forget()
 
     @property
     def gripper_server(self) -> GripperServer:
@@ -167,8 +179,13 @@ class Controller:
     # What it measures
 
     def actual_joints(self) -> Floats:
-        """Return the joint encoders (n,) [rad]."""
-        return np.array(self.data.qpos[self.joints])
+        """Return the joint encoders (n,) [rad], as programs are told them."""
+        return np.array(self.data.qpos[self.joints]) if self.errors is None else self.errors.told
+
+    def encoders(self) -> Floats:
+        """Return the joint encoders (n,) [rad] as they are at this moment."""
+        q = np.array(self.data.qpos[self.joints])
+        return q if self.errors is None else self.errors.encoders(q)
 
     def actual_speeds(self) -> Floats:
         """Return the joint speeds (n,) [rad/s]."""
@@ -258,7 +275,7 @@ class Controller:
             if self.time >= self.motion.duration:
                 self.motion = None
         if self.freedrive and place is None:
-            return self.actual_joints()
+            return self.encoders()
         if self.force_mode is None:
             return self.q if place is None else self._inverse(place) if isinstance(place, Pose) else place
         if place is not None:
@@ -277,7 +294,10 @@ class Controller:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
         model, data, index = self.model, self.data, self.index
         forward_fed = self.lag * self.rate + self._payload()
-        step = (self.q - before) / self.steps
+        goal = self.q
+        if self.errors is not None:
+            before, goal = self.errors.behind + self.errors.zeros, self.errors.moved(goal)
+        step = (goal - before) / self.steps
         reading = np.zeros(6)
         for k in range(1, self.steps + 1):
             data.ctrl[self.servos] = before + k * step + forward_fed
@@ -286,7 +306,10 @@ class Controller:
             mujoco.mj_step(model, data)
             reading[:3] += data.sensordata[index.ft_force : index.ft_force + 3]
             reading[3:] += data.sensordata[index.ft_torque : index.ft_torque + 3]
-        self.sensor.feed(reading / self.steps, self.period)
+        reading /= self.steps
+        if self.errors is not None:
+            reading = self.errors.measured(self.encoders(), reading)
+        self.sensor.feed(reading, self.period)
         self._forget()
 
     def _payload(self) -> Floats:
@@ -300,7 +323,7 @@ class Controller:
     def _watch(self) -> None:
         if reason := unstable(self.data):
             raise ProtectiveStop(reason)
-        effort, error = self.data.actuator_force[self.servos], np.abs(self.q - self.actual_joints())
+        effort, error = self.data.actuator_force[self.servos], np.abs(self.q - self.encoders())
         late = self.platform.late() if self.platform is not None else ""
         self.watch.cycle(math.hypot(*self.wrench()[:3]), effort, error, late)
 
