@@ -40,8 +40,8 @@ class Pose(Value, dict=True):
     quaternion: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        position = tuple(float(v) for v in self.position)
-        quaternion = tuple(float(v) for v in self.quaternion)
+        position = tuple(map(float, self.position))
+        quaternion = tuple(map(float, self.quaternion))
         length = math.hypot(*quaternion)
         if len(position) != 3 or len(quaternion) != 4 or not math.isfinite(sum(position) + length) or length < 1e-9:
             raise ValueError(f"not a pose: position {self.position}, quaternion {self.quaternion}")

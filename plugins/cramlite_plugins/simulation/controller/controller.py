@@ -8,6 +8,7 @@ the gripper, like a real one; it never reads where objects are. Control runs at 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -69,8 +70,8 @@ class Controller:
         self.gripper.begin_as(data)
         self.gripper_center = _gripper_center(model, data, index)
         self.period = steps * float(model.opt.timestep)
-        self.servos, self.joints = list(index.actuators), list(index.joints)
-        self.dofs = list(index.dofs)
+        self.servos, self.joints, self.dofs = adjacent(index.actuators), adjacent(index.joints), adjacent(index.dofs)
+        self.ctrl, self.qpos, self.readings = data.ctrl, data.qpos, data.sensordata  # MuJoCo's own memory, looked up once
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
         torques = model.actuator_forcerange[self.servos, 1].copy()
@@ -180,11 +181,11 @@ class Controller:
 
     def actual_joints(self) -> Floats:
         """Return the joint encoders (n,) [rad], as programs are told them."""
-        return np.array(self.data.qpos[self.joints]) if self.errors is None else self.errors.told
+        return np.array(self.qpos[self.joints]) if self.errors is None else self.errors.told
 
     def encoders(self) -> Floats:
         """Return the joint encoders (n,) [rad] as they are at this moment."""
-        q = np.array(self.data.qpos[self.joints])
+        q = np.array(self.qpos[self.joints])
         return q if self.errors is None else self.errors.encoders(q)
 
     def actual_speeds(self) -> Floats:
@@ -292,7 +293,9 @@ class Controller:
 
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
-        model, data, index = self.model, self.data, self.index
+        model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
+        force, torque = self.index.ft_force, self.index.ft_torque
+        forces, torques = self.readings[force : force + 3], self.readings[torque : torque + 3]
         forward_fed = self.lag * self.rate + self._payload()
         goal = self.q
         if self.errors is not None:
@@ -300,12 +303,12 @@ class Controller:
         step = (goal - before) / self.steps
         reading = np.zeros(6)
         for k in range(1, self.steps + 1):
-            data.ctrl[self.servos] = before + k * step + forward_fed
-            if self.platform is not None:
-                self.platform.apply(k / self.steps)
+            ctrl[servos] = before + k * step + forward_fed
+            if platform is not None:
+                platform.apply(k / self.steps)
             mujoco.mj_step(model, data)
-            reading[:3] += data.sensordata[index.ft_force : index.ft_force + 3]
-            reading[3:] += data.sensordata[index.ft_torque : index.ft_torque + 3]
+            reading[:3] += forces
+            reading[3:] += torques
         reading /= self.steps
         if self.errors is not None:
             reading = self.errors.measured(self.encoders(), reading)
@@ -338,6 +341,12 @@ class Controller:
         self._tcp = self._flange @ self.kinematics.tcp
         self._wrench = self.sensor.wrench(self._flange, self._tcp)
         self._measured = True
+
+
+def adjacent(addresses: Sequence[int]) -> slice | list[int]:
+    """Return addresses as a slice where they follow one another, which NumPy looks up in a third of the time; else as a list."""
+    first, count = addresses[0], len(addresses)
+    return slice(first, first + count) if list(addresses) == list(range(first, first + count)) else list(addresses)
 
 
 def _gripper_center(model: Any, data: Any, index: RobotIndex) -> Floats:

@@ -38,6 +38,7 @@ class NominalArm:
         self.links[:, 2, 1], self.links[:, 2, 2], self.links[:, 2, 3], self.links[:, 3, 3] = sa, ca, rows[:, 1], 1.0
         self.tcp = robot.gripper.tcp.matrix
         self.base, self.damping = np.eye(4), DAMPING * np.eye(6)
+        self._last: tuple[Floats, Floats] | None = None  # a commanded joint position, and its frames
 
     def frames(self, q: Floats) -> Floats:
         """Compute the frames (n + 1, 4, 4): the base, then the frame of each joint up to the flange."""
@@ -64,7 +65,7 @@ class NominalArm:
 
     def lift(self, q: Floats, center: Floats, force: Floats) -> Floats:
         """Compute the joint torques (n,) [Nm] that hold a force (3,) [N] at a point of the flange frame (3,) [m]."""
-        frames = self.frames(q)
+        frames = self._frames_again(q)
         point = frames[-1, :3, :3] @ center + frames[-1, :3, 3]
         return _columns(frames, point)[:3].T @ force
 
@@ -77,7 +78,7 @@ class NominalArm:
         """Solve inverse kinematics on the branch of a near joint position; None where Newton's method fails."""
         goal, q = target.matrix, near
         for _ in range(ROUNDS):
-            frames = self.frames(q)
+            frames = self._frames_again(q)
             end = frames[-1] @ self.tcp
             error = np.empty(6)
             error[:3] = goal[:3, 3] - end[:3, 3]
@@ -88,6 +89,12 @@ class NominalArm:
             q = q + j.T @ np.linalg.solve(j @ j.T + self.damping, error)
         return None
 
+    def _frames_again(self, q: Floats) -> Floats:
+        """The frames; not computed again for the very array that they were computed for last: nobody changes one in place."""
+        if self._last is None or self._last[0] is not q:
+            self._last = q, self.frames(q)
+        return self._last[1]
+
 
 def cross(a: Floats | Sequence[float], b: Floats | Sequence[float]) -> Floats:
     """Compute the cross product a x b of two vectors (3,); numpy's own takes ten times as long for so few numbers."""
@@ -97,8 +104,9 @@ def cross(a: Floats | Sequence[float], b: Floats | Sequence[float]) -> Floats:
 def _columns(frames: Floats, point: Floats) -> Floats:
     """The geometric Jacobian (6, n) of a point."""
     z, r = frames[:-1, :3, 2].T, (point - frames[:-1, :3, 3]).T
-    linear = (z[1] * r[2] - z[2] * r[1], z[2] * r[0] - z[0] * r[2], z[0] * r[1] - z[1] * r[0])
-    return np.vstack((*linear, z))
+    out = np.empty((6, z.shape[1]), order="F")  # by columns, as its products take it
+    out[0], out[1], out[2], out[3:] = z[1] * r[2] - z[2] * r[1], z[2] * r[0] - z[0] * r[2], z[0] * r[1] - z[1] * r[0], z
+    return out
 
 
 def _turn(r: Floats) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -34,6 +35,8 @@ class Recorder:
     def __init__(self, compiled: Compiled, effector: str | None = None, rate: float = 50.0) -> None:
         self.compiled = compiled
         self.index = effector_of(compiled, effector)
+        self._bodies = [i.body for i in compiled.things.values()]
+        self._names = tuple(_name(o, self.index.name) for o in compiled.owners)
         self.period = 1.0 / rate
         self.messages: list[Message] = []
         self._samples: list[dict[str, Any]] = []
@@ -58,7 +61,7 @@ class Recorder:
             world=self.compiled.world,
             effector=self.index.name,
             times=np.array([i * self.period for i in range(len(samples))]),
-            poses={n: np.array([s["poses"][n] for s in samples]) for n in names},
+            poses=self._things() | {n: np.array([s["poses"][n] for s in samples]) for n in names},
             touches=tuple(s["touches"] for s in samples),
             joints=np.array([s["joints"] for s in samples]).reshape(len(samples), -1),
             wrench=np.array([s["wrench"] for s in samples]).reshape(-1, 6),
@@ -73,14 +76,21 @@ class Recorder:
             seen=self._sight.seen,
         )
 
+    def _things(self) -> dict[str, Floats]:
+        """Thing -> (N, 7) its poses."""
+        if not self._samples or not self._bodies:
+            return {}
+        rows = np.concatenate([np.array([s["things"][k] for s in self._samples]) for k in (0, 1)], axis=2)
+        return {name: rows[:, k].copy() for k, name in enumerate(self.compiled.things)}
+
     def _sizes(self) -> dict[str, Vector3]:
         platform = self.index.robot.platform if isinstance(self.index, RobotIndex) else None
         return {str(EntityName(self.index.name, "base")): platform.size} if platform else {}
 
     def _sample(self, data: Data, line: int) -> dict[str, Any]:
         model, index = self.compiled.model, self.index
-        poses = {t: (*data.xpos[i.body], *data.xquat[i.body]) for t, i in self.compiled.things.items()}
-        frames = {"effector": index.pose(data), **finger_poses(data, index)}
+        effector = index.pose(data)
+        frames = {"effector": effector, **finger_poses(data, index, at=effector)}
         frames |= camera_poses(self.compiled, data)
         for hand in self.compiled.hands:
             if hand.name != index.name:
@@ -89,8 +99,9 @@ class Recorder:
             frames[str(EntityName(index.name, "base"))] = index.platform.pose(data)
         joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
         return {
-            "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},
-            "touches": touches(self.compiled, data, index.name),
+            "things": (data.xpos[self._bodies], data.xquat[self._bodies]),
+            "poses": {n: (*p.position, *p.quaternion) for n, p in frames.items()},
+            "touches": touches(self.compiled, data, index.name, self._names),
             "joints": joints,
             "wrench": wrench(model, data, index),
             "opening": index.opening(model, data),
@@ -114,11 +125,15 @@ def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
     return choices[name]
 
 
-def finger_poses(data: Data, index: EffectorIndex, name: str = "effector") -> dict[str, Pose]:
-    """Return the poses of both finger tips in the world: the middle of the pads, with the tool frame's orientation."""
-    turn = index.pose(data).quaternion
+def finger_poses(data: Data, index: EffectorIndex, name: str = "effector", at: Pose | None = None) -> dict[str, Pose]:
+    """Return the poses of both finger tips in the world: the middle of the pads, with the tool frame's orientation.
+
+    Args:
+        at: the tool frame, where it is known already.
+    """
+    turn = (at or index.pose(data)).quaternion
     middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
-    return {str(EntityName(name, side)): Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
+    return {str(EntityName(name, side)): Pose(tuple(points.sum(axis=0) / len(points)), turn) for side, points in middle.items()}
 
 
 def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
@@ -131,16 +146,20 @@ def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
     }
 
 
-def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
+def touches(compiled: Compiled, data: Data, effector: str, names: Sequence[str] | None = None) -> tuple[Touch, ...]:
     """List the contacts of a state, summed over the points of each pair.
 
     Contacts within an arm or an effector, and those of grains, are left out. In each pair ``a`` is the effector or robot if one takes part,
     else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
+
+    Args:
+        names: of the owners of all geoms, where they are known already.
     """
+    owners, names = compiled.owners, names or [_name(o, effector) for o in compiled.owners]
     sums: dict[tuple[str, str], list[float]] = {}
-    force, geoms, frames = np.zeros(6), data.contact.geom.tolist(), data.contact.frame
-    for i in range(data.ncon):
-        one, two = compiled.owners[geoms[i][0]], compiled.owners[geoms[i][1]]
+    force, frames = np.zeros(6), data.contact.frame
+    for i, (g, h) in enumerate(data.contact.geom.tolist()):
+        one, two = owners[g], owners[h]
         if one.name == two.name or "grain" in (one.kind, two.kind):
             continue
         mujoco.mj_contactForce(compiled.model, data, i, force)
@@ -148,7 +167,7 @@ def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
             continue
         # the frame's rows are the contact axes; the force is the one of the first geom on the second
         lift = float(frames[i, 2::3] @ force[:3])
-        first, second = _name(one, effector), _name(two, effector)
+        first, second = names[g], names[h]
         flip = (one.kind == "thing", first) > (two.kind == "thing", second)
         pair = (second, first) if flip else (first, second)
         total = sums.setdefault(pair, [0.0, 0.0])
@@ -178,6 +197,12 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
     return np.concatenate([force + weight, torque + cross(arm, weight)])
 
 
+def _length(wrench: Floats) -> float:
+    """Magnitude of the force of a wrench (6,) [N]; numpy's own takes three times as long for three numbers."""
+    force = wrench[:3]
+    return math.sqrt(force @ force)
+
+
 class Peaks:
     """A collector of peak forces of a wrist sensor between two samples of the recorder: a single cycle's force would make
     peaks a matter of chance.
@@ -191,14 +216,15 @@ class Peaks:
         self.wrenches: list[Floats] = []
         self.forces: list[float] = []
         self.commanded: list[float] = []
-        self._wrench, self._force, self._wanted = np.zeros(6), 0.0, 0.0
+        self._wrench, self._force, self._wanted, self._strongest = np.zeros(6), 0.0, 0.0, 0.0
 
     def see(self, time: float, arm: Controller) -> None:
         """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
         wrench = arm.applied()
         force = math.hypot(*(arm.wrench() if arm.sensor.tared else wrench)[:3])
-        if np.linalg.norm(wrench[:3]) > np.linalg.norm(self._wrench[:3]):
-            self._wrench = wrench
+        strong = _length(wrench)
+        if strong > self._strongest:
+            self._wrench, self._strongest = wrench, strong
         self._force = max(self._force, force)
         mode = arm.force_mode
         wanted = 0.0 if mode is None else float(np.linalg.norm((mode.selection * mode.wrench)[:3]))
@@ -207,7 +233,7 @@ class Peaks:
             self.wrenches.append(self._wrench)
             self.forces.append(self._force)
             self.commanded.append(self._wanted)
-            self._wrench, self._force, self._wanted = wrench, force, wanted
+            self._wrench, self._force, self._wanted, self._strongest = wrench, force, wanted, strong
 
     def arrays(self) -> dict[str, Floats]:
         """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""
