@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Any
 
 from msgspec.structs import replace
 from pydantic import BaseModel, ConfigDict, Field, model_validator
@@ -12,9 +12,8 @@ from ..model.error_model import ErrorModel, PoseError
 from ..model.proof_doubts import MOST_TWINS, ProofDoubts
 from ..model.sensor_errors import SensorErrors
 
-Offset = Annotated[Length, Field(ge=0, le=0.5)]
-Turn = Annotated[Angle, Field(ge=0, le=3.2)]
-Part = Annotated[float, Field(ge=0, lt=1)]
+FURTHEST, WIDEST, LATEST = 0.5, 3.2, 1.0
+"""Errors of lengths [m], angles [rad] and times [s] beyond these are none: nothing would be where it is believed to be."""
 
 
 class _Spec(BaseModel):
@@ -24,8 +23,8 @@ class _Spec(BaseModel):
 class PoseErrorSpec(_Spec):
     """Error of a pose: in position [m] and in angle [rad]."""
 
-    position: Offset = 0.0
-    angle: Turn = 0.0
+    position: Length = Field(default=0.0, ge=0, le=FURTHEST)
+    angle: Angle = Field(default=0.0, ge=0, le=WIDEST)
 
     def error(self) -> PoseError:
         """Return the value."""
@@ -41,26 +40,26 @@ class ThingErrorSpec(PoseErrorSpec):
 class ErrorSpec(_Spec):
     """Keys of an error model (``cramlite.model.ErrorModel``); what is not written is as it was before."""
 
-    position: Offset | None = None
-    angle: Turn | None = None
+    position: Length | None = Field(default=None, ge=0, le=FURTHEST)
+    angle: Angle | None = Field(default=None, ge=0, le=WIDEST)
     things: tuple[ThingErrorSpec, ...] = ()
-    friction: Part | None = None
-    mass: Part | None = None
-    gripper_force: Part | None = None
-    force_noise: Annotated[Force, Field(ge=0)] | None = None
-    force_precision: Annotated[Force, Field(ge=0)] | None = None
-    force_drift: Annotated[float, Field(ge=0, le=1000)] | None = None
-    latency: tuple[Annotated[Time, Field(ge=0, le=1)], Annotated[Time, Field(ge=0, le=1)]] | None = None
-    kinematics: Offset | None = None
-    calibration: Turn | None = None
-    backlash: Turn | None = None
+    friction: float | None = Field(default=None, ge=0, lt=1)
+    mass: float | None = Field(default=None, ge=0, lt=1)
+    gripper_force: float | None = Field(default=None, ge=0, lt=1)
+    force_noise: Force | None = Field(default=None, ge=0)
+    force_precision: Force | None = Field(default=None, ge=0)
+    force_drift: float | None = Field(default=None, ge=0, le=1000)
+    latency: tuple[Time, Time] | None = None
+    kinematics: Length | None = Field(default=None, ge=0, le=FURTHEST)
+    calibration: Angle | None = Field(default=None, ge=0, le=WIDEST)
+    backlash: Angle | None = Field(default=None, ge=0, le=WIDEST)
     hand_eye: PoseErrorSpec | None = None
-    scale: Annotated[float, Field(ge=0, le=100)] | None = None
+    scale: float | None = Field(default=None, ge=0, le=100)
 
     @model_validator(mode="after")
     def _in_order(self) -> ErrorSpec:
-        if self.latency is not None and self.latency[0] > self.latency[1]:
-            raise ValueError("'latency' is the lowest and the highest delay, in this order")
+        if self.latency is not None and not 0 <= self.latency[0] <= self.latency[1] <= LATEST:
+            raise ValueError(f"'latency' is the lowest and the highest delay, in this order, from 0 to {LATEST:g} s")
         return self
 
     def errors(self, before: ErrorModel, sensor: SensorErrors) -> ErrorModel:
@@ -85,6 +84,6 @@ class ErrorSpec(_Spec):
 class ProofSpec(_Spec):
     """Doubts that programs must stand: how many twins, which share of all runs must succeed, and how far twins are off."""
 
-    twins: Annotated[int, Field(ge=0, le=MOST_TWINS)] | None = None
+    twins: int | None = Field(default=None, ge=0, le=MOST_TWINS)
     at_least: float = Field(default=ProofDoubts().at_least, ge=0, le=1)
     errors: ErrorSpec = ErrorSpec()
