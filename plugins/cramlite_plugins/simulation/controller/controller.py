@@ -71,6 +71,7 @@ class Controller:
         self.gripper_center = _gripper_center(model, data, index)
         self.period = steps * float(model.opt.timestep)
         self.servos, self.joints, self.dofs = adjacent(index.actuators), adjacent(index.joints), adjacent(index.dofs)
+        self.wrist = adjacent([first + k for first in (index.ft_force, index.ft_torque) for k in range(3)])
         self.ctrl, self.qpos, self.readings = data.ctrl, data.qpos, data.sensordata  # MuJoCo's own memory, looked up once
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
@@ -216,10 +217,20 @@ class Controller:
         As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
         """
         self._measure()
-        turn = self.base.rotation @ self._flange[:3, :3]
-        weight = -self.arm.gripper.mass * GRAVITY * turn[2]
+        turn, weight = self._gripper_weight()
         local = self.sensor.raw + np.concatenate([weight, cross(self.gripper_center, weight)])
         return np.concatenate([turn @ local[:3], turn @ local[3:]])
+
+    def applied_force(self) -> Floats:
+        """Return the force (3,) of ``applied`` alone [N]: most cycles need no more."""
+        self._measure()
+        turn, weight = self._gripper_weight()
+        return np.asarray(turn @ (self.sensor.raw[:3] + weight))
+
+    def _gripper_weight(self) -> tuple[Floats, Floats]:
+        """Orientation of the sensor (3, 3), world axes, and what the gripper's own weight is in its axes (3,) [N]."""
+        turn = self.base.rotation @ self._flange[:3, :3]
+        return turn, -self.arm.gripper.mass * GRAVITY * turn[2]
 
     def zero_sensor(self) -> None:
         """Tare the wrist sensor."""
@@ -294,8 +305,6 @@ class Controller:
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
         model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
-        force, torque = self.index.ft_force, self.index.ft_torque
-        forces, torques = self.readings[force : force + 3], self.readings[torque : torque + 3]
         forward_fed = self.lag * self.rate + self._payload()
         goal = self.q
         if self.errors is not None:
@@ -307,8 +316,7 @@ class Controller:
             if platform is not None:
                 platform.apply(k / self.steps)
             mujoco.mj_step(model, data)
-            reading[:3] += forces
-            reading[3:] += torques
+            reading += self.readings[self.wrist]
         reading /= self.steps
         if self.errors is not None:
             reading = self.errors.measured(self.encoders(), reading)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import mujoco
@@ -36,7 +35,7 @@ class Recorder:
         self.compiled = compiled
         self.index = effector_of(compiled, effector)
         self._bodies = [i.body for i in compiled.things.values()]
-        self._names = tuple(_name(o, self.index.name) for o in compiled.owners)
+        self._pairs = Pairs(compiled, self.index.name)
         self.period = 1.0 / rate
         self.messages: list[Message] = []
         self._samples: list[dict[str, Any]] = []
@@ -101,7 +100,7 @@ class Recorder:
         return {
             "things": (data.xpos[self._bodies], data.xquat[self._bodies]),
             "poses": {n: (*p.position, *p.quaternion) for n, p in frames.items()},
-            "touches": touches(self.compiled, data, index.name, self._names),
+            "touches": touches(self.compiled, data, index.name, self._pairs),
             "joints": joints,
             "wrench": wrench(model, data, index),
             "opening": index.opening(model, data),
@@ -146,32 +145,57 @@ def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
     }
 
 
-def touches(compiled: Compiled, data: Data, effector: str, names: Sequence[str] | None = None) -> tuple[Touch, ...]:
+class Pairs:
+    """Names of pairs of geoms in contact, each looked up once: a contact lasts for many samples.
+
+    Args:
+        effector: whose fingers are "effector/left" and "effector/right".
+    """
+
+    def __init__(self, compiled: Compiled, effector: str) -> None:
+        self._owners, self._effector = compiled.owners, effector
+        self._known: dict[tuple[int, int], tuple[tuple[str, str], bool] | None] = {}
+
+    def of(self, first: int, second: int) -> tuple[tuple[str, str], bool] | None:
+        """Return the names as a ``Touch`` has them, and whether they are the other way round; None for contacts that are left out."""
+        if (first, second) not in self._known:
+            self._known[first, second] = self._named(self._owners[first], self._owners[second])
+        return self._known[first, second]
+
+    def _named(self, one: Owner, two: Owner) -> tuple[tuple[str, str], bool] | None:
+        if one.name == two.name or "grain" in (one.kind, two.kind):
+            return None
+        first, second = _name(one, self._effector), _name(two, self._effector)
+        flip = (one.kind == "thing", first) > (two.kind == "thing", second)
+        return ((second, first) if flip else (first, second)), flip
+
+
+def touches(compiled: Compiled, data: Data, effector: str, pairs: Pairs | None = None) -> tuple[Touch, ...]:
     """List the contacts of a state, summed over the points of each pair.
 
     Contacts within an arm or an effector, and those of grains, are left out. In each pair ``a`` is the effector or robot if one takes part,
     else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
 
     Args:
-        names: of the owners of all geoms, where they are known already.
+        pairs: names that are known already.
     """
-    owners, names = compiled.owners, names or [_name(o, effector) for o in compiled.owners]
+    pairs = pairs or Pairs(compiled, effector)
     sums: dict[tuple[str, str], list[float]] = {}
-    force, frames = np.zeros(6), data.contact.frame
-    for i, (g, h) in enumerate(data.contact.geom.tolist()):
-        one, two = owners[g], owners[h]
-        if one.name == two.name or "grain" in (one.kind, two.kind):
+    force, contact = np.zeros(6), data.contact
+    frames, normal = contact.frame, force[:3]
+    for i, (first, second) in enumerate(contact.geom.tolist()):
+        named = pairs.of(first, second)
+        if named is None:
             continue
         mujoco.mj_contactForce(compiled.model, data, i, force)
-        if force[0] < WEAKEST:
+        pushed = float(force[0])
+        if pushed < WEAKEST:
             continue
         # the frame's rows are the contact axes; the force is the one of the first geom on the second
-        lift = float(frames[i, 2::3] @ force[:3])
-        first, second = names[g], names[h]
-        flip = (one.kind == "thing", first) > (two.kind == "thing", second)
-        pair = (second, first) if flip else (first, second)
+        pair, flip = named
+        lift = float(frames[i, 2::3] @ normal)
         total = sums.setdefault(pair, [0.0, 0.0])
-        total[0] += float(force[0])
+        total[0] += pushed
         total[1] += -lift if flip else lift
     return tuple(Touch(a, b, f, u) for (a, b), (f, u) in sorted(sums.items()))
 
@@ -197,12 +221,6 @@ def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
     return np.concatenate([force + weight, torque + cross(arm, weight)])
 
 
-def _length(wrench: Floats) -> float:
-    """Magnitude of the force of a wrench (6,) [N]; numpy's own takes three times as long for three numbers."""
-    force = wrench[:3]
-    return math.sqrt(force @ force)
-
-
 class Peaks:
     """A collector of peak forces of a wrist sensor between two samples of the recorder: a single cycle's force would make
     peaks a matter of chance.
@@ -220,11 +238,11 @@ class Peaks:
 
     def see(self, time: float, arm: Controller) -> None:
         """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
-        wrench = arm.applied()
-        force = math.hypot(*(arm.wrench() if arm.sensor.tared else wrench)[:3])
-        strong = _length(wrench)
+        applied = arm.applied_force()
+        strong = math.sqrt(applied @ applied)  # numpy's norm takes three times as long for three numbers
+        force = math.hypot(*arm.wrench()[:3]) if arm.sensor.tared else math.hypot(*applied)
         if strong > self._strongest:
-            self._wrench, self._strongest = wrench, strong
+            self._wrench, self._strongest = arm.applied(), strong
         self._force = max(self._force, force)
         mode = arm.force_mode
         wanted = 0.0 if mode is None else float(np.linalg.norm((mode.selection * mode.wrench)[:3]))
@@ -233,7 +251,7 @@ class Peaks:
             self.wrenches.append(self._wrench)
             self.forces.append(self._force)
             self.commanded.append(self._wanted)
-            self._wrench, self._force, self._wanted, self._strongest = wrench, force, wanted, strong
+            self._wrench, self._force, self._wanted, self._strongest = arm.applied(), force, wanted, strong
 
     def arrays(self) -> dict[str, Floats]:
         """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""
