@@ -165,7 +165,10 @@ def record_demonstration(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
     engine = make_engine(scenario, plugins)
-    episode = record_episode(scenario, engine, seed=seed, out=out)
+    recorded = record_episode(scenario, engine, seed=seed, out=out)
+    episode = recorded.episode
+    if recorded.failure:
+        print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
     print(
         f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
     )
