@@ -9,6 +9,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import to_builtins
+
 from ..base.errors import NoSolution, PluginError, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from ..engine.reading import Reading
     from ..engine.setting import Setting
     from ..engine.solution import Solution
+    from ..model.twin_verdict import TwinVerdict
     from ..scenario.scenario import Scenario
 
 
@@ -48,8 +51,12 @@ def resolve_scenario(
     plugins: PluginChoice = INSTALLED,
     report: bool = True,
     json_output: bool = False,
+    twins: int | None = None,
 ) -> int:
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
+
+    Args:
+        twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
 
     Returns:
         0 when a program was proven and its first execution, if there was one, succeeded.
@@ -63,7 +70,7 @@ def resolve_scenario(
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
-    setting = engine.setting(reading, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
+    setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
     _say_notes(scenario, setting, engine)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
@@ -161,7 +168,10 @@ def record_demonstration(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
     engine = make_engine(scenario, plugins)
-    episode = record_episode(scenario, engine, seed=seed, out=out)
+    recorded = record_episode(scenario, engine, seed=seed, out=out)
+    episode = recorded.episode
+    if recorded.failure:
+        print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
     print(
         f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
     )
@@ -178,7 +188,8 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
-        "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
+        "doubts": to_builtins(setting.doubts), "backend": backend,
+        "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 
 
@@ -244,7 +255,7 @@ def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -
         "solved": solution.succeeded, "proven": True, "execution": _execution(solution.execution),
         "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
-        "left_out": solution.verdict.left_out,
+        "left_out": solution.verdict.left_out, "twins": _twins(solution.verdict.twins),
         "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
 
@@ -255,6 +266,16 @@ def _execution(execution: Execution | None) -> dict[str, Any] | None:
         return None
     verdict = execution.verdict
     return {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
+
+
+def _twins(found: TwinVerdict | None) -> dict[str, Any] | None:
+    """How a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
+    if found is None:
+        return None
+    return {
+        "succeeded": found.succeeded, "ran": found.ran, "of": found.doubts.runs, "interval": found.interval,
+        "at_least": found.doubts.at_least, "failed": [{"twin": t.number, "reason": t.text} for t in found.failed],
+    }  # fmt: skip
 
 
 def _reason(solution: Solution) -> str:
@@ -268,7 +289,7 @@ def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict
     return {
         "solved": False, "proven": False, "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
-        "objects": {}, "steps": 0, "findings": [], "left_out": [],
+        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None,
         "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
         "faults": _faults(engine),
     }  # fmt: skip
@@ -291,7 +312,7 @@ class Progress:
             from rich.text import Text
 
             self._live.update(Text(line, no_wrap=True, overflow="ellipsis"), refresh=True)
-        elif not self._quiet and text.startswith(("candidate", "refused", "writing", "executing")):
+        elif not self._quiet and text.startswith(("candidate", "refused", "twins", "writing", "executing")):
             print(line, file=sys.stderr, flush=True)
 
     def __enter__(self) -> Progress:
@@ -324,6 +345,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         plugins=plugin_choice(arguments),
         report=not arguments.no_report,
         json_output=arguments.json,
+        twins=arguments.twins,
     )
 
 
@@ -344,6 +366,10 @@ def add_commands(add: Add) -> None:
     resolve.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
     resolve.add_argument("--backend", help="code writer; default the robot's native language")
     resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
+    resolve.add_argument(
+        "--twins", type=int, metavar="N",
+        help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
+    )  # fmt: skip
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
     record = add("record", _record)

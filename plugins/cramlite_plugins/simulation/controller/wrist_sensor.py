@@ -7,11 +7,11 @@ Inertia stays in: 3 to 9 N in fast free motion (docs/explanation/simulation.md).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 
 import numpy as np
 
-from cramlite.model import Floats
+from cramlite.model import Disturbance, Floats
 
 from .nominal_arm import cross
 
@@ -26,18 +26,24 @@ class WristSensor:
     Args:
         up: unit vector against gravity, in the base frame.
         noise: standard deviation of each raw reading [N]; torques get a twentieth of it [Nm].
-        drift: how fast the zero of the forces wanders, sensor axes [N/s].
     """
 
-    def __init__(self, up: Floats, noise: float, seed: int, drift: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+    def __init__(self, up: Floats, noise: float, seed: int) -> None:
         self.up, self.noise = up, noise
-        self.drift, self.wandered = np.array([*drift, 0.0, 0.0, 0.0]), np.zeros(6)
+        self.drift, self.wandered = np.zeros(6), np.zeros(6)
+        self.turning: Floats | None = None
         self.random = np.random.default_rng(seed)
         self.raw = np.zeros(6)
         self.bias = np.zeros(6)
         self.mass = 0.0
         self.center = np.zeros(3)
         self.started = self.tared = False
+
+    def disturb(self, off: Disturbance) -> None:
+        """Add errors: noise to what there is; a zero that is off and wanders; a force that turns with the wrist, as weight does."""
+        self.noise = math.hypot(self.noise, off.force_noise)
+        self.drift, self.wandered = np.array([*off.force_drift, 0.0, 0.0, 0.0]), np.array([*off.force_bias, 0.0, 0.0, 0.0])
+        self.turning = np.array(off.force_turning) if any(off.force_turning) else None
 
     def feed(self, reading: Floats, period: float) -> None:
         """Filter a control cycle's mean reading (6,): the wrench of the wrist on the tool, sensor axes [N, Nm]."""
@@ -53,7 +59,10 @@ class WristSensor:
         """Return the wrench (6,) on the tool less the payload's weight, sensor axes, bias included [N, Nm]."""
         weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
         known: Floats = np.concatenate([weight, cross(self.center, weight)])
-        return -self.raw - known
+        felt: Floats = -self.raw - known
+        if self.turning is not None:
+            felt[:3] += self.turning @ flange[:3, :3]
+        return felt
 
     def zero(self, flange: Floats) -> None:
         """Tare the sensor with the flange (4, 4) where it is in the base frame."""

@@ -166,13 +166,14 @@ def _names(body: tuple[Statement, ...]) -> str:
 
 def nodes(node: object) -> Iterator[object]:
     """Walk a node and all below it, in the order of the text."""
-    if isinstance(node, tuple):
-        for part in node:
-            yield from nodes(part)
-    elif hasattr(node, "line"):
-        yield node
-        for value in astuple(node):  # type: ignore[arg-type]
-            yield from nodes(value)
+    waiting = [node]
+    while waiting:
+        here = waiting.pop()
+        if isinstance(here, tuple):
+            waiting += here[::-1]
+        elif hasattr(here, "line"):
+            yield here
+            waiting += astuple(here)[::-1]  # type: ignore[arg-type]
 
 
 def _assigned(program: Function) -> set[str]:
