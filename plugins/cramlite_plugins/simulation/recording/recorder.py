@@ -133,7 +133,7 @@ def finger_poses(data: Data, index: EffectorIndex, name: str = "effector", at: P
     """
     turn = (at or index.pose(data)).quaternion
     places, sides = data.geom_xpos, (("left", index.left), ("right", index.right))
-    middle = {f"{name}/{side}": places[list(pads)].sum(axis=0) / len(pads) for side, pads in sides}
+    middle = {str(EntityName(name, side)): places[list(pads)].sum(axis=0) / len(pads) for side, pads in sides}
     return {finger: Pose(tuple(place), turn) for finger, place in middle.items()}
 
 
