@@ -9,7 +9,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from msgspec import to_builtins
+from msgspec import json
 
 from ..base.errors import NoSolution, PluginError, UserError
 from ..base.json_text import as_json
@@ -188,7 +188,7 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
-        "doubts": to_builtins(setting.doubts), "backend": backend,
+        "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
         "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 
@@ -208,8 +208,6 @@ def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
 
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
     """Write the values of a solution's stages into a run directory, each in its file."""
-    from msgspec import json
-
     from ..model.program_json import write_program
     from ..model.rollout import save_rollout
 
@@ -234,8 +232,6 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
 
 def _write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
     """The first execution, with the real world that it was in, in a folder as ``cramlite execute --out`` writes one."""
-    from msgspec import json
-
     from ..model.rollout import save_rollout
 
     candidate, place = execution.candidate, "execution"

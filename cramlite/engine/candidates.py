@@ -101,7 +101,11 @@ def _attempts(
             group.start()  # they load their plugins while the nominal run is under way
         candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)
         if group is not None and verdict.passed:
-            verdict = doubt(candidate, verdict, setting, knowledge, group, progress)
+            doubted = doubt(candidate, verdict, setting, knowledge, group, progress, stop)
+            if doubted is None:
+                trace.stopped()
+                return
+            verdict = doubted
             _trace_twins(trace, verdict)
         trace.add(
             0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,

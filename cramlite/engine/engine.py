@@ -189,8 +189,8 @@ class Engine:
         stop: Callable[[], bool] = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
-        """Generate programs for a goal that were proven in what is believed, one after another; nothing is computed before the first
-        is asked for. How one fares in the world as it really is, ``execute`` says.
+        """Generate programs for a goal that were proven in what is believed and in twins of it (``Setting.doubts``), one after another;
+        nothing is computed before the first is asked for. How one fares in the world as it really is, ``execute`` says.
 
         They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
 

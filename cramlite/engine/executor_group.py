@@ -72,6 +72,8 @@ class ExecutorGroup:
         for one in self._all:
             one.kill()
         self._threads.shutdown(cancel_futures=True)
+        for one in self._all:
+            one.close()
 
     def _run(self, text: str, world: World, seed: int) -> Rollout | str:
         executor = self._idle.get()

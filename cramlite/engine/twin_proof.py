@@ -79,16 +79,25 @@ def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
 
 
 def doubt(
-    candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: ExecutorGroup, progress: Progress
-) -> Verdict:
+    candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: ExecutorGroup, progress: Progress,
+    stop: Callable[[], bool] = lambda: False,
+) -> Verdict | None:  # fmt: skip
     """Return the verdict about a program that was accepted in the believed world, after its runs in twins.
 
     A program that does not run here is returned as it was judged.
+
+    Args:
+        stop: asked before each run is waited for.
+
+    Returns:
+        None if it was stopped before it was decided.
     """
     text = text_that_runs(candidate, setting.backend)
     if text is None or candidate.rollout is None:
         return verdict
-    found = _in_twins(Doubtful(candidate, text, setting, knowledge, group), progress)
+    found = _in_twins(Doubtful(candidate, text, setting, knowledge, group), progress, stop)
+    if found is None:
+        return None
     progress(f"twins: {found.text}")
     finding = Finding(
         FINDING, found.passed, found.reason, value=found.succeeded / found.ran, limit=setting.doubts.at_least, origin=found.weakest
@@ -120,13 +129,15 @@ def sight_of(setting: Setting) -> Sight | None:
     return Sight(Pose(at.position, at.quaternion), frozenset(look.estimates))
 
 
-def _in_twins(doubtful: Doubtful, progress: Progress) -> TwinVerdict:
+def _in_twins(doubtful: Doubtful, progress: Progress, stop: Callable[[], bool]) -> TwinVerdict | None:
     doubts = doubtful.setting.doubts
     seeds = [twin_seed(doubtful.setting.seed, doubtful.text.text, k) for k in range(1, doubts.twins + 1)]
     twins: list[Twin] = []
     found = TwinVerdict(doubts, ())
     runs = doubtful.runs(_places(doubtful, seeds, twins))
     while not doubts.decided(found.succeeded, found.ran):
+        if stop():
+            return None
         said, number = next(runs), found.ran
         run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None)
         if said is not None:

@@ -157,4 +157,4 @@ def _quaternion(r: Floats) -> Quaternion:
         parts = [0.0, 0.0, 0.0]
         parts[i], parts[j], parts[m] = 1 + 2 * rows[i][i] - trace, rows[i][j] + rows[j][i], rows[i][m] + rows[m][i]
         q = (rows[m][j] - rows[j][m], *parts)
-    return q  # type: ignore[return-value]
+    return q

@@ -16,6 +16,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError, nearest
 from ..base.seeds import derive_seed
 from ..base.value import Value
+from ..model.entity_name import thing_of
 from ..model.error_model import ErrorModel, PoseError
 from ..model.geometry import Pose, Vector3
 from ..model.twin_verdict import Draw
@@ -75,7 +76,7 @@ def draw_twin(
         if name not in names:
             raise UserError(f"The errors of the twin are about '{name}', which is no thing of this world; {nearest(name, names)}.")
     draw = _Drawing(errors, seed)
-    hangers = {thing: place.split("/")[0] for predicate, thing, place in relations if predicate == "hangs_on"}
+    hangers = {thing: thing_of(place) for predicate, thing, place in relations if predicate == "hangs_on"}
     places = _places(world, hangers, draw, sight)
     things = tuple(_made(replace(t, pose=places[t.name]), draw) for t in world.things)
     pads = world.physics.pad_friction * draw.share("friction", "pads: friction", errors.friction)

@@ -31,6 +31,7 @@ from cramlite.scenario.scenario import scenario_from
 
 PICK = find_scenario("tasks/picking_up")
 ENGINE = Engine()
+NOMINAL = Verdict((Finding("nominal", True, "it was accepted"),))
 FAR = replace(NO_ERRORS, things={"block": PoseError(0.1)})  # the gripper closes beside the block
 
 
@@ -52,8 +53,9 @@ def setting(**doubts: object) -> Setting:
 
 
 def doubted(candidate: Candidate, group: ExecutorGroup, **doubts: object) -> Verdict:
-    nominal = Verdict((Finding("nominal", True, "it was accepted"),))
-    return doubt(candidate, nominal, setting(**doubts), ENGINE.knowledge, group, lambda _: None)
+    found = doubt(candidate, NOMINAL, setting(**doubts), ENGINE.knowledge, group, lambda _: None)
+    assert found is not None
+    return found
 
 
 def test_the_default_asks_for_eight_of_nine() -> None:
@@ -98,6 +100,10 @@ def test_the_verdict_is_the_same_for_any_number_of_processes(picked: Candidate, 
     errors = replace(ErrorModel(), things={"block": PoseError(0.03)})
     with closing(ExecutorGroup(INSTALLED, 1)) as one:
         assert doubted(picked, one, twins=3, errors=errors) == doubted(picked, pair, twins=3, errors=errors)
+
+
+def test_who_stops_it_gets_no_verdict(picked: Candidate, pair: ExecutorGroup) -> None:
+    assert doubt(picked, NOMINAL, setting(twins=8), ENGINE.knowledge, pair, lambda _: None, lambda: True) is None
 
 
 def test_seeds_of_proofs_are_no_others() -> None:

@@ -128,7 +128,7 @@ class _Run:
         index, off = compiled.robots[mount], compiled.world.disturbance
         displace(compiled, mount, off.links)
         self.data = compiled.data()
-        self.recorder = Recorder(compiled, mount)
+        self.recorder = Recorder(compiled, mount, wrench=False)
         base = next(m.base for m in compiled.world.robots if m.name == mount)
         self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed, drive=drive)
         self.controller.disturb(off)

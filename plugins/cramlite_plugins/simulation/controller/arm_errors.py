@@ -28,13 +28,14 @@ class ArmErrors:
         self.half = off.backlash / 2
         self.behind = q - self.zeros  # the joints, as their encoders would say without play
         self.play = np.zeros(len(q))
+        self.now = q - self.zeros  # what the encoders said at the end of the last cycle
         cycles = round(off.latency / period)
         self._joints: deque[Floats] = deque([q - self.zeros], cycles + 1)
         self._readings: deque[Floats] = deque(maxlen=cycles + 1)
 
     def moved(self, goal: Floats) -> Floats:
         """Return what the joints are brought to (n,) [rad] when the motors go to ``goal`` (n,)."""
-        self.behind = np.clip(self.behind, goal - self.half, goal + self.half)
+        self.behind = np.minimum(np.maximum(self.behind, goal - self.half), goal + self.half)
         self.play = goal - self.behind
         return np.asarray(self.behind + self.zeros)
 
@@ -44,6 +45,7 @@ class ArmErrors:
 
     def measured(self, encoders: Floats, reading: Floats) -> Floats:
         """Take in a cycle's encoders (n,) [rad] and sensor reading (6,); return the reading that is told now."""
+        self.now = encoders
         self._joints.append(encoders)
         self._readings.append(reading)
         return self._readings[0]

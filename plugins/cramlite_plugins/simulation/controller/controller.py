@@ -72,7 +72,9 @@ class Controller:
         self.period = steps * float(model.opt.timestep)
         self.servos, self.joints, self.dofs = adjacent(index.actuators), adjacent(index.joints), adjacent(index.dofs)
         self.wrist = adjacent([first + k for first in (index.ft_force, index.ft_torque) for k in range(3)])
+        self.counted = np.arange(1.0, steps + 1)[:, None]
         self.ctrl, self.qpos, self.readings = data.ctrl, data.qpos, data.sensordata  # MuJoCo's own memory, looked up once
+        self.efforts = data.actuator_force
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
         torques = model.actuator_forcerange[self.servos, 1].copy()
@@ -195,7 +197,7 @@ class Controller:
 
     def joint_torques(self) -> Floats:
         """Return the joint torques (n,) of the servos beyond those that hold the arm's own weight [Nm]."""
-        return np.array(self.data.actuator_force[self.servos])
+        return np.array(self.efforts[self.servos])
 
     def actual_tcp(self) -> Pose:
         """Return the TCP in the base frame, from the encoders and the nominal kinematics."""
@@ -210,6 +212,11 @@ class Controller:
         """Return the wrench (6,) of the environment on the tool, base axes, at the TCP [N, Nm]."""
         self._measure()
         return self._wrench
+
+    def force(self) -> float:
+        """Return the magnitude of the force of ``wrench`` [N]."""
+        self._measure()
+        return self._force
 
     def applied(self) -> Floats:
         """Return the wrench (6,) of gripper and load on their environment, world axes, at the sensor; no tare [N, Nm].
@@ -311,8 +318,8 @@ class Controller:
             before, goal = self.errors.behind + self.errors.zeros, self.errors.moved(goal)
         step = (goal - before) / self.steps
         reading = np.zeros(6)
-        for k in range(1, self.steps + 1):
-            ctrl[servos] = before + k * step + forward_fed
+        for k, command in enumerate(before + self.counted * step + forward_fed, 1):
+            ctrl[servos] = command
             if platform is not None:
                 platform.apply(k / self.steps)
             mujoco.mj_step(model, data)
@@ -334,9 +341,9 @@ class Controller:
     def _watch(self) -> None:
         if reason := unstable(self.data):
             raise ProtectiveStop(reason)
-        effort, error = self.data.actuator_force[self.servos], np.abs(self.q - self.encoders())
+        error = np.abs(self.q - (self.encoders() if self.errors is None else self.errors.now))
         late = self.platform.late() if self.platform is not None else ""
-        self.watch.cycle(math.hypot(*self.wrench()[:3]), effort, error, late)
+        self.watch.cycle(self.force(), self.efforts[self.servos], error, late)
 
     def _forget(self) -> None:
         self._measured = False
@@ -348,6 +355,7 @@ class Controller:
         self._flange = self.kinematics.flange(self.actual_joints())
         self._tcp = self._flange @ self.kinematics.tcp
         self._wrench = self.sensor.wrench(self._flange, self._tcp)
+        self._force = math.hypot(*self._wrench[:3].tolist())
         self._measured = True
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from cramlite.model import Floats, Robot, Value
 
 
@@ -36,6 +38,7 @@ class SafetyWatch:
 
     def __init__(self, safety: Safety, arm: Robot, torques: Floats, period: float) -> None:
         self.safety, self.arm, self.torques, self.period = safety, arm, torques, period
+        self.limits = np.array(arm.limits).T
         self.fastest = [1.05 * v for v in arm.velocity]
         self.strongest: list[float] = torques.tolist()
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}

@@ -18,6 +18,7 @@ from .nominal_arm import cross
 # Time constant of the low-pass filter [s]: 10 Hz corner, between UR's 500 Hz sensor and its 8 ms script cycle.
 SMOOTHING = 0.016
 GRAVITY = 9.81
+SPREAD = np.array([1.0] * 3 + [0.05] * 3)  # of noise: N and Nm
 
 
 class WristSensor:
@@ -32,6 +33,7 @@ class WristSensor:
         self.up, self.noise = up, noise
         self.drift, self.wandered = np.zeros(6), np.zeros(6)
         self.turning: Floats | None = None
+        self.wanders = False
         self.random = np.random.default_rng(seed)
         self.raw = np.zeros(6)
         self.bias = np.zeros(6)
@@ -44,13 +46,15 @@ class WristSensor:
         self.noise = math.hypot(self.noise, off.force_noise)
         self.drift, self.wandered = np.array([*off.force_drift, 0.0, 0.0, 0.0]), np.array([*off.force_bias, 0.0, 0.0, 0.0])
         self.turning = np.array(off.force_turning) if any(off.force_turning) else None
+        self.wanders = any(off.force_drift) or any(off.force_bias)
 
     def feed(self, reading: Floats, period: float) -> None:
         """Filter a control cycle's mean reading (6,): the wrench of the wrist on the tool, sensor axes [N, Nm]."""
-        self.wandered = self.wandered + period * self.drift
-        reading = reading + self.wandered
+        if self.wanders:
+            self.wandered = self.wandered + period * self.drift
+            reading = reading + self.wandered
         if self.noise:
-            reading = reading + self.random.normal(0.0, self.noise, 6) * ([1.0] * 3 + [0.05] * 3)
+            reading = reading + self.random.normal(0.0, self.noise, 6) * SPREAD
         share = period / (SMOOTHING + period) if self.started else 1.0
         self.started = True
         self.raw = self.raw + share * (reading - self.raw)

@@ -29,10 +29,11 @@ class Recorder:
         compiled: the model.
         effector: name of the mount, or "hand"; by default the hand if there is one, else the first robot.
         rate: samples a second.
+        wrench: whether samples have the effector's wrench; not where ``Peaks`` are kept, whose wrenches stand for them.
     """
 
-    def __init__(self, compiled: Compiled, effector: str | None = None, rate: float = 50.0) -> None:
-        self.compiled = compiled
+    def __init__(self, compiled: Compiled, effector: str | None = None, rate: float = 50.0, wrench: bool = True) -> None:
+        self.compiled, self._wrench = compiled, wrench
         self.index = effector_of(compiled, effector)
         self._bodies = [i.body for i in compiled.things.values()]
         self._pairs = Pairs(compiled, self.index.name)
@@ -63,7 +64,7 @@ class Recorder:
             poses=self._things() | {n: np.array([s["poses"][n] for s in samples]) for n in names},
             touches=tuple(s["touches"] for s in samples),
             joints=np.array([s["joints"] for s in samples]).reshape(len(samples), -1),
-            wrench=np.array([s["wrench"] for s in samples]).reshape(-1, 6),
+            wrench=np.array([s["wrench"] for s in samples]).reshape(-1, 6) if self._wrench else np.zeros((len(samples), 6)),
             opening=np.array([s["opening"] for s in samples]),
             lines=np.array([s["line"] for s in samples], dtype=float),
             messages=tuple(self.messages),
@@ -102,7 +103,7 @@ class Recorder:
             "poses": {n: (*p.position, *p.quaternion) for n, p in frames.items()},
             "touches": touches(self.compiled, data, index.name, self._pairs),
             "joints": joints,
-            "wrench": wrench(model, data, index),
+            "wrench": wrench(model, data, index) if self._wrench else (),
             "opening": index.opening(model, data),
             "line": line,
             "values": {t: float(data.qpos[i.joint]) for t, i in self.compiled.things.items() if i.joint is not None},
@@ -131,8 +132,9 @@ def finger_poses(data: Data, index: EffectorIndex, name: str = "effector", at: P
         at: the tool frame, where it is known already.
     """
     turn = (at or index.pose(data)).quaternion
-    middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
-    return {str(EntityName(name, side)): Pose(tuple(points.sum(axis=0) / len(points)), turn) for side, points in middle.items()}
+    places, sides = data.geom_xpos, (("left", index.left), ("right", index.right))
+    middle = {str(EntityName(name, side)): places[list(pads)].sum(axis=0) / len(pads) for side, pads in sides}
+    return {finger: Pose(tuple(place), turn) for finger, place in middle.items()}
 
 
 def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
@@ -240,7 +242,7 @@ class Peaks:
         """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
         applied = arm.applied_force()
         strong = math.sqrt(applied @ applied)  # numpy's norm takes three times as long for three numbers
-        force = math.hypot(*arm.wrench()[:3]) if arm.sensor.tared else math.hypot(*applied)
+        force = arm.force() if arm.sensor.tared else math.hypot(*applied)
         if strong > self._strongest:
             self._wrench, self._strongest = arm.applied(), strong
         self._force = max(self._force, force)
