@@ -82,10 +82,7 @@ def resolve_scenario(
             from ..report import Finished, write_page
 
             write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
-        if json_output:
-            print(as_json(_nothing(trace, run, engine, seed)))
-        text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
-        raise PluginError(text) if engine.registry.faults else NoSolution(text)
+        raise _no_solution(run, trace, engine, seed, json_output=json_output)
     solution = _executed(solution, engine, say)
     write_solution(run, solution, engine, seed)
     _finish(run, solution, engine, say, report=report)
@@ -93,6 +90,14 @@ def resolve_scenario(
     if not solution.succeeded:
         raise NoSolution(first_execution_failed(solution, run.path, scenario))
     return 0
+
+
+def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, json_output: bool) -> NoSolution | PluginError:
+    """What is raised where nothing was proven; as JSON it is printed before."""
+    if json_output:
+        print(as_json(_nothing(trace, run, engine, seed)))
+    text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+    return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
 def _first_solution(
