@@ -79,9 +79,7 @@ def resolve_scenario(
     solution, tried = _first_solution(run, reading, setting, engine, trace, say)
     if solution is None:
         if report:
-            from ..report import Finished, write_page
-
-            write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
+            _report_nothing(run, reading, setting, engine, trace, tried)
         raise _no_solution(run, trace, engine, seed, json_output=json_output)
     solution = _executed(solution, engine, say)
     write_solution(run, solution, engine, seed)
@@ -90,6 +88,15 @@ def resolve_scenario(
     if not solution.succeeded:
         raise NoSolution(first_execution_failed(solution, run.path, scenario))
     return 0
+
+
+def _report_nothing(
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None
+) -> None:
+    """The page about a search that proved nothing, with the program that came nearest."""
+    from ..report import Finished, write_page
+
+    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
 
 
 def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, json_output: bool) -> NoSolution | PluginError:
