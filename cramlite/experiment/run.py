@@ -178,7 +178,7 @@ class Progress:
         self.done += 1
         passed = time.monotonic() - self.begin
         rest = passed / self.done * (self.left - self.done)
-        good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "executed")]
+        good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "succeeded")]
         self.say(
             f"[{self.total - self.left + self.done}/{self.total}] {result.name}: {result.candidates} candidates, "
             f"{'/'.join(map(str, good))} planned/simulated/executed{'; ' + result.reason if result.reason else ''}; "

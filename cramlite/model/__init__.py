@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
     from .error_model import ErrorModel, PoseError
+    from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3
     from .judging_limits import JudgingLimits
     from .plan import Plan
@@ -81,6 +82,7 @@ _HOMES = {
     ".entity_name": "EntityName thing_of",
     ".episode": "Entity Episode Event Repair Track",
     ".error_model": "ErrorModel PoseError",
+    ".friction": "pair_friction",
     ".geometry": "Floats Pose Vector3",
     ".judging_limits": "JudgingLimits",
     ".plan": "Plan",
@@ -200,6 +202,7 @@ __all__ = [
     "is_part_of",
     "is_program_text",
     "monitor",
+    "pair_friction",
     "parallel",
     "part_name",
     "read_program",
