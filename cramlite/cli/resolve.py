@@ -74,9 +74,7 @@ def resolve_scenario(
     _say_notes(scenario, setting, engine)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
-        print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
-        print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
-        return 0
+        return _solved_before(run, json_output=json_output)
     trace = _earlier_trace(run)
     with Progress(quiet=json_output) as say:
         solution, tried = _first_solution(run, reading, setting, engine, trace, say)
@@ -86,17 +84,35 @@ def resolve_scenario(
             _finish(run, solution, engine, say, report=report)
     if solution is None:
         if report:
-            from ..report import Finished, write_page
-
-            write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
-        if json_output:
-            print(as_json(_nothing(trace, run, engine, seed)))
-        text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
-        raise PluginError(text) if engine.registry.faults else NoSolution(text)
+            _report_nothing(run, reading, setting, engine, trace, tried)
+        raise _no_solution(run, trace, engine, seed, json_output=json_output)
     print(as_json(_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     if not solution.succeeded:
         raise NoSolution(first_execution_failed(solution, run.path, scenario))
     return 0
+
+
+def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
+    print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
+    print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
+    return 0
+
+
+def _report_nothing(
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None
+) -> None:
+    """The page about a search that proved nothing, with the program that came nearest."""
+    from ..report import Finished, write_page
+
+    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
+
+
+def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, json_output: bool) -> NoSolution | PluginError:
+    """What is raised where nothing was proven; as JSON it is printed before."""
+    if json_output:
+        print(as_json(_nothing(trace, run, engine, seed)))
+    text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+    return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
 def _first_solution(

@@ -119,7 +119,7 @@ class Pose(Value, dict=True):
             a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
             a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
         )
-        return Pose(tuple(self.apply(other.position)), quaternion)
+        return Pose(tuple(self.apply(other.position).tolist()), quaternion)
 
     def inverse(self) -> Pose:
         """Return the inverse transform: the pose of the parent frame in the child."""

@@ -92,7 +92,7 @@ def main() -> None:
     errors: ErrorModel = replace(
         NO_ERRORS, things=things, friction=0.1, mass=0.1, sensor=SensorErrors(0.3, 0.0, 0.01), kinematics=0.001
     )
-    hangs_on = (("hangs_on", "coffee", "hook"),) if any(t.hangs_on for t in scenario.spec.things) else ()
+    hangs_on = tuple(("hangs_on", t.name, t.hangs_on.hanger) for t in scenario.spec.things if t.hangs_on)
     both, robots = texts(program, knowledge.robots[program.robot_type]), knowledge.robots
     still = knowledge.simulator.execute(both["full"], believed, robots, mount="arm", seed=0)
     won: dict[str, list[bool]] = {name: [] for name in both}

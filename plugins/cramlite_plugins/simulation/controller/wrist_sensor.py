@@ -62,8 +62,9 @@ class WristSensor:
     def compensated(self, flange: Floats) -> Floats:
         """Return the wrench (6,) on the tool less the payload's weight, sensor axes, bias included [N, Nm]."""
         weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
-        known: Floats = np.concatenate([weight, cross(self.center, weight)])
-        felt: Floats = -self.raw - known
+        felt: Floats = -self.raw
+        felt[:3] -= weight
+        felt[3:] -= cross(self.center, weight)
         if self.turning is not None:
             felt[:3] += self.turning @ flange[:3, :3]
         return felt
@@ -79,5 +80,7 @@ class WristSensor:
             flange, tcp: (4, 4) in the base frame; the sensor sits at the flange.
         """
         local = self.compensated(flange) - self.bias
-        force, torque = flange[:3, :3] @ local[:3], flange[:3, :3] @ local[3:]
-        return np.concatenate([force, torque - cross(tcp[:3, 3] - flange[:3, 3], force)])
+        turn, out = flange[:3, :3], np.empty(6)
+        out[:3] = force = turn @ local[:3]
+        out[3:] = turn @ local[3:] - cross(tcp[:3, 3] - flange[:3, 3], force)
+        return out
