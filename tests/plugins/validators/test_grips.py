@@ -44,6 +44,22 @@ def test_one_pad_is_no_grip(side: str) -> None:
     assert grips(ran(touching(range(COUNT), without=lambda t: side in (t.a, t.b)))) == []
 
 
+def test_pads_that_press_from_the_first_sample_or_for_one_sample_alone_are_a_pressing() -> None:
+    base = pressed_for(10, *BOTH)
+    first = replace(base, touches=(*base.touches[20:], *base.touches[:20]))
+    assert grips(first) == [Grip("cup", 0, 9)]
+    rows = ((*base.touches[0], *BOTH), *((t for t in row if not pads(t)) for row in base.touches[1:]))
+    alone = replace(base, touches=tuple(tuple(row) for row in rows), times=np.arange(COUNT) * 1.0)
+    assert grips(alone) == []
+    then = replace(alone, touches=(alone.touches[0], *base.touches[20:30], *alone.touches[11:]))
+    assert grips(then) == [Grip("cup", 0, 10)]
+
+
+def test_a_short_press_of_another_thing_late_in_a_run_is_no_grip() -> None:
+    base = ran(touching(range(90, 92), *BOTH))
+    assert [g.thing for g in grips(base)] == ["block"]
+
+
 def test_pads_that_press_different_things_grip_neither() -> None:
     other = touching(range(COUNT), Touch(RIGHT, "cup", 5.0, 0.0), without=lambda t: RIGHT in (t.a, t.b))
     assert grips(ran(other)) == []

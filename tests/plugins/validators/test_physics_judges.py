@@ -113,6 +113,14 @@ def test_what_is_held_may_settle_and_not_slip(way: float, passes: bool) -> None:
     assert found.value == pytest.approx(way) and found.limit == 0.012
 
 
+def test_the_peak_of_commands_is_the_highest_share_of_its_own_limit() -> None:
+    assert only(CommandedForce(), good(commanded=forced(k40=55.0, k55=26.0))).value == 26.0
+
+
+def test_the_first_line_of_a_program_counts() -> None:
+    assert only(ForcePeak(), good(force=forced(k10=61.0))).origin == "1.Grasping"
+
+
 def test_a_slip_while_it_is_put_down_is_one_of_that_task() -> None:
     assert only(GraspSlip(), shifted((0, 0.02, 0), "block", 60)).origin == "3.Placing"
 
