@@ -185,8 +185,11 @@ def main() -> int:
     sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "helpers")]
     bad = 0
     for module, entry in chosen.items():
-        for before in entry.get("before", ()):  # what costs seconds, and does not depend on the module
-            importlib.import_module(before)
+        for before in entry.get("before", ()):
+            where, *call = before.split(":")
+            loaded = importlib.import_module(where)
+            if call:
+                getattr(loaded, call[0])(*call[1:])
         equivalent = table.get("equivalent", {}).get(module, {})
         for what in surviving(module, entry):
             if what not in equivalent:

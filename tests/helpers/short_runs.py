@@ -52,8 +52,9 @@ def good(**changes: Any) -> Candidate:
     hand = track((0, (0.5, 0.2, 0.33)), (TAKEN - 2, (0.5, 0.2, 0.03)), (LIFTED, (0.5, 0.2, 0.03)), (LANDED, (0.5, -0.35, 0.20)),
                  (OPENED + 4, (0.5, -0.35, 0.20)), (OPENED + 14, (0.5, -0.35, 0.40)))  # fmt: skip
     still = {t.name: track((0, t.pose.position)) for t in things if t.name != "block"}
+    pads = {side: hand + np.array([x, 0, 0, 0, 0, 0, 0]) for side, x in ((LEFT, 0.03), (RIGHT, -0.03))}
     rollout = Rollout(
-        world, "effector", np.arange(COUNT) * STEP, {**still, "block": carried, "effector": hand}, tuple(touches(k) for k in range(COUNT)),
+        world, "effector", np.arange(COUNT) * STEP, {**still, "block": carried, "effector": hand, **pads}, tuple(touches(k) for k in range(COUNT)),
         np.tile(UR5E.home, (COUNT, 1)), np.zeros((COUNT, 6)), np.where([TAKEN <= k < OPENED for k in range(COUNT)], 0.06, 0.085),
         LINES.astype(float), force=np.zeros(COUNT), commanded=np.zeros(COUNT),
     )  # fmt: skip
@@ -62,9 +63,11 @@ def good(**changes: Any) -> Candidate:
 
 def candidate(rollout: Rollout) -> Candidate:
     """The candidate with another rollout of its program."""
-    roles = {"Locatum": Object("it", entity="block"), "Relatum": Object("place", entity="shelf")}
-    actions = tuple(Action(name, task, roles if name == "3.Placing" else {"Patient": roles["Locatum"]}) for name, task in TASKS.items())
-    parts = (Action("3.Placing/PuttingDown", "cram:PuttingDown", roles), Action("3.Placing/Releasing", "soma:Releasing", roles))
+    it = Object("it", entity="block")
+    roles = {"Locatum": it, "Relatum": Object("place", entity="shelf")}
+    own = {"1.Grasping": {"Patient": it}, "2.PickingUp": {"Locatum": it, "Relatum": Object("from", entity="floor")}, "3.Placing": roles}
+    actions = tuple(Action(name, task, own.get(name, {})) for name, task in TASKS.items())
+    parts = (Action("3.Placing/PuttingDown", "soma:PuttingDown", roles), Action("3.Placing/Releasing", "soma:Releasing", roles))
     down = Allowance(frozenset({frozenset({HELD, "shelf"}), frozenset({"block", "shelf"})}), force=25.0)
     allowed = {"1.Grasping": Allowance(frozenset({frozenset({HAND, "block"})})), "2.PickingUp": Allowance(),
                "3.Placing/PuttingDown": down, "3.Placing/Releasing": replace(down, force=None), "4.ParkingArms": Allowance()}  # fmt: skip

@@ -96,9 +96,11 @@ def test_the_hand_touches_nothing_that_its_task_does_not_name() -> None:
     assert [r for r in said(Collision(), named) if "cup" in r] == []  # what it feels is judged by ``force_peak``
 
 
-def test_pads_press_what_they_close_on_and_let_go_of_for_a_tenth_of_a_second_more() -> None:
+def test_pads_press_what_they_close_on_a_tenth_of_a_second_before_and_let_go_of_as_long_as_contacts_chatter() -> None:
     def beside(*samples: int) -> Candidate:
-        return allowing("1.Grasping", Allowance(), touching(samples, Touch(LEFT, "block", 30.0, 0.0)))
+        made = allowing("1.Grasping", Allowance(), touching(samples, Touch(LEFT, "block", 30.0, 0.0)))
+        assert made.rollout is not None
+        return replace(made, rollout=replace(made.rollout, times=made.rollout.times + 30.0))
 
     assert round(GRIP / STEP) == 2
     assert said(Collision(), beside(TAKEN - 2, TAKEN - 1, OPENED, OPENED + 1)) == []
@@ -125,6 +127,14 @@ def test_what_it_stood_on_is_what_it_touched_in_that_moment() -> None:
 
     assert said(Collision(), after(TAKEN - 4)) == []  # 0.2 s before it was taken
     assert said(Collision(), after(TAKEN - 5))
+
+
+def test_what_a_task_says_of_the_held_thing_is_said_of_no_other() -> None:
+    held = pair("held", "shelf")
+    assert said(Collision(), allowing("3.Placing/PuttingDown", held, touching([62], Touch("block", "shelf", 30.0, 0.0)))) == []
+    assert said(Collision(), allowing("3.Placing/PuttingDown", held, hits(range(62, 63), "cup", "floor")))
+    assert said(Collision(), allowing("3.Placing/PuttingDown", pair("held", "floor"), hits(range(62, 63), "cup", "floor")))
+    assert said(Collision(), allowing("3.Placing/Releasing", held, hits(range(72, 73), "block", "cup")))
 
 
 def test_what_one_thing_stood_on_is_no_place_for_another() -> None:
