@@ -113,7 +113,7 @@ class _Contacts:
         if in_hand:
             return math.inf  # contacts of a stiff arm chatter: what it feels of them is judged (``force_peak``)
         own = [f for t in (self.tasks[k], *self._movers(k, pair)) if (f := self.allowances.get(t, Allowance()).force) is not None]
-        return own[0] + sum(self.weight.get(one, 0.0) for one in pair) if own else math.inf
+        return own[0] + sum(self.weight[one] for one in pair & self.weight.keys()) if own else math.inf
 
     def _settles(self, k: int, pair: Pair) -> bool:
         """Things that drop by the millimetres that their poses are off find each other; so does all that touches at the start."""

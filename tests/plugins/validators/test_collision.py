@@ -155,6 +155,8 @@ def test_two_that_are_pressed_together_by_nobody_are_limited_by_the_task_and_the
     assert reason == "'cup' hit 'floor' with 28 N at 4.1 s in 4.ParkingArms; limit 27 N of the task and of what they weigh"
     assert next(bumps(pushed(25.0 + WEIGHT + 1.0))) == Bump(pytest.approx(1.0), 25 + WEIGHT + 1, 25 + WEIGHT, 82, "cup", "floor",
                                                             "limit 27 N of the task and of what they weigh")  # fmt: skip
+    first = allowing("3.Placing/Releasing", Allowance(force=60.0), pushed(25.0 + WEIGHT + 1.0))
+    assert len(said(Collision(), first)) == 1  # the limit is that of the task that runs, not of one that moved them before
     free = allowing("4.ParkingArms", replace(pushes, force=None), hits(range(82, 83), "cup", "floor", 1e4))
     assert said(Collision(), free) == []
 
@@ -214,6 +216,30 @@ def test_a_thing_that_is_taken_twice_is_asked_what_it_stands_on_each_time() -> N
 
     assert said(Collision(), retaken("shelf")) == []
     assert said(Collision(), retaken("floor"))
+
+
+def test_what_is_held_from_the_start_to_the_end_was_taken_at_the_start() -> None:
+    base = touching(range(COUNT), *(Touch(s, "block", 30.0, 0.0) for s in (LEFT, RIGHT)))
+    assert base.rollout is not None
+    held = replace(base.rollout, opening=np.full(COUNT, 0.06))
+    rows = tuple((*row, Touch("block", "floor", 30.0, 0.0)) if k == 48 else row for k, row in enumerate(held.touches))
+    assert said(Collision(), candidate(replace(held, touches=rows))) == []
+    rows = tuple((*row, Touch("block", "cup", 30.0, 0.0)) if k == 48 else row for k, row in enumerate(held.touches))
+    assert said(Collision(), candidate(replace(held, touches=rows)))
+
+
+def test_the_limit_of_the_task_that_runs_comes_before_that_of_the_one_that_moves() -> None:
+    """The block rolls on the shelf while the arm is parked, and knocks at the floor, which both tasks let it touch."""
+    base = good().rollout
+    assert base is not None
+    rolls = base.poses["block"].copy()
+    rolls[LANDED:, 0] += np.arange(COUNT - LANDED) * 0.01
+    rows = tuple((*row, Touch("cup", "block", 40.0, 0.0)) if k == 85 else row for k, row in enumerate(base.touches))
+    made = good(poses={**base.poses, "block": rolls}, touches=rows)
+    for runs, let_go, passes in ((50.0, 10.0, True), (10.0, 50.0, False)):
+        both = allowing("4.ParkingArms", pair("block", "cup", force=runs), made)
+        both = allowing("3.Placing/PuttingDown", pair("block", "cup", force=let_go), both)
+        assert (said(Collision(), both) == []) is passes
 
 
 @pytest.mark.parametrize("sample", [LIFTED - 1, LANDED])
