@@ -75,7 +75,7 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], j
     assert candidate.rollout is not None
     limits, times = candidate.limits, candidate.rollout.times
     who = f"'{name}', which no task moved then,"
-    than = f" against '{stay.beside}', which carries it" if stay.beside else ""
+    than = f" against '{stay.beside}', which carries it," if stay.beside else ""
     if stay.way > limits.bystander_motion:
         whose = f"limit {1000 * limits.bystander_motion:g} mm {limits.source('bystander_motion')}"
         said = f"{who} got {1000 * stay.way:.0f} mm away{than} by {times[stay.sample]:.1f} s; {whose}"

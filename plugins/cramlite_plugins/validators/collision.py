@@ -15,7 +15,7 @@ from .task_times import inner_tasks
 
 GRAVITY = 9.81
 GAP = 0.2  # a contact that is lost for less still goes on [s]: what slides or rattles leaps (as long as rules' PADDING)
-GRIP = 0.1  # pads press a thing that they close on or let go of for so long before both do, or one no longer does [s]
+GRIP = 0.1  # one pad presses a thing that they close on for so long before both do [s]
 
 Pair = frozenset[str]
 
@@ -95,7 +95,7 @@ class _Contacts:
         self.weight = {t.name: (t.mass or 0.0) * GRAVITY for t in rollout.world.things}
         near = round(GRIP / float(self.times[1] - self.times[0])) if len(self.times) > 1 else 0
         pressed = pressed_at(rollout)
-        self.gripped = [set(pressed[max(0, k - near) : k + near + 1]) | {one} for k, one in enumerate(self.held)]
+        self.gripped = [{*pressed[k : k + near + 1], one} for k, one in enumerate(self.held)]
         self.last: dict[Pair, float] = {}  # when two that may touch last did [s]
         self.stood: dict[str, set[str]] = {}  # what a thing touched when it was taken
 
@@ -113,7 +113,7 @@ class _Contacts:
         if in_hand:
             return math.inf  # contacts of a stiff arm chatter: what it feels of them is judged (``force_peak``)
         own = [f for t in (self.tasks[k], *self._movers(k, pair)) if (f := self.allowances.get(t, Allowance()).force) is not None]
-        return own[0] + sum(self.weight.get(one, 0.0) for one in pair) if own else math.inf
+        return own[0] + sum(self.weight[one] for one in pair & self.weight.keys()) if own else math.inf
 
     def _settles(self, k: int, pair: Pair) -> bool:
         """Things that drop by the millimetres that their poses are off find each other; so does all that touches at the start."""

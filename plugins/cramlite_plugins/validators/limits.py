@@ -28,7 +28,7 @@ class JointLimits(Value):
                     worst = min(worst, margin)
                     if margin < 0:
                         reason = f"{name} {value:.2f} rad is outside {low:.2f} to {high:.2f} rad"
-                        yield Finding(self.name, False, reason, value, high, "rad", step.origin)
+                        yield Finding(self.name, False, reason, value, low if value < low else high, "rad", step.origin)
                         return
         yield Finding(self.name, True, f"nearest limit is {worst:.2f} rad away", float(worst), 0.0, "rad")
 

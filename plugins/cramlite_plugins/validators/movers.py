@@ -63,13 +63,13 @@ def _rests(rollout: Rollout, name: str, sample: int) -> int:
     track = _way(rollout.poses[name][sample:])
     if len(track) < count:
         return len(rollout.times)
-    spread = np.linalg.norm(np.ptp(sliding_window_view(track, count, axis=0), axis=-1), axis=1)
-    still = np.flatnonzero(spread <= REST * OVER)
+    spread = np.ptp(sliding_window_view(track, count, axis=0), axis=-1).reshape(-1, 3, 3)
+    still = np.flatnonzero(np.linalg.norm(spread, axis=2).max(axis=1) <= REST * OVER)
     return sample + int(still[0]) if len(still) else len(rollout.times)
 
 
 def _way(track: Floats) -> Floats:
-    """(N, 9) two points beside a thing's own, [m]: a thing that only turns is not at rest."""
+    """(N, 9) a thing's own point and two beside it [m]: a thing that only turns is not at rest."""
     from scipy.spatial.transform import Rotation
 
     turns = Rotation.from_quat(track[:, 3:], scalar_first=True)

@@ -256,8 +256,8 @@ def _asked(clause: Clause, action: Action, rule: Rule) -> bool:
         return True
     if clause.text in {f"not {c.text}" for c in rule.written_order if c.phase == "post"}:
         return False
-    named = {v for a in atoms(clause.condition) for v in a.binds()}
-    return named <= {k for k, o in action.roles.items() if o.entity} or not named
+    named = {v for a in atoms(clause.condition) for v in a.binds() if v in rule.roles}
+    return named <= {k for k, o in action.roles.items() if o.entity}
 
 
 Unmet = tuple["Clause", list[dict[str, Any]]]

@@ -6,7 +6,9 @@ import pytest
 from edited import against, engine, findings, objections, proven, replaced, run, without
 from msgspec.structs import replace
 
-from cramlite.model import JudgingLimits, Pose, World
+from cramlite.interpretation.fluents import symbolic_world
+from cramlite.model import JudgingLimits, MoveJoints, Pose, World
+from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
 
@@ -97,6 +99,87 @@ def test_limits_are_the_scenarios_and_are_kept_to_the_last_digit(name: str) -> N
     inside, outside = (JudgingLimits(**{**open_, name: measured * share}, of_scenario=(name,)) for share in (1.001, 0.999))
     assert judge not in {k: v for k, v in objections(replace(ran, limits=inside)).items() if "still moves" not in v}
     assert "of the scenario" in objections(replace(ran, limits=outside))[judge]
+
+
+LOWER, MOVE = "0.09, 0.01, 3.0, 21.0", "movej(placing_3_putting_down_transfer_joints, a=1.4, v=1.05)"
+
+
+@pytest.mark.parametrize(
+    ("judge", "old", "inside", "outside", "says"),
+    [
+        ("execution", LOWER, "0.08, 0.01, 3.0, 21.0", "0.05, 0.01, 3.0, 21.0", "halted at line 196, 13.7 s: 3.Placing/PuttingDown/lower: no contact"),
+        ("force_peak", LOWER, "0.09, 0.01, 35.0, 21.0", "0.09, 0.01, 55.0, 21.0", "N at 17.0 s, limit 60 N of robot 'ur5e'"),
+        ("joint_speeds", MOVE, MOVE.replace("1.4, v=1.05", "5.0, v=3.1"), MOVE.replace("1.4, v=1.05", "8.0, v=3.1"), "of 3.14 rad/s"),
+    ],
+)
+def test_one_number_makes_the_difference(judge: str, old: str, inside: str, outside: str, says: str) -> None:
+    good = proven("placing")
+    assert against(good, replaced(good, (old, inside))) == {}
+    assert says in against(good, replaced(good, (old, outside)))[judge]
+
+
+def test_who_does_not_let_go_has_put_nothing_down() -> None:
+    good = proven("placing")
+    said = against(good, without(good, "3.Placing/Releasing/open", "3.Placing/Retracting"))
+    assert said["end_state"] == "the gripper still touches 'block' at the end"
+
+
+def test_the_goal_is_judged_whatever_the_text_was_for() -> None:
+    good = proven("placing")
+    scene = symbolic_world(good.world, engine().knowledge.taxonomy)
+    for goal, text, passes in (
+        ("block on shelf", replaced(good), True), ("block on floor", replaced(good), False),
+        ("block on shelf", without(good, "3.Placing/Releasing/open"), False),
+    ):  # fmt: skip
+        wanted = replace(good, goal=literals_of_goals([goal], scene, engine().knowledge))
+        said = objections(run(wanted, text))
+        assert ("goal" not in said) is passes
+        assert passes or f"'{goal}' is not reached" in said["goal"]
+
+
+def test_a_thing_that_was_taken_for_another_is_one_when_the_program_runs() -> None:
+    good = proven("placing")
+    for kind, passes in (("cram:Product", True), ("cram:Jug", False)):
+        things = tuple(replace(t, type=kind) if t.name == "block" else t for t in good.world.things)
+        ran = replace(run(good, replaced(good), replace(good.world, things=things)), world=good.world)
+        assert ("recognised" not in objections(ran)) is passes
+
+
+@pytest.mark.parametrize("judge", ["joint_limits", "program_safety"])
+def test_a_typed_program_is_refused_before_its_text_is_written(judge: str) -> None:
+    good = proven("placing")
+    validator = next(v for v in engine().knowledge.validators if v.name == judge)
+    high = good.robot.limits[5][1]
+    for value, passes in ((high - 0.001, True), (high + 0.001, False)):
+        (first, *others), moves = [s for s in good.program.steps if isinstance(s, MoveJoints)], good.program.steps
+        edited = replace(first, path=(*first.path[:-1], (*first.path[-1][:5], value)))
+        steps = tuple(edited if s is first else s for s in moves)
+        found = list(validator.check(replace(good, program=replace(good.program, steps=steps))))
+        assert others and all(f.passed for f in found) is passes
+        assert passes or "wrist_3" in next(f.reason for f in found if not f.passed)
+
+
+@pytest.mark.heavy
+def test_what_is_poured_beside_the_bowl_has_not_arrived_and_is_spilled() -> None:
+    good = proven("pouring")
+    assert good.code is not None
+    (line,) = (t for t in good.code.text.splitlines() if "pouring_3_transfer_joints =" in t)
+    names = [t.split(" =")[0].split()[-1] for t in good.code.text.splitlines() if "global pouring_3_" in t and "_joints" in t]
+    assert line and names
+
+    def turned(by: float) -> str:
+        """The text, whose arm stands turned about its base by an angle while it pours [rad]."""
+        text = good.code.text if good.code else ""
+        for row in text.splitlines():
+            if any(f"global {name} = [" in row for name in names):
+                first = row.split("[")[1].split(",")[0]
+                text = text.replace(row, row.replace(f"[{first}", f"[{float(first) + by:.6f}"))
+        return text
+
+    inside, outside = against(good, turned(0.01)), against(good, turned(0.3))
+    assert not {"poured", "spilled"} & inside.keys()
+    assert "0 of 12 grains of 'jug' are in 'bowl', 11 are wanted" in outside["poured"]
+    assert "12 of 12 grains of 'jug' are beside all vessels" in outside["spilled"]
 
 
 def test_a_drawers_contents_go_with_it() -> None:

@@ -1,0 +1,207 @@
+"""Mutants of judges, no-goods, places and the detection of grasps: does a quick test object to each?
+
+    pip install cosmic-ray
+    python tests/benchmarks/mutants.py [WORD ...] [--list] [--show]
+
+Cosmic Ray changes one operator, number or condition of a module at a time; the module's own quick tests (``mutants.yaml``) must
+then fail. WORD picks the modules whose name contains it. A process that has everything imported is forked for each mutant, which
+imports anew only what stands on the changed module: a few tenths of a second each. Mutants of annotations, of ``assert`` (there
+for type checkers alone) and of what is written for people in ``f""`` are left out. What survives and is not listed in
+``mutants.yaml`` as equivalent is printed, and makes the exit code 1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import difflib
+import importlib
+import io
+import os
+import signal
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from importlib.machinery import ModuleSpec, SourceFileLoader
+from importlib.util import spec_from_file_location
+from pathlib import Path
+from types import CodeType, ModuleType
+from typing import Any
+
+import yaml
+
+ROOT = Path(__file__).parents[2]
+PATIENCE = 20  # of one mutant's tests [s]: one that runs on for ever is found by that
+BINARY = ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul", "Mod_Mul", "BitAnd_BitOr", "BitOr_BitAnd")
+COMPARISON = (
+    "Eq_NotEq", "NotEq_Eq", "Lt_LtE", "Lt_Gt", "LtE_Lt", "LtE_Gt", "Gt_GtE", "Gt_Lt", "GtE_Gt", "GtE_Lt", "Is_IsNot", "IsNot_Is",
+)  # fmt: skip
+OTHERS = (
+    "AddNot", "NumberReplacer", "ReplaceAndWithOr", "ReplaceOrWithAnd", "ReplaceTrueWithFalse", "ReplaceFalseWithTrue",
+    "ReplaceUnaryOperator_Delete_Not", "ReplaceUnaryOperator_USub_UAdd", "ZeroIterationForLoop", "ReplaceBreakWithContinue",
+    "ReplaceContinueWithBreak",
+)  # fmt: skip
+OPERATORS = (
+    *(f"core/ReplaceBinaryOperator_{name}" for name in BINARY),
+    *(f"core/ReplaceComparisonOperator_{name}" for name in COMPARISON),
+    *(f"core/{name}" for name in OTHERS),
+)
+"""Of Cosmic Ray's operators one inverse and one neighbour each: the others change the same places once more."""
+
+
+class _Changed(SourceFileLoader):
+    """Loader of a module from another text."""
+
+    def __init__(self, name: str, path: Path, text: str) -> None:
+        super().__init__(name, str(path))
+        self.text = text
+
+    def get_code(self, fullname: str) -> CodeType:
+        return compile(self.text, self.path, "exec")
+
+
+class _Finder:
+    """Finder of one module, whose text is another."""
+
+    def __init__(self, name: str, path: Path, text: str) -> None:
+        self.name, self.path, self.text = name, path, text
+
+    def find_spec(self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None) -> ModuleSpec | None:
+        if name != self.name:
+            return None
+        return spec_from_file_location(name, self.path, loader=_Changed(name, self.path, self.text))
+
+
+class _Bare(ast.NodeTransformer):
+    """Remove what no run depends on: annotations, assertions, and numbers of texts for people."""
+
+    def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
+        node.annotation = ast.Constant(None)
+        return self.generic_visit(node)
+
+    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
+        node.returns = None
+        return self.generic_visit(node)
+
+    def visit_arguments(self, node: ast.arguments) -> ast.AST:
+        node.args = [*node.posonlyargs, *node.args, *node.kwonlyargs]  # how they are given changes nothing that runs
+        node.posonlyargs, node.kwonlyargs = [], []
+        return self.generic_visit(node)
+
+    def visit_arg(self, node: ast.arg) -> ast.AST:
+        node.annotation = None
+        return node
+
+    def visit_Assert(self, node: ast.Assert) -> ast.AST:
+        return ast.Pass()
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.AST:
+        return ast.Constant("")
+
+
+def mutants(path: Path) -> Iterator[str]:
+    """The texts of a module, each with one change that can matter when it runs."""
+    from cosmic_ray.mutating import mutate_code
+    from cosmic_ray.plugins import get_operator
+
+    text = path.read_text()
+    seen = {bare(text)}
+    for name in OPERATORS:
+        operator, occurrence = get_operator(name)(), 0
+        while (changed := mutate_code(text, operator, occurrence)) is not None:
+            occurrence += 1
+            if (what := bare(changed)) not in seen:
+                seen.add(what)
+                yield changed
+
+
+def bare(text: str) -> str:
+    """What of a text runs."""
+    try:
+        return ast.dump(_Bare().visit(ast.parse(text)))
+    except SyntaxError:
+        return ""
+
+
+def difference(path: Path, changed: str) -> str:
+    """The changed line, before and after."""
+    lines = difflib.unified_diff(path.read_text().splitlines(), changed.splitlines(), n=0, lineterm="")
+    was, now = ([line[1:].strip() for line in lines_ if line] for lines_ in _sides(lines))
+    return f"{' '.join(was)}  ->  {' '.join(now)}"
+
+
+def _sides(lines: Iterator[str]) -> tuple[list[str], list[str]]:
+    kept = [line for line in lines if not line.startswith(("---", "+++", "@@"))]
+    return [k for k in kept if k[0] == "-"], [k for k in kept if k[0] == "+"]
+
+
+def survives(name: str, path: Path, changed: str, entry: dict[str, Any]) -> bool:
+    """Whether the tests of a module pass with another text of it: in a process of its own, which begins where this one is."""
+    child = os.fork()
+    if not child:
+        os._exit(_tested(name, path, changed, entry))
+    until = time.monotonic() + PATIENCE
+    while time.monotonic() < until:
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status) == 0
+        time.sleep(0.005)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return False
+
+
+def _tested(name: str, path: Path, changed: str, entry: dict[str, Any]) -> int:
+    import pytest
+
+    for module in [m for m in sys.modules if any(m == p or m.startswith(f"{p}.") for p in entry["afresh"])]:
+        del sys.modules[module]
+    sys.meta_path.insert(0, _Finder(name, path, changed))
+    with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        return int(pytest.main(["-n0", "-x", "-q", "-m", "", *(str(ROOT / t) for t in entry["tests"])]))
+
+
+def surviving(module: str, entry: dict[str, Any]) -> Iterator[str]:
+    """The differences of the mutants of a module that its tests let pass, and how many there were on the terminal."""
+    name = module.removeprefix("plugins/").removesuffix(".py").replace("/", ".")
+    path, count, lived, start = ROOT / module, 0, 0, time.monotonic()
+    if not survives(name, path, path.read_text(), entry):
+        raise SystemExit(f"{module}: its tests fail as it is; run them by themselves: {' '.join(entry['tests'])}")
+    for changed in mutants(path):
+        count += 1
+        if survives(name, path, changed, entry):
+            lived += 1
+            yield difference(path, changed)
+    print(f"{module}: {count} mutants, {lived} survived, {time.monotonic() - start:.0f} s", flush=True)
+
+
+def main() -> int:
+    """Print what survives of each module, without what is known to be equivalent."""
+    parser = argparse.ArgumentParser(description="Change judges one operator at a time, and run their tests.")
+    parser.add_argument("words", nargs="*", help="modules whose name contains one of these; all without")
+    parser.add_argument("--list", action="store_true", help="print modules and their tests, and run nothing")
+    given = parser.parse_args()
+    table = yaml.safe_load((Path(__file__).parent / "mutants.yaml").read_text())
+    chosen = {m: e for m, e in table["modules"].items() if not given.words or any(w in m for w in given.words)}
+    if given.list:
+        print("\n".join(f"{m}: {' '.join(e['tests'])}" for m, e in chosen.items()))
+        return 0
+    sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "helpers")]
+    bad = 0
+    for module, entry in chosen.items():
+        for before in entry.get("before", ()):
+            where, *call = before.split(":")
+            loaded = importlib.import_module(where)
+            if call:
+                getattr(loaded, call[0])(*call[1:])
+        equivalent = table.get("equivalent", {}).get(module, {})
+        for what in surviving(module, entry):
+            if what not in equivalent:
+                bad += 1
+                print(f"  survives: {what}", flush=True)
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,125 @@
+"""A candidate whose run is written by hand: a block is taken from the floor, carried, and put onto a shelf beside a cup.
+
+No physics runs: each judge reads what a run could have been, in milliseconds. 100 samples, one each ``STEP``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import cache
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite import Engine
+from cramlite.model import Action, Belief, Code, Finding, Floats, Object, Plan, Pose, Program, RobotMount, Rollout, Thing, Touch, World
+from cramlite.plugin import HAND, HELD, Allowance, Candidate, Validator
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+
+STEP, COUNT = 0.05, 100
+TAKEN, LIFTED, LANDED, OPENED = 10, 25, 65, 70  # samples: pads close, the floor is left, the shelf is reached, pads open
+WEIGHT = 9.81 * 0.2
+LEFT, RIGHT = "effector/left", "effector/right"
+FLOOR, SHELF = table("floor", Pose((0.4, 0, 0)), size=(1.6, 1.6, 0.02)), table("shelf", Pose((0.45, -0.35, 0.15)), size=(0.3, 0.3, 0.02))
+TASKS = {"1.Grasping": "soma:Grasping", "2.PickingUp": "soma:PickingUp", "3.Placing": "soma:Placing", "4.ParkingArms": "soma:ParkingArms"}
+ORIGINS = {1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/PuttingDown/lower", 7: "3.Placing/Releasing/open", 9: "4.ParkingArms/move"}
+LINES = np.repeat([0, 1, 3, 5, 7, 9, 0], [2, 23, 25, 20, 10, 10, 10])
+
+
+def lying(name: str, at: tuple[float, float, float], mass: float = 0.2) -> Thing:
+    return block(name, Pose(at), size=(0.06, 0.06, 0.06), mass=mass)
+
+
+@cache
+def taxonomy() -> Any:
+    return Engine().knowledge.taxonomy
+
+
+def track(*knots: tuple[int, tuple[float, float, float]]) -> Floats:
+    """(COUNT, 7) poses, upright, on straight lines between positions at samples."""
+    samples, places = [k for k, _ in knots], np.array([p for _, p in knots])
+    ways = [np.interp(range(COUNT), samples, places[:, axis]) for axis in range(3)]
+    return np.column_stack([*ways, np.ones(COUNT), np.zeros((COUNT, 3))])
+
+
+def good(**changes: Any) -> Candidate:
+    """The candidate, with fields of its rollout changed."""
+    things = (FLOOR, SHELF, lying("block", (0.5, 0.2, 0.03)), lying("cup", (0.4, -0.35, 0.20)))
+    world = World(things, (RobotMount("arm", "ur5e"),))
+    carried = track((LIFTED, (0.5, 0.2, 0.03)), (LANDED, (0.5, -0.35, 0.20)))
+    hand = track((0, (0.5, 0.2, 0.33)), (TAKEN - 2, (0.5, 0.2, 0.03)), (LIFTED, (0.5, 0.2, 0.03)), (LANDED, (0.5, -0.35, 0.20)),
+                 (OPENED + 4, (0.5, -0.35, 0.20)), (OPENED + 14, (0.5, -0.35, 0.40)))  # fmt: skip
+    still = {t.name: track((0, t.pose.position)) for t in things if t.name != "block"}
+    pads = {side: hand + np.array([x, 0, 0, 0, 0, 0, 0]) for side, x in ((LEFT, 0.03), (RIGHT, -0.03))}
+    rollout = Rollout(
+        world, "effector", np.arange(COUNT) * STEP, {**still, "block": carried, "effector": hand, **pads}, tuple(touches(k) for k in range(COUNT)),
+        np.tile(UR5E.home, (COUNT, 1)), np.zeros((COUNT, 6)), np.where([TAKEN <= k < OPENED for k in range(COUNT)], 0.06, 0.085),
+        LINES.astype(float), force=np.zeros(COUNT), commanded=np.zeros(COUNT),
+    )  # fmt: skip
+    return candidate(replace(rollout, **changes))
+
+
+def candidate(rollout: Rollout) -> Candidate:
+    """The candidate with another rollout of its program."""
+    it = Object("it", entity="block")
+    roles = {"Locatum": it, "Relatum": Object("place", entity="shelf")}
+    own = {"1.Grasping": {"Patient": it}, "2.PickingUp": {"Locatum": it, "Relatum": Object("from", entity="floor")}, "3.Placing": roles}
+    actions = tuple(Action(name, task, own.get(name, {})) for name, task in TASKS.items())
+    parts = (Action("3.Placing/PuttingDown", "soma:PuttingDown", roles), Action("3.Placing/Releasing", "soma:Releasing", roles))
+    down = Allowance(frozenset({frozenset({HELD, "shelf"}), frozenset({"block", "shelf"})}), force=25.0)
+    allowed = {"1.Grasping": Allowance(frozenset({frozenset({HAND, "block"})})), "2.PickingUp": Allowance(),
+               "3.Placing/PuttingDown": down, "3.Placing/Releasing": replace(down, force=None), "4.ParkingArms": Allowance()}  # fmt: skip
+    text = "\n".join(f"step {k}" for k in range(1, 11))
+    belief = Belief(rollout.world, {}, "arm", UR5E.home, 0.085, relations=frozenset({("on", "block", "shelf")}))
+    return Candidate(
+        Plan("p", (), ()), Program("p", "arm", "ur5e", UR5E.gripper.tcp, UR5E.home, (), ()), Code("text", text, ORIGINS, ".txt"), {},
+        belief, actions, UR5E, rollout.world, (), taxonomy(), rollout, None, (), parts, allowed,
+    )  # fmt: skip
+
+
+def touches(k: int) -> tuple[Touch, ...]:
+    """Who touches whom at a sample."""
+    found = [Touch("shelf", "cup", WEIGHT, WEIGHT)]
+    if k < LIFTED:
+        found.append(Touch("floor", "block", WEIGHT, WEIGHT))
+    if TAKEN <= k < OPENED:
+        found += [Touch(LEFT, "block", 50.0, WEIGHT / 2), Touch("block", RIGHT, 50.0, -WEIGHT / 2)]
+    if k >= LANDED:
+        found.append(Touch("block", "shelf", WEIGHT, -WEIGHT))
+    return tuple(found)
+
+
+def touching(when: Iterable[int], *more: Touch, without: Callable[[Touch], bool] = lambda _: False) -> Candidate:
+    """The candidate, in whose run others touch at some samples, and some no longer do."""
+    rows, base = set(when), good().rollout
+    assert base is not None
+    return good(touches=tuple((*(t for t in row if not without(t)), *more) if k in rows else row for k, row in enumerate(base.touches)))
+
+
+def posed(**poses: Floats) -> Candidate:
+    """The candidate, in whose run things are elsewhere."""
+    base = good().rollout
+    assert base is not None
+    return good(poses={**base.poses, **poses})
+
+
+def shifted(by: Any, thing: str, first: int, last: int = COUNT) -> Candidate:
+    """The candidate, in whose run a thing is moved by a way [m] at samples [first, last)."""
+    base = good().rollout
+    assert base is not None
+    poses = base.poses[thing].copy()
+    poses[first:last, :3] += by
+    return posed(**{thing: poses})
+
+
+def said(judge: Validator, of: Candidate) -> list[str]:
+    """The objections of a judge."""
+    return [f.reason for f in judge.check(of) if not f.passed]
+
+
+def only(judge: Validator, of: Candidate) -> Finding:
+    """The one finding of a judge."""
+    (found,) = judge.check(of)
+    return found

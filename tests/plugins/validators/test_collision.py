@@ -1,0 +1,248 @@
+"""Who may touch whom, when, and how hard: each touch that a task lets happen, and its neighbour that is an objection."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+from short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, RIGHT, STEP, TAKEN, WEIGHT, candidate, good, only, said, touching
+
+from cramlite.model import JudgingLimits, Touch
+from cramlite.plugin import HAND, Allowance, Candidate
+from cramlite_plugins.validators.collision import GAP, GRIP, Bump, Collision, bumps
+
+BODY = "effector/body"
+
+
+def allowing(task: str, allowance: Allowance, of: Candidate) -> Candidate:
+    """The candidate with what one task may touch changed."""
+    return replace(of, allowances={**of.allowances, task: allowance})
+
+
+def pair(one: str, other: str, **more: float | None) -> Allowance:
+    return Allowance(frozenset({frozenset({one, other})}), **more)  # type: ignore[arg-type]
+
+
+def hits(samples: range, one: str, other: str, force: float = 10.0) -> Candidate:
+    return touching(samples, Touch(one, other, force, 0.0))
+
+
+def test_the_run_as_it_is_passes() -> None:
+    found = only(Collision(), good())
+    assert found.passed and (found.value, found.limit) == (0.0, 2.0)
+    assert "(limit 2 N by default elsewhere)" in found.reason
+
+
+def test_a_carried_thing_that_hits_another_is_an_objection() -> None:
+    found = only(Collision(), hits(range(60, 61), "block", "cup"))
+    assert (found.passed, found.origin, found.value, found.limit) == (False, "3.Placing/PuttingDown", 10.0, 2.0)
+    assert found.reason == "'block' hit 'cup' with 10 N at 3.0 s in 3.Placing/PuttingDown; limit 2 N by default"
+
+
+@pytest.mark.parametrize(("force", "passes"), [(2.0, True), (2.001, False)])
+def test_a_brush_is_no_touch(force: float, passes: bool) -> None:
+    assert only(Collision(), hits(range(60, 62), "block", "cup", force)).passed is passes
+    of_scenario = JudgingLimits(brush=force, of_scenario=("brush",))
+    assert only(Collision(), replace(hits(range(60, 62), "block", "cup", force), limits=of_scenario)).passed
+
+
+def test_the_force_between_two_is_that_of_all_their_parts() -> None:
+    both = touching([60], Touch("block", "cup/rim", 1.5, 0.0), Touch("cup", "block", 1.2, 0.0))
+    found = only(Collision(), both)
+    assert not found.passed and found.value == pytest.approx(2.7)
+    assert found.reason.startswith("'block' hit 'cup/rim' with 3 N")
+
+
+def test_the_worst_is_said() -> None:
+    two = hits(range(60, 62), "block", "cup", 5.0)
+    assert two.rollout is not None
+    rows = tuple((*row, Touch("arm/forearm", "shelf", 8.0, 0.0)) if k == 75 else row for k, row in enumerate(two.rollout.touches))
+    found = only(Collision(), candidate(replace(two.rollout, touches=rows)))
+    assert (found.value, found.origin) == (8.0, "3.Placing/Releasing")
+    assert [b.excess for b in bumps(candidate(replace(two.rollout, touches=rows)))] == [3.0, 3.0, 6.0]
+
+
+def test_before_the_program_began_no_task_is_named() -> None:
+    assert only(Collision(), hits(range(1, 2), "arm/forearm", "shelf")).reason == (
+        "'arm/forearm' hit 'shelf' with 10 N at 0.1 s; limit 2 N by default"
+    )
+
+
+def test_what_touches_at_the_start_goes_on_touching_however_hard() -> None:
+    leaning = touching(range(COUNT), Touch("cup", "shelf/edge", 500.0, 0.0))
+    assert only(Collision(), leaning).passed
+
+
+def test_the_hand_may_touch_at_the_start_and_no_longer_than_it_does() -> None:
+    assert said(Collision(), hits(range(4), BODY, "cup")) == []
+    assert said(Collision(), hits(range(1, 4), BODY, "cup"))  # at 0.05 s it is new
+    within = touching([0, *range(4, 6)], Touch(BODY, "cup", 9.0, 0.0))  # lost for 0.2 s, which is a rattle
+    beyond = touching([0, *range(5, 6)], Touch(BODY, "cup", 9.0, 0.0))
+    assert round(GAP / STEP) == 4 and said(Collision(), within) == [] and said(Collision(), beyond)
+
+
+def test_the_arm_itself_touches_nothing_ever_again() -> None:
+    assert said(Collision(), hits(range(COUNT), "arm/forearm", "shelf"))  # also what it touches at the start
+
+
+def test_the_hand_touches_itself() -> None:
+    assert said(Collision(), hits(range(40, 45), LEFT, RIGHT, 200.0)) == []
+    assert said(Collision(), hits(range(40, 45), LEFT, "arm/wrist", 200.0))
+
+
+def test_the_hand_touches_nothing_that_its_task_does_not_name() -> None:
+    assert said(Collision(), hits(range(60, 62), BODY, "cup"))
+    named = allowing("3.Placing/PuttingDown", pair(HAND, "cup"), hits(range(60, 62), BODY, "cup", 500.0))
+    assert [r for r in said(Collision(), named) if "cup" in r] == []  # what it feels is judged by ``force_peak``
+
+
+def test_pads_press_what_they_close_on_a_tenth_of_a_second_before_and_let_go_of_as_long_as_contacts_chatter() -> None:
+    def beside(*samples: int) -> Candidate:
+        made = allowing("1.Grasping", Allowance(), touching(samples, Touch(LEFT, "block", 30.0, 0.0)))
+        assert made.rollout is not None
+        return replace(made, rollout=replace(made.rollout, times=made.rollout.times + 30.0))
+
+    assert round(GRIP / STEP) == 2
+    assert said(Collision(), beside(TAKEN - 2, TAKEN - 1, OPENED, OPENED + 1)) == []
+    assert said(Collision(), beside(TAKEN - 3))  # at 0.35 s one pad alone presses, longer than both need
+    assert said(Collision(), beside(OPENED + 8))  # the pair was forgotten: 0.4 s after the last touch
+
+
+def test_what_is_held_and_lost_for_a_moment_is_still_pressed() -> None:
+    slipping = touching(range(40, 50), Touch(LEFT, "block", 30.0, 0.0), without=lambda t: {LEFT, RIGHT} & {t.a, t.b} != set())
+    assert said(Collision(), slipping) == []  # one grip, in which one pad presses on
+
+
+def test_what_is_held_may_touch_what_it_stood_on_when_it_was_taken() -> None:
+    again = Touch("floor", "block", 40.0, 40.0)
+    assert said(Collision(), touching(range(40, 42), again)) == []
+    own = replace(good().allowances["2.PickingUp"], carries_on=False)
+    assert said(Collision(), allowing("2.PickingUp", own, touching(range(40, 42), again)))
+
+
+def test_what_it_stood_on_is_what_it_touched_in_that_moment() -> None:
+    def after(last: int) -> Candidate:
+        """The cup is touched at the start up to a sample, and once more while the block is carried."""
+        return touching([*range(last + 1), 45], Touch("cup", "block", 1.0, 0.0), Touch("cup", "block", 9.0, 0.0))
+
+    assert said(Collision(), after(TAKEN - 4)) == []  # 0.2 s before it was taken
+    assert said(Collision(), after(TAKEN - 5))
+
+
+def test_what_a_task_says_of_the_held_thing_is_said_of_no_other() -> None:
+    held = pair("held", "shelf")
+    assert said(Collision(), allowing("3.Placing/PuttingDown", held, touching([62], Touch("block", "shelf", 30.0, 0.0)))) == []
+    assert said(Collision(), allowing("3.Placing/PuttingDown", held, hits(range(62, 63), "cup", "floor")))
+    assert said(Collision(), allowing("3.Placing/PuttingDown", pair("held", "floor"), hits(range(62, 63), "cup", "floor")))
+    assert said(Collision(), allowing("3.Placing/Releasing", held, hits(range(72, 73), "block", "cup")))
+
+
+def test_what_one_thing_stood_on_is_no_place_for_another() -> None:
+    """What the cup stands on is no place for the block, until the task says so that puts it there."""
+    assert said(Collision(), touching(range(48, 50), Touch("block", "shelf", 30.0, 0.0)))
+    landed = said(Collision(), touching(range(61, 63), Touch("block", "shelf", 30.0, 0.0)))
+    assert landed == []  # from the moment on that it is put down
+
+
+def test_two_that_are_pressed_together_by_nobody_are_limited_by_the_task_and_their_weight() -> None:
+    pushes = Allowance(frozenset({frozenset({"cup", "floor"})}), frozenset({"cup"}), force=25.0)
+
+    def pushed(force: float) -> Candidate:
+        return allowing("4.ParkingArms", pushes, hits(range(82, 83), "cup", "floor", force))
+
+    assert said(Collision(), pushed(25.0 + WEIGHT - 1e-6)) == []
+    (reason,) = said(Collision(), pushed(25.0 + WEIGHT + 1.0))
+    assert reason == "'cup' hit 'floor' with 28 N at 4.1 s in 4.ParkingArms; limit 27 N of the task and of what they weigh"
+    assert next(bumps(pushed(25.0 + WEIGHT + 1.0))) == Bump(pytest.approx(1.0), 25 + WEIGHT + 1, 25 + WEIGHT, 82, "cup", "floor",
+                                                            "limit 27 N of the task and of what they weigh")  # fmt: skip
+    first = allowing("3.Placing/Releasing", Allowance(force=60.0), pushed(25.0 + WEIGHT + 1.0))
+    assert len(said(Collision(), first)) == 1  # the limit is that of the task that runs, not of one that moved them before
+    free = allowing("4.ParkingArms", replace(pushes, force=None), hits(range(82, 83), "cup", "floor", 1e4))
+    assert said(Collision(), free) == []
+
+
+def test_what_a_task_let_go_of_may_still_fall_while_the_next_one_runs() -> None:
+    """Rolling block: until it rests, it may touch what its own task let it touch, and nothing else."""
+    base = good().rollout
+    assert base is not None
+    rolls = base.poses["block"].copy()
+    rolls[LANDED:, 0] += np.minimum(np.arange(COUNT - LANDED), 20) * 0.01
+    rows = tuple(tuple(t for t in row if {t.a, t.b} != {"block", "shelf"}) if k < 84 else row for k, row in enumerate(base.touches))
+    falls = good(poses={**base.poses, "block": rolls}, touches=rows)
+    assert said(Collision(), falls) == []
+    still = good(touches=rows)
+    assert "'block' hit 'shelf'" not in "".join(said(Collision(), still))  # below the brush: 1.96 N
+
+
+def test_at_the_start_things_settle_onto_each_other_and_the_hand_onto_nothing() -> None:
+    base = good().rollout
+    assert base is not None
+    drops = base.poses["cup"].copy()
+    drops[:8, 2] += 0.005 * (8 - np.arange(8)) / 8
+    dropping = {**base.poses, "cup": drops}
+    rows = tuple((*row, Touch("cup", "floor", 9.0, 0.0)) if k == 4 else row for k, row in enumerate(base.touches))
+    assert said(Collision(), good(poses=dropping, touches=rows)) == []
+    assert said(Collision(), good(touches=rows))  # at rest from the start: nothing settles
+    felt = tuple((*row, Touch("cup", BODY, 9.0, 0.0)) if k == 4 else row for k, row in enumerate(base.touches))
+    assert said(Collision(), good(poses=dropping, touches=felt))
+    moved = tuple((*row, Touch("cup", "block", 9.0, 0.0)) if k == 4 else row for k, row in enumerate(base.touches))
+    assert said(Collision(), good(poses=dropping, touches=moved))  # one of them is at rest
+
+
+def test_a_run_of_one_sample_is_judged() -> None:
+    base = good().rollout
+    assert base is not None
+    one = {n: p[:1] for n, p in base.poses.items()}
+    short = replace(base, times=base.times[:1], poses=one, touches=base.touches[:1], lines=base.lines[:1], opening=base.opening[:1])
+    assert only(Collision(), candidate(short)).passed
+
+
+def test_a_thing_that_is_taken_twice_is_asked_what_it_stands_on_each_time() -> None:
+    """The block is put onto the shelf, taken again, and must not touch the floor any more, though the shelf."""
+    again = (Touch(LEFT, "block", 5.0, 0.0), Touch("block", RIGHT, 5.0, 0.0))
+
+    def retaken(place: str) -> Candidate:
+        both = touching(range(78, 90), *again, without=lambda t: False)
+        assert both.rollout is not None
+        opening = both.rollout.opening.copy()
+        opening[78:90] = 0.06
+        lifted = {k: () for k in range(82, 90)}
+        rows = []
+        for k, row in enumerate(both.rollout.touches):
+            kept = tuple(t for t in row if k not in lifted or {t.a, t.b} != {"block", "shelf"})
+            rows.append((*kept, Touch("block", place, 30.0, 0.0)) if k == 88 else kept)
+        made = candidate(replace(both.rollout, opening=opening, touches=tuple(rows)))
+        return allowing("4.ParkingArms", pair(HAND, "block"), made)
+
+    assert said(Collision(), retaken("shelf")) == []
+    assert said(Collision(), retaken("floor"))
+
+
+def test_what_is_held_from_the_start_to_the_end_was_taken_at_the_start() -> None:
+    base = touching(range(COUNT), *(Touch(s, "block", 30.0, 0.0) for s in (LEFT, RIGHT)))
+    assert base.rollout is not None
+    held = replace(base.rollout, opening=np.full(COUNT, 0.06))
+    rows = tuple((*row, Touch("block", "floor", 30.0, 0.0)) if k == 48 else row for k, row in enumerate(held.touches))
+    assert said(Collision(), candidate(replace(held, touches=rows))) == []
+    rows = tuple((*row, Touch("block", "cup", 30.0, 0.0)) if k == 48 else row for k, row in enumerate(held.touches))
+    assert said(Collision(), candidate(replace(held, touches=rows)))
+
+
+def test_the_limit_of_the_task_that_runs_comes_before_that_of_the_one_that_moves() -> None:
+    """The block rolls on the shelf while the arm is parked, and knocks at the floor, which both tasks let it touch."""
+    base = good().rollout
+    assert base is not None
+    rolls = base.poses["block"].copy()
+    rolls[LANDED:, 0] += np.arange(COUNT - LANDED) * 0.01
+    rows = tuple((*row, Touch("cup", "block", 40.0, 0.0)) if k == 85 else row for k, row in enumerate(base.touches))
+    made = good(poses={**base.poses, "block": rolls}, touches=rows)
+    for runs, let_go, passes in ((50.0, 10.0, True), (10.0, 50.0, False)):
+        both = allowing("4.ParkingArms", pair("block", "cup", force=runs), made)
+        both = allowing("3.Placing/PuttingDown", pair("block", "cup", force=let_go), both)
+        assert (said(Collision(), both) == []) is passes
+
+
+@pytest.mark.parametrize("sample", [LIFTED - 1, LANDED])
+def test_standing_is_no_pressing(sample: int) -> None:
+    """The floor bears the block however hard the pads push it down, as long as they held it nowhere else."""
+    assert said(Collision(), touching([sample], Touch("floor" if sample < LIFTED else "shelf", "block", 300.0, 0.0))) == []

@@ -1,0 +1,105 @@
+"""Joint targets and joint speeds: inside the limit, at it, and outside."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from msgspec.structs import replace
+from properties import examples
+from short_runs import COUNT, STEP, good, only
+
+from cramlite.model import AnyStep, Fallback, Joints, MoveJoints, MoveLinear, Pose, SetGripper, Wait
+from cramlite.plugin import Candidate
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.validators.limits import JointLimits, JointSpeeds, validators
+
+LOW, HIGH = UR5E.limits[3]
+
+
+def having(*steps: AnyStep) -> Candidate:
+    candidate = good()
+    return replace(candidate, program=replace(candidate.program, steps=steps))
+
+
+def at(value: float, joint: int = 3) -> Joints:
+    """The home position with another value of one joint."""
+    return (*UR5E.home[:joint], value, *UR5E.home[joint + 1 :])
+
+
+def to(*path: Joints) -> MoveJoints:
+    return MoveJoints(path, 1.0, 1.4, origin="2.PickingUp/move")
+
+
+def turned(speed: float, joint: int = 0, sample: int = 40) -> Candidate:
+    """The run in which a joint goes once from one sample to the next, at a speed [rad/s]."""
+    joints = np.tile(UR5E.home, (COUNT, 1))
+    joints[sample:, joint] += speed * STEP
+    return good(joints=joints)
+
+
+def test_all_of_them_are_asked() -> None:
+    assert [v.name for v in validators()] == ["joint_limits", "joint_speeds"]
+
+
+@pytest.mark.parametrize(("value", "passes"), [(HIGH - 1e-6, True), (HIGH, True), (HIGH + 1e-6, False), (LOW, True), (LOW - 1e-6, False)])
+def test_a_target_lies_within_the_limits(value: float, passes: bool) -> None:
+    line = MoveLinear(Pose(), 0.1, 0.5, at(value), origin="1.A/line")
+    for step in (to(at(value)), to(UR5E.home, at(value), UR5E.home), line, Fallback(((Wait(1.0),), (line,)))):
+        found = only(JointLimits(), having(SetGripper(0.0, 0.1, 50.0, "any"), step))
+        assert found.passed is passes
+        if not passes:
+            assert found.reason == f"wrist_1 {value:.2f} rad is outside {LOW:.2f} to {HIGH:.2f} rad"
+            assert (found.value, found.limit, found.unit) == (value, max(LOW, min(value, HIGH)), "rad") and found.origin in {"2.PickingUp/move", "1.A/line"}
+
+
+@given(values=st.lists(st.floats(-7.0, 7.0), min_size=6, max_size=6))
+@examples(50)
+def test_the_nearest_limit_is_said(values: list[float]) -> None:
+    margins = [min(v - low, high - v) for v, (low, high) in zip(values, UR5E.limits, strict=True)]
+    found = only(JointLimits(), having(to(UR5E.home, tuple(values))))
+    assert found.passed == (min(margins) >= 0)
+    home = min(min(v - low, high - v) for v, (low, high) in zip(UR5E.home, UR5E.limits, strict=True))
+    if found.passed:
+        assert found.value == pytest.approx(min(*margins, home)) and found.limit == 0.0
+        assert found.reason == f"nearest limit is {min(*margins, home):.2f} rad away"
+
+
+def test_the_first_that_is_outside_is_said_and_no_other() -> None:
+    assert only(JointLimits(), having(to(at(9.0)), to(at(8.0)))).value == 9.0
+
+
+@pytest.mark.parametrize(("share", "passes"), [(1.04, True), (1.06, False), (40.0, False)])
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_joint_turns_no_faster_than_it_can(share: float, passes: bool, way: float) -> None:
+    most = UR5E.velocity[0]
+    found = only(JointSpeeds(), turned(way * share * most))
+    assert found.passed is passes and found.value == pytest.approx(share * most) and found.limit == most
+    assert found.reason == f"shoulder_pan at most {share * most:.2f} rad/s of {most:.2f} rad/s"
+
+
+def test_at_its_speed_with_what_a_servo_overshoots_it_passes() -> None:
+    """Halves of a second and of a radian, so that no digit is lost."""
+    robot = replace(UR5E, velocity=(1.0, 8.0, 8.0, 8.0, 8.0, 8.0))
+    joints = np.zeros((COUNT, 6))
+    joints[40:, 0] = 1.05
+    base = good(joints=joints, times=np.arange(COUNT) * 1.0)
+    assert only(JointSpeeds(), replace(base, robot=robot)).passed
+
+
+def test_each_joint_has_its_own_speed() -> None:
+    robot = replace(UR5E, velocity=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0))
+    joints = np.tile(UR5E.home, (COUNT, 1))
+    joints[40:] += np.array([0.5, 0.5, 2.9, 0.5, 5.1, 0.5]) * STEP
+    found = only(JointSpeeds(), replace(good(joints=joints), robot=robot))
+    assert found.passed and found.reason.startswith(f"{UR5E.joints[4]} at most 5.10 rad/s of 5.00")
+
+
+def test_a_run_of_one_sample_has_no_speed() -> None:
+    base = good().rollout
+    assert base is not None
+    for count, findings in ((1, 0), (2, 1)):
+        short = replace(base, times=base.times[:count], joints=base.joints[:count])
+        assert len(list(JointSpeeds().check(replace(good(), rollout=short)))) == findings
+    assert list(JointSpeeds().check(replace(good(), rollout=None))) == []
