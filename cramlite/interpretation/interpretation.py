@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
@@ -14,7 +15,7 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError, nearest
 from ..base.value import Value
-from ..model.episode import Episode
+from ..model.episode import Episode, Event
 from ..ontology.foundation import ACTION, TELLS_APART
 from ..ontology.taxonomy import Taxonomy
 from .coherence import candidates
@@ -23,7 +24,11 @@ from .decision_tree import DecisionTree
 from .matching import Match, Rejection, matches_of, reject
 from .ranking import DEFAULT_CAP, TaskSequence
 from .rules import Rule
+from .three_values import possible_matches
 from .timeline import PADDING, Segment, Timeline
+
+ELSEWHERE = 0.05
+"""Distance from which on a thing counts as elsewhere [m]: ten times what a tracker errs, half of what a hand is wide."""
 
 
 class Interpreted(Value, dict=True, eq=False):
@@ -44,6 +49,7 @@ class Interpreted(Value, dict=True, eq=False):
     evidence: str = ""
     label: str | None = None
     _reject: Callable[[], tuple[Rejection, ...]] = tuple
+    _moved: Callable[[], tuple[str, ...]] = tuple
 
     @property
     def unexplained(self) -> bool:
@@ -54,6 +60,11 @@ class Interpreted(Value, dict=True, eq=False):
     def rejections(self) -> tuple[Rejection, ...]:
         """For every task that the action is not: the condition that failed; computed when first asked for."""
         return self._reject()
+
+    @cached_property
+    def moved(self) -> tuple[str, ...]:
+        """Things that are elsewhere in the end than they were at the start (``ELSEWHERE``)."""
+        return self._moved()
 
     @cached_property
     def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
@@ -96,12 +107,12 @@ class Interpretation(Value, eq=False):
         return total
 
     def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
-        """Yield the candidate task sequences, best first: the coherent readings (coherence.py), in the order of ranking.py.
+        """Yield the candidate task sequences, best first: the coherent ones (coherence.py), the shortest description first (ranking.py).
 
         Args:
             cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
         """
-        return candidates([a.matches for a in self.actions if not a.unexplained], self.rules, self.taxonomy, cap)
+        return candidates([a for a in self.actions if not a.unexplained], self.rules, self.taxonomy, cap)
 
     def why(self, task: str, action: int) -> str:
         """Explain in words why an action is, or is not, a task.
@@ -198,6 +209,8 @@ class _Judge(Value):
         matches = tuple([m for task in sorted(solved) for m in self.matches(task, solved[task])])
         label = segment.event.type if segment.event is not None else None
         label = self.timeline.taxonomy.resolve(label) if label else None
+        if label and label != ACTION:
+            matches += tuple(self.named(segment, label, {m.task for m in matches}))
         return Interpreted(
             segment.start,
             segment.end,
@@ -206,7 +219,21 @@ class _Judge(Value):
             "",
             None if label == ACTION else label,
             lambda: self.reject(segment, {m.task for m in matches}),
+            lambda: self.moved(segment),
         )
+
+    def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
+        """What the recording says that the action is, where no condition refutes it but some cannot be judged."""
+        for task, rule in self.rules.items():
+            if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
+                yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
+
+    def moved(self, segment: Segment) -> tuple[str, ...]:
+        """The tracked wholes that are ``ELSEWHERE`` at the end of an action."""
+        whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks)
+        tracks = {n: self.timeline.episode.tracks[n] for n in whole}
+        ends = {n: (t.at(segment.start), t.at(segment.end)) for n, t in tracks.items() if len(t.times)}
+        return tuple(n for n, (a, b) in ends.items() if math.dist(a.position, b.position) > ELSEWHERE)
 
     def matches(self, task: str, bindings: list[Binding]) -> tuple[Match, ...]:
         """What the bindings of a task mean; the same for all actions with the same bindings."""
@@ -284,6 +311,16 @@ class _Judge(Value):
         if key not in self.wholes:
             self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
         return self.judged(segment, segments, self.wholes[key])
+
+
+def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
+    """What a named action says of the roles of a rule: by the names of roles, else its object for the first one; or nothing."""
+    said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
+    if not said and rule.roles and "object" in event.roles:
+        said = {next(iter(rule.roles)): event.roles["object"]}
+    if said:
+        yield said
+    yield {}
 
 
 @contextmanager

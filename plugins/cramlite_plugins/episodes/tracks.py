@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,10 @@ from cramlite.model import Floats, Repair, Track, Value
 UNIT = 1e-5
 #: Numbers beyond this [m] are no positions: the earth's radius. Their squares would overflow.
 FARTHEST = 6.4e6
+#: A link that stays within this of its place in its parent [m, or 1 - cosine of half the angle] is a rigid part of it.
+STILL = 1e-4
+#: How frames are called in which free things are recorded.
+_ROOT = re.compile(r"(^|_)(root|map|world|odom|odom_combined|room_link)$", re.IGNORECASE)
 
 
 class Rows(Value):
@@ -49,6 +54,17 @@ def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair,
     for name in clean:
         _resolve(name, clean, tracks, repairs)
     return {name: tracks[name] for name in clean if len(tracks[name].times)}, tuple(repairs)
+
+
+def rigid_links(rows: dict[str, Rows]) -> dict[str, str]:
+    """Return the frames that never move in their one parent, with it; what hangs from the root of the tree is free."""
+    links = {}
+    for name, recorded in rows.items():
+        if len(set(recorded.names)) == 1 and recorded.names[0] in rows and not _ROOT.search(recorded.names[0]):
+            still = np.ptp(recorded.poses[:, :3], axis=0).max(initial=0.0) < STILL
+            if still and np.abs(recorded.poses[:, 3:] @ recorded.poses[0, 3:]).min() > 1 - STILL:
+                links[name] = recorded.names[0]
+    return links
 
 
 def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:

@@ -11,7 +11,7 @@ import numpy as np
 from cramlite.model import Floats
 from cramlite.plugin import Phase, PhaseName, Predicate, Row, Timeline
 
-from . import fluents
+from . import fluents, unknowns
 from .samples import Motion, Range
 
 ARM_MOVED = 0.001
@@ -38,12 +38,16 @@ def all_predicates() -> tuple[Predicate, ...]:
     """Return the predicates of this module."""
     of_joints = partial(Predicate, possible=_has_joints)
     return (
-        Predicate("arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm."),
         Predicate(
-            "gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm."
+            "arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm.", unknown=unknowns.no_hand
         ),
         Predicate(
-            "moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad."
+            "gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm.",
+            unknown=unknowns.no_fingers,
+        ),
+        Predicate(
+            "moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad.",
+            unknown=unknowns.no_pose_of,
         ),
         Predicate(
             "driven",
@@ -52,10 +56,11 @@ def all_predicates() -> tuple[Predicate, ...]:
             _RUN,
             cost=4,
             doc="A thing ends more than 5 mm from where it began, the way the effector went.",
+            unknown=unknowns.no_pose,
         ),
-        Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg."),
-        Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest."),
-        Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest."),
+        Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg.", unknown=unknowns.no_pose_of),
+        Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest.", unknown=unknowns.no_fingers),
+        Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest.", unknown=unknowns.no_fingers),
         of_joints("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
         of_joints(
             "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."

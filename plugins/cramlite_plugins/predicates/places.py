@@ -12,7 +12,7 @@ from cramlite.model import Floats, Pose, Vector3, thing_of
 from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
-from . import fluents
+from . import fluents, unknowns
 from .phase_poses import Box, box_of, distance_to_box, pose_of, relative_position, things, tips
 
 REACH = 0.15
@@ -35,9 +35,10 @@ def all_predicates() -> tuple[Predicate, ...]:
     """Return the predicates of this module."""
     return (
         Predicate(
-            "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."
+            "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing.",
+            unknown=unknowns.no_pose,
         ),
-        Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing."),
+        Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing.", unknown=unknowns.no_pose),
         Predicate(
             "between_fingers",
             1,
@@ -45,6 +46,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             cost=5,
             possible=lambda timeline: len(tips(timeline)) > 1,
             doc="The way from one finger tip to another leads through a thing.",
+            unknown=unknowns.no_fingers,
         ),
         Predicate(
             "in_or_above",
@@ -53,11 +55,12 @@ def all_predicates() -> tuple[Predicate, ...]:
             cost=5,
             doc="A thing is over the footprint of another, not below its floor.",
             fluent=fluents.IN_OR_ABOVE,
+            unknown=unknowns.no_box,
         ),
         Predicate(
             "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
         ),
-        Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
+        Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
             "in_view",

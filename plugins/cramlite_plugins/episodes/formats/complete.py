@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Entity, Episode, Event, Repair, Track, thing_of
 
 from ..detection.from_motion import infer
-from ..tracks import world_tracks
+from ..repair.names import FINGER, HAND, one_namespace
+from ..tracks import rigid_links, world_tracks
 from .parts import Parts
-
-#: How hands and grippers are called in recordings that do not say which frame acts.
-_EFFECTOR = re.compile(r"hand|gripper|ee_link|tool0|effector", re.IGNORECASE)
 
 
 def episode_of(parts: Parts) -> Episode:
@@ -25,7 +21,35 @@ def episode_of(parts: Parts) -> Episode:
     entities = _complete(parts, events, tracks)
     effector = parts.effector or _guess_effector(events, tracks)
     episode = Episode(parts.name, entities, events, tracks, effector, tuple(parts.repairs), parts.extras)
-    return infer(episode) if parts.foreign and not events else episode
+    if not parts.foreign:
+        return episode
+    episode = one_namespace(_with_links(_with_hands(episode), parts))
+    return episode if events else infer(episode)
+
+
+def _with_hands(episode: Episode) -> Episode:
+    """What is named like a hand is one, and what else acts."""
+    named = {e.name for e in episode.entities if not e.types and e.part_of is None and _is_hand(e.name)}
+    entities = tuple(replace(e, types=("soma:Hand",)) if e.name in named else e for e in episode.entities)
+    repairs = [Repair(f"read '{n}' as a hand", episode.span, "it is named so") for n in sorted(named)]
+    return replace(episode, entities=entities, repairs=(*episode.repairs, *repairs))
+
+
+def _is_hand(name: str) -> bool:
+    return HAND.search(name) is not None and FINGER.search(name) is None and thing_of(name) == name
+
+
+def _with_links(episode: Episode, parts: Parts) -> Episode:
+    """Links that never move in their parent are its parts, and what was recorded once is where it was: no track."""
+    links = {n: p for n, p in rigid_links(parts.rows).items() if n in episode.tracks and p in episode.tracks}
+    tracks = {n: t for n, t in episode.tracks.items() if n not in links and len(t.times) > 1}
+    entities = []
+    for e in episode.entities:
+        if e.name in links and e.part_of is None:
+            whole, own = (episode.tracks[n].at(np.inf) for n in (links[e.name], e.name))
+            e = replace(e, part_of=links[e.name], pose=whole.inverse() * own)
+        entities.append(e)
+    return replace(episode, entities=tuple(entities), tracks=tracks)
 
 
 def _sound(parts: Parts) -> tuple[Event, ...]:
@@ -85,5 +109,5 @@ def _guess_effector(events: tuple[Event, ...], tracks: dict[str, Track]) -> str 
     acting = [r for e in events for k, r in e.roles.items() if k in ("gripper", "performer")]
     if acting:
         return max(sorted(set(acting)), key=acting.count)
-    hands = [n for n in tracks if _EFFECTOR.search(n) and thing_of(n) == n]
+    hands = [n for n in tracks if _is_hand(n)]
     return max(hands, key=lambda n: len(tracks[n].times), default=None)
