@@ -211,6 +211,8 @@ class _Judge(Value):
         label = self.timeline.taxonomy.resolve(label) if label else None
         if label and label != ACTION:
             matches += tuple(self.named(segment, label, {m.task for m in matches}))
+        elif self.effector_unseen and not any(m.roles for m in matches):
+            matches += tuple(self.unseen(segment))
         return Interpreted(
             segment.start,
             segment.end,
@@ -227,6 +229,18 @@ class _Judge(Value):
         for task, rule in self.rules.items():
             if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
                 yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
+
+    @property
+    def effector_unseen(self) -> bool:
+        """Whether poses were recorded, and none of who acts."""
+        episode = self.timeline.episode
+        return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
+
+    def unseen(self, segment: Segment) -> Iterator[Match]:
+        """What an action may be of which one condition cannot be judged, because nobody saw who acts."""
+        for rule in self.rules.values():
+            found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
+            yield from (m for m in found if m.roles and len(m.unknown) == 1)
 
     def moved(self, segment: Segment) -> tuple[str, ...]:
         """The tracked wholes that are ``ELSEWHERE`` at the end of an action."""

@@ -16,6 +16,8 @@ UNIT = 1e-5
 FARTHEST = 6.4e6
 #: A link that stays within this of its place in its parent [m, or 1 - cosine of half the angle] is a rigid part of it.
 STILL = 1e-4
+#: Nearly identity [m, or 1 - cosine of half the angle], and this long before and after any other pose [s].
+NEARLY, ALONE = 0.03, 10.0
 #: How frames are called in which free things are recorded.
 _ROOT = re.compile(r"(^|_)(root|map|world|odom|odom_combined|room_link)$", re.IGNORECASE)
 
@@ -76,7 +78,7 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
         _repair(name, "dropped", "not finite, beyond all measure, or a quaternion without length", rows, ~good)
     ]
     rows, length = rows.where(good), length[good]
-    identity = np.all(rows.poses == [0, 0, 0, 1, 0, 0, 0], axis=1)
+    identity = np.all(rows.poses == [0, 0, 0, 1, 0, 0, 0], axis=1) | _alone_near_identity(rows)
     if not (rows.trusted or inner) and identity.any():
         repairs.append(_repair(name, "dropped", "an identity pose means that the tracker saw nothing", rows, identity))
         rows, length = rows.where(~identity), length[~identity]
@@ -90,6 +92,13 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
         order = np.argsort(rows.times, kind="stable")
         rows = Rows(rows.times[order], rows.poses[order], rows.parents[order], rows.names, rows.trusted)
     return rows, [r for r in repairs if r is not None]
+
+
+def _alone_near_identity(rows: Rows) -> NDArray[np.bool_]:
+    """Poses of a recorder that has just started, or of a noisy one: nearly identity, and long before or after any other."""
+    near = (np.linalg.norm(rows.poses[:, :3], axis=1) < NEARLY) & (np.abs(rows.poses[:, 3]) > 1 - NEARLY)
+    gaps = np.abs(np.diff(np.concatenate([[-np.inf], rows.times, [np.inf]])))
+    return np.asarray(near & (np.minimum(gaps[:-1], gaps[1:]) > ALONE))
 
 
 def _repair(name: str, done: str, why: str, rows: Rows, which: NDArray[np.bool_]) -> Repair | None:

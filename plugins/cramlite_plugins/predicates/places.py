@@ -21,6 +21,8 @@ RIM = 0.05
 """[m] over a container's rim: a product that stands in the shallow basket here has its middle there."""
 NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
+UNSIZED = 0.15
+"""[m] about the origin of a place of which no size is known: half the width of a large bowl or plate."""
 VIEW = np.deg2rad(30.0)
 """[rad] from the camera's axis: half the 60 deg that common depth cameras see."""
 DRAWN_IN = 0.9
@@ -181,11 +183,11 @@ def _within(point: Vector3, size: Mapping[str, float]) -> bool:
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box."""
+    """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box; a place of unknown size is taken as UNSIZED wide."""
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
             gap = distance_to_box(phase, other, one, phase.end)
-            if one != other and gap is not None and gap < NEAR:
+            if one != other and gap is not None and gap < NEAR + (UNSIZED if box_of(phase, other) is None else 0.0):
                 yield one, other
 
 

@@ -21,7 +21,7 @@ from cramlite.model import Entity, Episode, Event, Floats, Repair, Value
 from ..tracks import compose
 from .co_motion import STEP, Flags, Grid, Span, at_its_place, carried_spans, grid_of
 from .loose_things import Loose, carried_along, find_contents, with_contents
-from .signals import runs
+from .signals import close_gaps, runs
 from .standing import resting
 
 #: Lifted: this much higher than where it stood [m].
@@ -30,11 +30,16 @@ LIFTED = 0.02
 AT_HAND = 0.05
 #: Stands again where it stood: seen from above within the first, in height within the second [m].
 SAME_PLACE = (0.4, 0.03)
+#: Who holds a thing this much longer than another hand takes it over, else it steadies it [s].
+HANDED_OVER = 0.5
 #: Shaking: this many swings to and fro, each of this amplitude [m] and shorter than this [s] (0.7 Hz and faster).
 SWINGS, AMPLITUDE, SWING = 5, 0.008, 0.75
 #: Pouring: tilted this far [rad] from how it stood, for this long [s]; a full cup spills from about 60 degrees.
 TILT, POURED = np.radians(60), 0.5
 
+#: Of a hand that nobody saw: pauses up to the first belong to one motion; it is at the thing for the second before and
+#: after it moves; a thing that pauses in the air up to the third is still in it [s].
+UNSEEN = (0.5, 0.3, 5.0)
 #: Longest recording looked at [s]: a grid of STEP over six hours takes 0.2 GB. One wrong stamp can make a recording
 #: of 50 years out of one of a minute.
 LONGEST = 6 * 3600.0
@@ -65,14 +70,13 @@ def infer(episode: Episode) -> Episode:
     ContainmentState of things at rest; contents in place of many things alike; and the actions cram:Shaking and
     soma:Pouring (tilting). A thing at rest stands on something: where no shape says on what, on an entity ``support(thing)``.
     """
-    hands = [h for h in hands_of(episode) if h in episode.tracks]
-    if episode.of("state") or not hands:
+    if episode.of("state") or not hands_of(episode) or not episode.tracks:
         return episode
     first, last = episode.span
     if last - first > LONGEST:
         why = f"it lasts {last - first:.0f} s, and up to {LONGEST:.0f} s are looked at; is a stamp wrong?"
         return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), why)))
-    return _inferred(episode, hands, _grid(episode))
+    return _inferred(episode, _grid(episode))
 
 
 def hands_of(episode: Episode) -> tuple[str, ...]:
@@ -89,7 +93,8 @@ def _grid(episode: Episode) -> Grid:
     return Grid(grid.times, {**grid.poses, **poses})
 
 
-def _inferred(episode: Episode, hands: list[str], grid: Grid) -> Episode:
+def _inferred(episode: Episode, grid: Grid) -> Episode:
+    hands = [h for h in hands_of(episode) if h in episode.tracks]
     things = [n for n in grid.poses if n not in hands and episode.whole(n) == n]
     loose = find_contents(episode, grid, things, hands)
     grains = {m for one in loose for m in one.members}
@@ -101,15 +106,26 @@ def _inferred(episode: Episode, hands: list[str], grid: Grid) -> Episode:
         grips += held
         for carrier, names in along.items():
             riders[carrier] |= names
+    lost = sorted((h for h in hands_of(episode) if h not in episode.tracks), key=_right_first)
+    free = [n for n in moving if n not in {g.thing for g in grips} | set().union(*riders.values())]
+    if lost:
+        held, along = _held_unseen(episode, grid, lost[0], free)
+        grips += held
+        for carrier, names in along.items():
+            riders[carrier] |= names
     handled = {g.thing for g in grips}
     laid = [carried_along(episode, grid, c, r) for c, names in riders.items() if (r := names - handled)]
     last = episode.span[1]
     episode = with_contents(episode, grid, _merged([*loose, *laid]))
-    events = [*_of_grips(grips, grid), *_labels(grips, grid)]
-    supports, grounds = _standing(episode, grips, grid)
+    acting = _acting(episode, grips, grid)
+    steadied = [g for g in grips if g.hand != acting and any(_steadies(g, m) for m in grips if m.hand == acting)]
+    doing = [g for g in grips if g not in steadied]
+    episode = replace(episode, repairs=(*episode.repairs, *(_left_out(g, grid) for g in steadied)))
+    events = [*_of_grips(doing, grid), *_labels(doing, grid)]
+    supports, grounds = _standing(episode, doing, grid)
     events = sorted([*episode.events, *events, *supports], key=lambda e: (e.start, e.end, e.type))
     numbered = tuple(replace(e, id=f"inferred_{k}", end=min(e.end, last)) for k, e in enumerate(events, 1))
-    return replace(episode, entities=(*episode.entities, *grounds), events=numbered, effector=_acting(episode, grips, grid))
+    return replace(episode, entities=(*episode.entities, *grounds), events=numbered, effector=acting)
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:
@@ -131,7 +147,7 @@ def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tup
     held: list[Grip] = []
     riding: dict[str, set[str]] = defaultdict(set)
     for s, e, name in sorted(spans, key=lambda span: _carries(episode, grid, hand, span)):
-        over = next((g for g in held if min(e, g.span[1]) - max(s, g.span[0]) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
+        over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
         if over is None:
             held.append(_grip(grid, hand, name, (s, e)))
         elif over.thing != name:
@@ -139,31 +155,87 @@ def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tup
     return held, riding
 
 
+def _steadies(grip: Grip, acting: Grip) -> bool:
+    """Whether a hand holds what the acting one holds all the while; who takes over a thing holds it longer."""
+    both = _overlap(grip.span, acting.span)
+    return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
+
+
+def _left_out(grip: Grip, grid: Grid) -> Repair:
+    events = tuple(_of_grips([grip], grid))
+    when = (grid.time(grip.span[0]), grid.time(grip.span[1]))
+    why = "it only steadies what the other hand holds; a robot with one arm does without"
+    return Repair(f"left out that '{grip.hand}' holds '{grip.thing}'", when, why, removed=events)
+
+
+def _overlap(one: Span, other: Span) -> int:
+    return min(one[1], other[1]) - max(one[0], other[0])
+
+
 def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]) -> tuple[float, float, float]:
     """Order of what is held: the larger, the steadier in the hand (by 5 mm), the nearer to it."""
     start, end, name = span
     place = grid.place(name, hand)[start:end]
-    entity = episode.known(name)
-    size = float(np.linalg.norm(entity.size)) if entity is not None and entity.size is not None else 0.0
     spread = float(np.linalg.norm(place.std(axis=0)))
-    return -size, round(spread / 0.005), float(np.linalg.norm(np.median(place, axis=0)))
+    return _size(episode, name), round(spread / 0.005), float(np.linalg.norm(np.median(place, axis=0)))
 
 
-def _grip(grid: Grid, hand: str, thing: str, span: Span) -> Grip:
+def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> Grip:
+    """A grasp; ``near`` is when the hand is at the thing, where that does not follow from the hand's poses."""
     start, end = span
+    near = near or at_its_place(grid, thing, hand, span, AT_HAND)
     height = grid.poses[thing][start:end, 2]
     up, above = np.flatnonzero(height > height[0] + LIFTED), np.flatnonzero(height > height[-1] + LIFTED)
     lift = start + int(up[0]) if len(up) else None
     down = start + int(above[-1]) + 1 if len(above) and end < len(grid.times) else None
-    return Grip(hand, thing, span, at_its_place(grid, thing, hand, span, AT_HAND), lift, down if lift is not None else None)
+    return Grip(hand, thing, span, near, lift, down if lift is not None else None)
+
+
+def _held_unseen(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
+    """Grasps by a hand of which no pose was recorded: a thing that rises and stays up was held by somebody. Of things that
+    rise together the larger is held, else the lower."""
+    spans = [(s, e, n) for n in things for s, e in _flights(grid, n)]
+    held: list[Grip] = []
+    riding: dict[str, set[str]] = defaultdict(set)
+    margin = round(UNSEEN[1] / STEP)
+    for s, e, name in sorted(spans, key=lambda span: (_size(episode, span[2]), float(grid.poses[span[2]][span[0], 2]))):
+        over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
+        if over is None:
+            held.append(_grip(grid, hand, name, (s, e), (max(s - margin, 0), e + margin)))
+        elif over.thing != name:
+            riding[over.thing].add(name)
+    return held, riding
+
+
+def _flights(grid: Grid, thing: str) -> list[Span]:
+    """Spans in which a thing moves and is up, pauses up in the air included."""
+    found: list[Span] = []
+    height = grid.poses[thing][:, 2]
+    for start, end in runs(close_gaps(grid.moving(thing), grid.times, UNSEEN[0])):
+        pause = (start - found[-1][1]) * STEP if found else np.inf
+        if pause < UNSEEN[2] and height[found[-1][1] : start].min(initial=np.inf) > height[found[-1][0]] + LIFTED:
+            found[-1] = (found[-1][0], end)
+        else:
+            found.append((start, end))
+    return [(s, e) for s, e in found if s > 0 and np.sum(height[s:e] > height[s] + LIFTED) * STEP > UNSEEN[0]]
+
+
+def _size(episode: Episode, name: str) -> float:
+    """Minus the diagonal of a thing [m]; 0 where it is not known."""
+    entity = episode.known(name)
+    return -float(np.linalg.norm(entity.size)) if entity is not None and entity.size is not None else 0.0
 
 
 def _acting(episode: Episode, grips: Sequence[Grip], grid: Grid) -> str | None:
-    """The hand that moves things farthest."""
+    """The hand that moves things farthest (by 0.1 m); of two that do the same the right one, as with most people."""
     ways: dict[str, float] = defaultdict(float)
     for g in grips:
         ways[g.hand] += float(np.sum(np.linalg.norm(np.diff(grid.poses[g.thing][slice(*g.span), :3], axis=0), axis=1)))
-    return max(ways, key=lambda h: ways[h]) if ways else episode.effector
+    return min(sorted(ways), key=lambda h: (-round(ways[h], 1), _right_first(h))) if ways else episode.effector
+
+
+def _right_first(hand: str) -> bool:
+    return "right" not in hand.lower()
 
 
 def _of_grips(grips: Sequence[Grip], grid: Grid) -> Iterator[Event]:
@@ -195,10 +267,16 @@ def _shaking(poses: Floats, start: int, end: int) -> list[Span]:
     kernel = np.ones(2 * half + 1) / (2 * half + 1)
     padded = np.pad(path, ((half, half), (0, 0)), mode="edge")
     swing = path - np.column_stack([np.convolve(padded[:, i], kernel, mode="valid") for i in range(3)])
-    axis = np.linalg.svd(swing, full_matrices=False)[2][0]
-    turns = _crossings(swing @ axis)
+    axes = np.linalg.svd(swing, full_matrices=False)[2]
+    chains = max((_chains(swing @ axis) for axis in axes), key=lambda found: sum(map(len, found)))
+    return [(start + int(c[1]), start + int(c[-2])) for c in chains]  # the outermost turns may belong to the ways there and back
+
+
+def _chains(signal: Floats) -> list[NDArray[np.intp]]:
+    """Turns that follow each other within SWING, SWINGS of them at least."""
+    turns = _crossings(signal)
     chains = np.split(turns, np.flatnonzero(np.diff(turns) > SWING / STEP) + 1)
-    return [(start + int(c[0]), start + int(c[-1])) for c in chains if len(c) >= SWINGS]
+    return [c for c in chains if len(c) >= SWINGS]
 
 
 def _crossings(signal: Floats) -> NDArray[np.intp]:
@@ -251,7 +329,8 @@ def _on_something(
     places: list[tuple[str, Floats]] = []
     events = []
     for start, end in rests:
-        at = grid.poses[thing][int(np.clip(((start + end) / 2 - grid.times[0]) / STEP, 0, len(grid.times) - 1)), :3]
+        within = (grid.times >= start) & (grid.times <= end)
+        at = np.median(grid.poses[thing][within, :3], axis=0)
         name = next((n for n, p in places if _same_place(at, p)), None)
         if name is None:
             name = f"support({thing})" + (f"_{len(places) + 1}" if places else "")

@@ -23,14 +23,16 @@ def episode_of(parts: Parts) -> Episode:
     episode = Episode(parts.name, entities, events, tracks, effector, tuple(parts.repairs), parts.extras)
     if not parts.foreign:
         return episode
-    episode = one_namespace(_with_links(_with_hands(episode), parts))
+    episode = one_namespace(_with_links(_with_hands(episode, parts), parts))
     return episode if events else infer(episode)
 
 
-def _with_hands(episode: Episode) -> Episode:
-    """What is named like a hand is one, and what else acts."""
-    named = {e.name for e in episode.entities if not e.types and e.part_of is None and _is_hand(e.name)}
-    entities = tuple(replace(e, types=("soma:Hand",)) if e.name in named else e for e in episode.entities)
+def _with_hands(episode: Episode, parts: Parts) -> Episode:
+    """What is named like a hand is one, also where no pose of it was seen."""
+    unseen = [Entity(n, ()) for n in parts.rows if _is_hand(n) and episode.known(n) is None]
+    known = (*episode.entities, *unseen)
+    named = {e.name for e in known if not e.types and e.part_of is None and _is_hand(e.name)}
+    entities = tuple(replace(e, types=("soma:Hand",)) if e.name in named else e for e in known)
     repairs = [Repair(f"read '{n}' as a hand", episode.span, "it is named so") for n in sorted(named)]
     return replace(episode, entities=entities, repairs=(*episode.repairs, *repairs))
 
