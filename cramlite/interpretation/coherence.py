@@ -25,7 +25,7 @@ from ..base.value import Value
 from ..model.entity_name import thing_of
 from ..ontology.taxonomy import Taxonomy
 from .conditions import Atom, Every, Not, Variable, atoms
-from .fluents import PLAIN
+from .fluents import PLAIN, Fluent
 from .matching import Match
 from .ranking import CHANGE, DEFAULT_CAP, LABEL, MOVED, Length, Option, TaskSequence, said, shortest_first
 from .rules import Rule
@@ -42,7 +42,7 @@ class Claims(Value):
         needs, denies: relations that must hold, or must not, just before it.
         begins, ends: relations that it makes hold, or makes no longer hold.
         passive: whether it says that nothing happens.
-        changes: all relations that begin or end by it; those also that end because a denied one means so (``Fluent.denial``).
+        changes: all relations that begin or end by it, those also that do by what ``Fluent`` declares of others.
     """
 
     needs: frozenset[Fact]
@@ -85,9 +85,19 @@ def claims(rule: Rule, match: Match) -> Claims:
     fluents = {a.predicate.name: a.predicate.fluent for c in rule.clauses for a in atoms(c.condition)}
     begins = frozenset(f for f in after if any(d[0] == f[0] for d in denies))
     ends = frozenset(f for f in needs if any(g[0] == f[0] for g in gone))
-    meant = {p[0] for f in gone for p in fluents.get(f[0], PLAIN).denial}
-    changes = begins | ends | {f for f in needs if f[0] in meant}
+    changes = begins | ends | _implied(needs, denies, after, gone, fluents)
     return Claims(needs, denies, begins, ends, _passive(rule), changes)
+
+
+def _implied(
+    needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
+) -> frozenset[Fact]:
+    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it."""
+    meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
+    denied = {f[0] for f in denies}
+    of = {f: fluents.get(f[0], PLAIN) for f in after}
+    follows = {(p, *f[1:]) for f, fluent in of.items() for p in (*fluent.implies, *fluent.implies_when_carried)}
+    return frozenset({f for f in needs if f[0] in meant} | {f for f in follows if f[0] in denied})
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:

@@ -30,8 +30,8 @@ from .matching import Match
 
 UNKNOWN = 1.0
 """Bits: one of two answers."""
-CHECKED = 0.25
-"""Bits; the most that a shipped task saves is less than its name costs."""
+CHECKED, MOST_CHECKED = 0.25, 0.9
+"""Bits, and the share of a name that they may save: what explains nothing is never worth being said."""
 CHANGE, LABEL, MOVED = 3.0, 2.0, 1.0
 """Names that tell what was left unexplained."""
 
@@ -114,7 +114,8 @@ def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float
                 fillers[role].add(thing_of(filler))
     choices = sum(math.log2(len(fillers[role])) for role in match.roles)
     depth = taxonomy.depth(match.task) - taxonomy.depth(TASK)
-    return Length(name, choices, UNKNOWN * len(match.unknown), checked=CHECKED * (max(match.conditions, 0) + depth))
+    checked = min(CHECKED * (max(match.conditions, 0) + depth), MOST_CHECKED * name)
+    return Length(name, choices, UNKNOWN * len(match.unknown), checked=checked)
 
 
 def shortest_first(

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from cramlite.model import Episode, Floats
 from cramlite_plugins.episodes.formats.complete import episode_of
@@ -63,7 +63,7 @@ def grains(times: Floats, cup: Floats, into: tuple[float, float, float], falls: 
     for k in range(count):
         offset = np.array([0.012 * np.cos(k), 0.012 * np.sin(k), 0.02])
         poses = compose(cup, np.tile([*offset, 1.0, 0, 0, 0], (len(times), 1)))
-        end = np.array(into) + [0.02 * np.cos(2 * k), 0.02 * np.sin(2 * k), 0.01]
+        end = np.add(into, [0.02 * np.cos(2 * k), 0.02 * np.sin(2 * k), 0.01])
         if k < spilled:
             end += [0.3, 0.25, 0.0]
         start = falls + 0.05 * k
@@ -93,7 +93,10 @@ OVER = (0.51, -0.07, 1.12)
 HOME = (0.1, 0.4, 1.3)
 
 
-def _pour_keys(cup: tuple[float, float, float], over: tuple[float, float, float], back: tuple[float, float, float], t: float = 0.0) -> list[Key]:
+Point = tuple[float, float, float]
+
+
+def _pour_keys(cup: Point, over: Point, back: Point, t: float = 0.0) -> list[Key]:
     up = (cup[0], cup[1], cup[2] + 0.2)
     above = (back[0], back[1], back[2] + 0.2)
     return [
@@ -125,8 +128,9 @@ def pouring_twice(rate: float = 45.0) -> Recording:
     times = np.arange(0, 33, 1 / rate)
     other, back = (0.75, 0.2, 0.9), (0.75, 0.22, 0.9)
     hand = path(
-        times, (0, HOME, 0.0), *_pour_keys(CUP, OVER, CUP), (14.5, HOME, 0.0), *_pour_keys(other, OVER, back, 15.0), (31, HOME, 0.0), (33, HOME, 0.0)
-    )
+        times, (0, HOME, 0.0), *_pour_keys(CUP, OVER, CUP), (14.5, HOME, 0.0), *_pour_keys(other, OVER, back, 15.0),
+        (31, HOME, 0.0), (33, HOME, 0.0),
+    )  # fmt: skip
     first, second = held(hand, times, 3.6, 12.2, CUP), held(hand, times, 18.6, 27.2, other)
     one = grains(times, first, BOWL, 8.0, 5)
     two = {f"particle{10 + k}": p for k, p in enumerate(grains(times, second, BOWL, 23.0, 5).values())}
@@ -156,8 +160,9 @@ def shaking(rate: float = 10.0, swings: int = 6) -> Recording:
     shaker, plate, over = (0.6, 0.2, 0.9), (0.5, -0.1, 0.86), (0.51, -0.08, 1.0)
     up = (0.6, 0.2, 1.05)
     keys: list[Key] = [
-        (0, HOME, 0.0), (2.2, at_thing(shaker), 0.0), (2.6, at_thing(shaker), 0.0), (3.4, at_thing(up), 0.3), (4.2, at_thing(over, 1.4), 1.4),
-        (8.6, at_thing(over, 1.4), 1.4), (9.4, at_thing(up), 0.3), (10.4, at_thing(shaker), 0.0), (11.0, at_thing(shaker), 0.0),
+        (0, HOME, 0.0), (2.2, at_thing(shaker), 0.0), (2.6, at_thing(shaker), 0.0), (3.4, at_thing(up), 0.3),
+        (4.2, at_thing(over, 1.4), 1.4), (8.6, at_thing(over, 1.4), 1.4), (9.4, at_thing(up), 0.3),
+        (10.4, at_thing(shaker), 0.0), (11.0, at_thing(shaker), 0.0),
         (12.5, HOME, 0.0), (14, HOME, 0.0),
     ]  # fmt: skip
     hand = path(times, *keys)
@@ -219,9 +224,8 @@ def without(hand: str) -> Callable[[Recording, np.random.Generator], Recording]:
 
 def read(found: Recording, parents: Mapping[str, str] | None = None) -> Episode:
     """The episode that the reader makes of a recording of unknown writers."""
-    tables = {
-        name: Rows(table[:, 0].copy(), table[:, 1:].copy(), np.zeros(len(table), dtype=np.int32), ((parents or {}).get(name, "map"),), False)
-        for name, table in found.items()
-    }
-    episode = episode_of(Parts("scripted", rows=tables, foreign=True))
-    return episode
+    tables = {}
+    for name, table in found.items():
+        parent = (parents or {}).get(name, "map")
+        tables[name] = Rows(table[:, 0].copy(), table[:, 1:].copy(), np.zeros(len(table), dtype=np.int32), (parent,), False)
+    return episode_of(Parts("scripted", rows=tables, foreign=True))

@@ -34,6 +34,8 @@ SAME_PLACE = (0.4, 0.03)
 HANDED_OVER = 0.5
 #: Shaking: this many swings to and fro, each of this amplitude [m] and shorter than this [s] (0.7 Hz and faster).
 SWINGS, AMPLITUDE, SWING = 5, 0.008, 0.75
+#: A thing is shaken at one place: its moving mean stays within this [m].
+SHAKEN_AT = 0.05
 #: Pouring: tilted this far [rad] from how it stood, for this long [s]; a full cup spills from about 60 degrees.
 TILT, POURED = np.radians(60), 0.5
 
@@ -266,10 +268,17 @@ def _shaking(poses: Floats, start: int, end: int) -> list[Span]:
         return []
     kernel = np.ones(2 * half + 1) / (2 * half + 1)
     padded = np.pad(path, ((half, half), (0, 0)), mode="edge")
-    swing = path - np.column_stack([np.convolve(padded[:, i], kernel, mode="valid") for i in range(3)])
+    mean = np.column_stack([np.convolve(padded[:, i], kernel, mode="valid") for i in range(3)])
+    swing = path - mean
     axes = np.linalg.svd(swing, full_matrices=False)[2]
     chains = max((_chains(swing @ axis) for axis in axes), key=lambda found: sum(map(len, found)))
-    return [(start + int(c[1]), start + int(c[-2])) for c in chains]  # the outermost turns may belong to the ways there and back
+    return [(start + s, start + e) for s, e in (_arrived(mean, int(c[0]), int(c[-1])) for c in chains)]
+
+
+def _arrived(mean: Floats, start: int, end: int) -> Span:
+    """A range without the ways there and back: it begins and ends where the moving mean is near its median."""
+    near = np.flatnonzero(np.linalg.norm(mean[start:end] - np.median(mean[start:end], axis=0), axis=1) < SHAKEN_AT)
+    return (start + int(near[0]), start + int(near[-1]) + 1) if len(near) else (start, end)
 
 
 def _chains(signal: Floats) -> list[NDArray[np.intp]]:

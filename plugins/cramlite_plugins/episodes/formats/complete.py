@@ -42,9 +42,9 @@ def _is_hand(name: str) -> bool:
 
 
 def _with_links(episode: Episode, parts: Parts) -> Episode:
-    """Links that never move in their parent are its parts, and what was recorded once is where it was: no track."""
+    """Links that never move in their parent are its parts, and what was recorded at one instant is where it was: no track."""
     links = {n: p for n, p in rigid_links(parts.rows).items() if n in episode.tracks and p in episode.tracks}
-    tracks = {n: t for n, t in episode.tracks.items() if n not in links and len(t.times) > 1}
+    tracks = {n: t for n, t in episode.tracks.items() if len(t.times) > 1}
     entities = []
     for e in episode.entities:
         if e.name in links and e.part_of is None:
