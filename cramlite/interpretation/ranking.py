@@ -133,12 +133,12 @@ def shortest_first(
     for choices in reversed(options):
         rest.append(rest[-1] + min(o.length.bits for o in choices))
     rest.reverse()
-    tick = itertools.count()  # equal lengths keep the order in which the rules are sorted
-    heap: list[tuple[float, int, float, tuple[Option, ...]]] = [(rest[0], next(tick), 0.0, ())]
+    tick = itertools.count()  # of equal lengths the one that is nearer to its end, then in the order of the rules
+    heap: list[tuple[float, int, int, float, tuple[Option, ...]]] = [(rest[0], 0, next(tick), 0.0, ())]
     for _ in range(most):
         if not heap:
             return
-        _, _, length, path = heapq.heappop(heap)
+        *_, length, path = heapq.heappop(heap)
         if len(path) == len(options):
             if any(o.match for o in path):
                 yield _sequence(path)
@@ -146,7 +146,8 @@ def shortest_first(
         for option in options[len(path)]:
             if allowed([*(o.number for o in path), option.number]):
                 reached = length + option.length.bits
-                heapq.heappush(heap, (reached + rest[len(path) + 1], next(tick), reached, (*path, option)))
+                bound = round(reached + rest[len(path) + 1], 9)
+                heapq.heappush(heap, (bound, -len(path), next(tick), reached, (*path, option)))
         if len(heap) > cap:
             heap = heapq.nsmallest(max(cap // 2, 1), heap)
 
