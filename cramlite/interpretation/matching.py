@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 
 from ..base.value import Value
-from .conditions import Atom, Binding, Compare, Not, atoms
+from .conditions import Atom, Binding, Compare, Not, atoms, comparisons
 from .rules import Clause, Rule
 from .timeline import Phase, PhaseName
 
@@ -76,6 +76,17 @@ def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Mat
     shown = defaultdict(lambda: "something", {k: _shown(v) for k, v in binding.items()})
     explanation = rule.explain.format_map(shown)
     return Match(rule.task, roles, explanation, rule.conditions - len(unknown), rule.changes, unknown)
+
+
+def measured(rule: Rule, match: Match, phases: Phases) -> dict[str, float]:
+    """Return the largest value of each value predicate that the rule compares, of the fillers of a match: what was seen of it."""
+    found: dict[str, float] = {}
+    for clause in rule.clauses:
+        for compare in comparisons(clause.condition):
+            if isinstance(compare.left, Atom):
+                values = [v for v in compare.values(phases[clause.phase], dict(match.roles)) if not isinstance(v, str)]
+                found |= {compare.left.predicate.name: max(values)} if values else {}
+    return found
 
 
 def reject(rule: Rule, phases: Phases) -> Rejection | None:

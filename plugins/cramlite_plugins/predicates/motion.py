@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -28,6 +29,8 @@ CLOSED, OPENED = 0.25, 0.75
 """Share of the widest opening that counts as closed, and as open."""
 JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
 """Share of a joint's range up to which a door counts as closed, and from which as open."""
+SWUNG, SWING = 0.016, 1.0
+"""[m] from one turn to the next, three times what trackers err, and the longest time that it may take [s]."""
 PARKED = 0.05
 """[rad] a joint may be off the park state."""
 
@@ -59,6 +62,16 @@ def all_predicates() -> tuple[Predicate, ...]:
             unknown=unknowns.no_pose,
         ),
         Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg.", unknown=unknowns.no_pose_of),
+        Predicate(
+            "swings",
+            1,
+            swings,
+            _RUN,
+            value=True,
+            cost=6,
+            doc="How often a thing goes to or fro in turn, by 16 mm at least and within 1 s each.",
+            unknown=unknowns.no_pose_of,
+        ),
         Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest.", unknown=unknowns.no_fingers),
         Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest.", unknown=unknowns.no_fingers),
         of_joints("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
@@ -142,6 +155,38 @@ def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
         up = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
         if len(w) and float((upright @ up).min()) < np.cos(TILTED):
             yield (name,)
+
+
+def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """Evaluate swings(Thing) = count: the most turns in a row, along any axis of the world."""
+    for name in _candidates(phase, thing):
+        track = phase.episode.tracks[name]
+        times, points = (_within(track.times, v, phase) for v in (track.times, track.poses[:, :3]))
+        yield name, float(max(_swings(times, points[:, axis]) for axis in range(3)))
+
+
+def _swings(times: Floats, values: Floats) -> int:
+    """The longest row of stretches between turns, each of SWUNG at least (by how turns are found) and within SWING."""
+    best = row = 0
+    for one, other in pairwise(_turns(values.tolist())):
+        row = row + 1 if times[other] - times[one] <= SWING else 0
+        best = max(best, row)
+    return best
+
+
+def _turns(values: list[float]) -> list[int]:
+    """Where a signal turns: its extremes from which it goes back by SWUNG, with the first and the last."""
+    found: list[int] = []
+    way = low = high = 0
+    for k, value in enumerate(values):
+        low, high = (k if value < values[low] else low), (k if value > values[high] else high)
+        if way <= 0 and value - values[low] >= SWUNG:
+            found.append(low)
+            way, high = 1, k
+        elif way >= 0 and values[high] - value >= SWUNG:
+            found.append(high)
+            way, low = -1, k
+    return [*found, high if way > 0 else low] if found else found
 
 
 def gripper_closed(phase: Phase) -> Iterator[Row]:
