@@ -27,7 +27,7 @@ from ..ontology.taxonomy import Taxonomy
 from .conditions import Atom, Every, Not, Variable, atoms
 from .fluents import PLAIN, Fluent
 from .matching import Match
-from .ranking import CHANGE, DEFAULT_CAP, LABEL, MOVED, Length, Option, TaskSequence, said, shortest_first
+from .ranking import CHANGE, DEFAULT_CAP, LABEL, MOVED, DescriptionLength, Option, TaskSequence, said, shortest_first
 from .rules import Rule
 from .timeline import PhaseName
 
@@ -178,7 +178,7 @@ def _options(
 
 def _untold(
     action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float
-) -> Length:
+) -> DescriptionLength:
     """What must be told of an action beside a reading of it, or beside none."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
@@ -186,7 +186,7 @@ def _untold(
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
     moved = len((set(action.moved) & spoken_of) - mine)
     unnamed = action.label is not None and not (match is not None and _is_label(match, action, taxonomy))
-    return Length(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed))
+    return DescriptionLength(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed))
 
 
 def _is_label(match: Match, action: Read, taxonomy: Taxonomy) -> bool:

@@ -78,13 +78,13 @@ def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Mat
     return Match(rule.task, roles, explanation, rule.conditions - len(unknown), rule.changes, unknown)
 
 
-def measured(rule: Rule, match: Match, phases: Phases) -> dict[str, float]:
-    """Return the largest value of each value predicate that the rule compares, of the fillers of a match: what was seen of it."""
+def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, float]:
+    """Return the largest value of each value predicate that the rule compares, of the fillers of its roles: what was seen of it."""
     found: dict[str, float] = {}
     for clause in rule.clauses:
         for compare in comparisons(clause.condition):
             if isinstance(compare.left, Atom):
-                values = [v for v in compare.values(phases[clause.phase], dict(match.roles)) if not isinstance(v, str)]
+                values = [v for v in compare.values(phases[clause.phase], dict(roles)) if not isinstance(v, str)]
                 found |= {compare.left.predicate.name: max(values)} if values else {}
     return found
 

@@ -39,7 +39,7 @@ DEFAULT_CAP = 100_000
 """Unfinished sequences kept: about 20 MB."""
 
 
-class Length(Value):
+class DescriptionLength(Value):
     """Description length of a sequence, or of what it says of one action [bits].
 
     Args:
@@ -57,8 +57,8 @@ class Length(Value):
         """The sum."""
         return self.tasks + self.choices + self.unknown + self.unexplained - self.checked
 
-    def __add__(self, other: Length) -> Length:
-        return Length(
+    def __add__(self, other: DescriptionLength) -> DescriptionLength:
+        return DescriptionLength(
             self.tasks + other.tasks, self.choices + other.choices, self.unknown + other.unknown,
             self.unexplained + other.unexplained, self.checked + other.checked,
         )  # fmt: skip
@@ -80,7 +80,7 @@ class Option(Value):
     """
 
     match: Match | None
-    length: Length
+    length: DescriptionLength
     number: int = -1
 
 
@@ -100,7 +100,7 @@ class TaskSequence(Value):
     actions: tuple[int, ...] = ()
 
 
-def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> Length:
+def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
     """Return the length of naming a reading.
 
     Args:
@@ -115,7 +115,7 @@ def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float
     choices = sum(math.log2(len(fillers[role])) for role in match.roles)
     depth = taxonomy.depth(match.task) - taxonomy.depth(TASK)
     checked = min(CHECKED * (max(match.conditions, 0) + depth), MOST_CHECKED * name)
-    return Length(name, choices, UNKNOWN * len(match.unknown), checked=checked)
+    return DescriptionLength(name, choices, UNKNOWN * len(match.unknown), checked=checked)
 
 
 def shortest_first(
@@ -153,6 +153,6 @@ def shortest_first(
 
 
 def _sequence(path: Sequence[Option]) -> TaskSequence:
-    total = sum((o.length for o in path), Length())
+    total = sum((o.length for o in path), DescriptionLength())
     chosen = [(k, o.match) for k, o in enumerate(path) if o.match is not None]
     return TaskSequence(tuple(m for _, m in chosen), -total.bits, str(total), tuple(k for k, _ in chosen))

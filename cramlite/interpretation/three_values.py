@@ -15,7 +15,7 @@ from .rules import Clause, Rule
 from .timeline import Phase
 
 
-class Judged(Value):
+class Truth(Value):
     """Binding under which a condition is not false.
 
     Args:
@@ -27,13 +27,13 @@ class Judged(Value):
     unknown: tuple[str, ...] = ()
 
 
-def judge(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Judged]:
+def judge(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Truth]:
     """Yield the bindings under which a condition is true; those under which it is not known, where it is true under none."""
     match condition:
         case Atom():
-            yield from _or_unknown(condition, phase, binding, [Judged(b) for b in condition.solve(phase, binding)])
+            yield from _or_unknown(condition, phase, binding, [Truth(b) for b in condition.solve(phase, binding)])
         case Compare(left):
-            found = [Judged(b) for b in condition.solve(phase, binding)]
+            found = [Truth(b) for b in condition.solve(phase, binding)]
             told = isinstance(left, Atom) and not found and not condition.values(phase, binding)
             yield from _or_unknown(left, phase, binding, found) if told and isinstance(left, Atom) else iter(found)
         case Not(inner):
@@ -47,37 +47,37 @@ def judge(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Judg
             yield from _all(parts, phase, binding)
 
 
-def _or_unknown(atom: Atom, phase: Phase, binding: Binding, found: list[Judged]) -> Iterator[Judged]:
+def _or_unknown(atom: Atom, phase: Phase, binding: Binding, found: list[Truth]) -> Iterator[Truth]:
     if found or atom.predicate.unknown is None:
         yield from found
         return
     reason = atom.predicate.unknown(phase, *atom.arguments(binding))
     if reason is not None:
-        yield Judged(binding, (reason,))
+        yield Truth(binding, (reason,))
 
 
-def _negated(found: list[Judged], binding: Binding) -> Iterator[Judged]:
+def _negated(found: list[Truth], binding: Binding) -> Iterator[Truth]:
     if all(j.unknown for j in found):
-        yield Judged(binding, _together(found))
+        yield Truth(binding, _together(found))
 
 
-def _every(cases: list[tuple[Judged, list[Judged]]], binding: Binding) -> Iterator[Judged]:
+def _every(cases: list[tuple[Truth, list[Truth]]], binding: Binding) -> Iterator[Truth]:
     if all(then or given.unknown for given, then in cases):
         open_ = [j for given, then in cases for j in (given, *then) if not any(not t.unknown for t in then)]
-        yield Judged(binding, _together(open_))
+        yield Truth(binding, _together(open_))
 
 
-def _all(parts: tuple[Condition, ...], phase: Phase, binding: Binding) -> Iterator[Judged]:
+def _all(parts: tuple[Condition, ...], phase: Phase, binding: Binding) -> Iterator[Truth]:
     first, *rest = parts
     for one in judge(first, phase, binding):
         if not rest:
             yield one
             continue
         for other in _all(tuple(rest), phase, one.binding):
-            yield Judged(other.binding, _together([one, other]))
+            yield Truth(other.binding, _together([one, other]))
 
 
-def _together(found: Iterable[Judged]) -> tuple[str, ...]:
+def _together(found: Iterable[Truth]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(u for j in found for u in j.unknown))
 
 
@@ -93,10 +93,10 @@ def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tup
         said: what the recording itself says of the roles, the most said first; the first that is not refuted counts.
     """
     for start in said:
-        judged = [Judged(start)]
+        judged = [Truth(start)]
         for clause in _binding_first(rule):
             judged = [
-                Judged(found.binding, _together([one, found]))
+                Truth(found.binding, _together([one, found]))
                 for one in judged
                 for found in judge(clause.condition, phases[clause.phase], one.binding)
             ]

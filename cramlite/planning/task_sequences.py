@@ -70,7 +70,7 @@ def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted,
     if rule is None or not names:
         return {}
     segment = Segment(action.start, action.end, action.segments[0].event if action.segments else None)
-    return {k: v for k, v in measured(rule, match, timeline.phases(segment)).items() if k in names}
+    return {k: v for k, v in measured(rule, match.roles, timeline.phases(segment)).items() if k in names}
 
 
 def plans_for_goal(

@@ -13,7 +13,7 @@ from properties import examples
 
 from cramlite import Interpretation
 from cramlite.interpretation.coherence import OFFERED
-from cramlite.interpretation.ranking import Length, said
+from cramlite.interpretation.ranking import DescriptionLength, said
 from cramlite.plugin import Interpreted, Match
 
 CHOICES = st.lists(
@@ -44,7 +44,7 @@ def test_sequences_are_complete_and_shortest_first(choices: list[list[Match]]) -
     assert all(a >= b - 1e-9 for a, b in itertools.pairwise(scores))
     for one in listed:
         assert one.actions == tuple(range(len(explained)))
-        total = sum((said(m, explained[k], TAXONOMY, 1.0) for k, m in enumerate(one.matches)), Length())
+        total = sum((said(m, explained[k], TAXONOMY, 1.0) for k, m in enumerate(one.matches)), DescriptionLength())
         assert one.score == pytest.approx(-total.bits)
 
 

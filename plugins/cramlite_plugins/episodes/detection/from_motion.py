@@ -116,7 +116,7 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
         for carrier, names in along.items():
             riders[carrier] |= names
     handled = {g.thing for g in grips}
-    laid = [carried_along(episode, grid, c, r) for c, names in riders.items() if (r := names - handled)]
+    laid = [carried_along(episode, grid, c, r, things) for c, names in riders.items() if (r := names - handled)]
     last = episode.span[1]
     episode = with_contents(episode, grid, _merged([*loose, *laid]))
     acting = _acting(episode, grips, grid)

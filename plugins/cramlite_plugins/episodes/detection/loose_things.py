@@ -88,10 +88,19 @@ def _taken_out(grid: Grid, name: str, at: NDArray[np.intp], vessels: list[str], 
     )
 
 
-def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[str]) -> Loose:
-    """Return what lies on a carrier that is moved as its contents."""
+def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[str], things: Iterable[str]) -> Loose:
+    """Return what lies on a carrier that is moved as its contents: there while it is no farther from it than at first.
+
+    Args:
+        things: frames that may be vessels, too.
+    """
     names = tuple(sorted(members))
-    return Loose(contents_named(carrier), names, {carrier: np.full(len(grid.times), float(len(names)))})
+    vessels = [carrier, *(n for n in things if n not in (carrier, *names))]
+    inside = {}
+    for name in names:
+        gap = grid.distance(name, carrier)
+        inside[name] = np.where(gap < gap[0] + TRAVEL, 0, _vessel_of(episode, grid, name, vessels))
+    return _loose(carrier, list(names), inside, vessels)
 
 
 def _vessel_of(episode: Episode, grid: Grid, name: str, vessels: list[str]) -> NDArray[np.intp]:

@@ -23,7 +23,7 @@ def episode_of(parts: Parts) -> Episode:
     episode = Episode(parts.name, entities, events, tracks, effector, tuple(parts.repairs), parts.extras)
     if not parts.foreign:
         return episode
-    episode = one_namespace(_with_links(_with_hands(episode, parts), parts))
+    episode = one_namespace(_with_hands(one_namespace(_with_links(episode, parts)), parts))
     return episode if events else infer(episode)
 
 

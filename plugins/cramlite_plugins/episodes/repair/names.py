@@ -51,7 +51,10 @@ def _named_once(episode: Episode) -> Episode:
     said = dict(_renamings(episode))
     if not said:
         return episode
-    name = lambda n: said.get(n, n)  # noqa: E731 - used as a mapping six times below
+
+    def name(old: str) -> str:
+        return said.get(old, old)
+
     merged: dict[str, Entity] = {}
     for entity in episode.entities:
         mine = replace(entity, name=name(entity.name), part_of=name(entity.part_of) if entity.part_of else None)
@@ -66,7 +69,7 @@ def _named_once(episode: Episode) -> Episode:
 
 def _renamings(episode: Episode) -> Iterator[tuple[str, str]]:
     """Names of things that have another one, and that one: what describes the thing, else the shorter name. Two things of
-    which poses were recorded are two."""
+    which poses were recorded are two; so are two that a map describes under names that only look alike."""
     names = dict.fromkeys([*(e.name for e in episode.entities), *episode.tracks])
     done: set[str] = set()
     for shortened in (local, unlabelled):
@@ -75,7 +78,8 @@ def _renamings(episode: Episode) -> Iterator[tuple[str, str]]:
             if name not in done:
                 groups[shortened(name)].append(name)
         for same in groups.values():
-            if len(same) > 1 and sum(n in episode.tracks for n in same) <= 1 and _one_place(episode, same):
+            both_described = shortened is unlabelled and sum(_described(episode, n) for n in same) > 1
+            if len(same) > 1 and not both_described and sum(n in episode.tracks for n in same) <= 1 and _one_place(episode, same):
                 kept = min(same, key=lambda n: (not _described(episode, n), len(n), n))
                 done |= {*same}
                 yield from ((n, kept) for n in same if n != kept)
