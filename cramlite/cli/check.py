@@ -97,11 +97,9 @@ def _start(scenario: Scenario) -> str:
 
 def _check_program(path: Path, plugins: PluginChoice) -> int:
     from ..plugin.catalogue import Knowledge
+    from .judge import read_text
 
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"The program '{path}' cannot be read: {error}.") from error
+    text = read_text(path)
     simulator = Knowledge(plugins.registry()).simulator
     try:
         doubts = list(simulator.inspect(text))
@@ -109,7 +107,7 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
         raise UserError(f"{path}: {error}") from error
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
-    print(f"{path}: {len(text.splitlines())} lines, every name and call is known, {len(doubts) or 'no'} doubts")
+    print(f"{path}: {len(text.splitlines())} lines, nothing is wrong, {len(doubts) or 'no'} doubts")
     return 0
 
 

@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
@@ -108,7 +110,7 @@ def purpose_of(plan: str, goals: Sequence[str], knowledge: Knowledge, place: Wor
     if path.is_dir() or path.suffix == ".json":
         return Purpose(intent=read_intent(path if path.is_dir() else path.parent), goal=tuple(goals))
     found = _of_scenario(read_scenario(find_scenario(plan)), knowledge, place)
-    return Purpose(None, found.plan, found.actions, (*found.goal, *goals))
+    return replace(found, goal=(*found.goal, *goals))
 
 
 def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purpose:
@@ -121,14 +123,15 @@ def _of_scenario(scenario: Scenario, knowledge: Knowledge, place: World) -> Purp
             f"{scenario.where('demonstration')}: which things a demonstration means is found when it is resolved; give the run "
             f"directory of 'cramlite resolve {scenario.name}'."
         )
+    limits = scenario.spec.limits.judging()
     if scenario.spec.goal is not None:
-        return Purpose(goal=_meant(scenario, knowledge, place))
+        return Purpose(goal=_meant(scenario, knowledge, place), limits=limits)
     plan = plan_from_tasks(scenario.name, scenario, knowledge.tasks, place)
     open_ones = [o.name for a in plan.actions for o in a.roles.values() if not o.entity]
     if open_ones or any(a.task not in knowledge.tasks for a in plan.actions):
         what = f"which thing '{open_ones[0]}' is" if open_ones else "what its rules decide"
         raise UserError(f"{scenario.where('tasks')}: {what} is found when it is resolved; give the run directory of that.")
-    return Purpose(plan=plan, actions=plan.actions)
+    return Purpose(plan=plan, actions=plan.actions, limits=limits)
 
 
 def _meant(scenario: Scenario, knowledge: Knowledge, place: World) -> tuple[str, ...]:
@@ -175,15 +178,20 @@ def naming(program: Path) -> Iterator[None]:
 def read_text(program: Path) -> str:
     """Read the text of a program.
 
+    Robot programs of Windows editors are taken, too: comments in its Western code page, where they are not UTF-8.
+
     Raises:
         UserError: it cannot be read, or is no text.
     """
     try:
-        return program.read_text(encoding="utf-8")
+        found = program.read_bytes()
+        return found.decode()
     except OSError as error:
         raise UserError(f"The program '{program}' cannot be read: {error.strerror}.") from error
     except UnicodeDecodeError as error:
-        raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
+        if b"\0" in found or program.suffix == ".json":
+            raise UserError(f"'{program}' is no text: byte {error.start} is not UTF-8.") from error
+        return found.decode("cp1252", "replace")
 
 
 def _judge(arguments: argparse.Namespace) -> int:

@@ -27,6 +27,8 @@ from .arguments import Add, plugin_choice
 from .texts import first_execution_failed, rollout_json, solution_text, warn_of
 
 if TYPE_CHECKING:
+    from rich.live import Live
+
     from ..engine.engine import Engine
     from ..engine.execution import Execution
     from ..engine.reading import Reading
@@ -68,8 +70,13 @@ def resolve_scenario(
         print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
         print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
         return 0
-    trace, say = _earlier_trace(run), Progress(quiet=json_output)
-    solution, tried = _first_solution(run, reading, setting, engine, trace, say)
+    trace = _earlier_trace(run)
+    with Progress(quiet=json_output) as say:
+        solution, tried = _first_solution(run, reading, setting, engine, trace, say)
+        if solution is not None:
+            solution = _executed(solution, engine, say)
+            write_solution(run, solution, engine, seed)
+            _finish(run, solution, engine, say, report=report)
     if solution is None:
         if report:
             from ..report import Finished, write_page
@@ -79,9 +86,6 @@ def resolve_scenario(
             print(as_json(_nothing(trace, run, engine, seed)))
         text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
         raise PluginError(text) if engine.registry.faults else NoSolution(text)
-    solution = _executed(solution, engine, say)
-    write_solution(run, solution, engine, seed)
-    _finish(run, solution, engine, say, report=report)
     print(as_json(_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     if not solution.succeeded:
         raise NoSolution(first_execution_failed(solution, run.path, scenario))
@@ -138,7 +142,6 @@ def _finish(run: RunDirectory, solution: Solution, engine: Engine, say: Progress
         write_report(run, solution, engine)
     if solution.succeeded:
         run.finish()
-    say.done()
     warn_of(engine.registry.faults)
 
 
@@ -276,24 +279,38 @@ def _faults(engine: Engine) -> list[str]:
 
 
 class Progress:
-    """Progress lines on standard error, with the time since the start; the last one stays on a terminal."""
+    """Progress lines on standard error, with the time since the start; on a terminal the last one stays, in its place."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._begin, self._quiet = time.monotonic(), quiet
-        self._live = sys.stderr.isatty()
+        self._live = _live_line() if sys.stderr.isatty() and not quiet else None
 
     def __call__(self, text: str) -> None:
-        if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing", "executing"))):
-            return
         line = f"[{time.monotonic() - self._begin:5.1f} s] {text}"
-        print(
-            f"\r\x1b[K{line[:110]}" if self._live else line, end="" if self._live else "\n", file=sys.stderr, flush=True
-        )
+        if self._live is not None:
+            from rich.text import Text
 
-    def done(self) -> None:
-        """Clear the last progress line of a terminal."""
-        if self._live and not self._quiet:
-            print("\r\x1b[K", end="", file=sys.stderr)
+            self._live.update(Text(line, no_wrap=True, overflow="ellipsis"), refresh=True)
+        elif not self._quiet and text.startswith(("candidate", "refused", "writing", "executing")):
+            print(line, file=sys.stderr, flush=True)
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Clear the last progress line of a terminal, and show its cursor again."""
+        if self._live is not None:
+            self._live.stop()
+
+
+def _live_line() -> Live:
+    """A line that is drawn when it changes, by no thread: workers may be forked meanwhile."""
+    from rich.console import Console
+    from rich.live import Live
+
+    line = Live(console=Console(stderr=True), auto_refresh=False, transient=True, redirect_stdout=False, redirect_stderr=False)
+    line.start()
+    return line
 
 
 def _resolve(arguments: argparse.Namespace) -> int:

@@ -12,6 +12,7 @@ from ..base.errors import UserError
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.designators import Action
+from ..model.judging_limits import JudgingLimits
 from ..model.plan import Plan
 from ..model.program import Code, Program
 from ..model.program_json import read_program
@@ -25,7 +26,7 @@ class Kept(Value):
     """Content of ``intent.json``.
 
     Args:
-        plan, actions, belief, world: as a ``Candidate`` has them.
+        plan, actions, parts, belief, world, limits: as a ``Candidate`` has them.
         bindings: designator name -> entity, those that are bound to one.
         text, language, suffix: as it was proven; of a ``Code``.
         origins: the line that each origin begins at, from 1, and the origin.
@@ -33,8 +34,10 @@ class Kept(Value):
 
     plan: Plan
     actions: tuple[Action, ...]
+    parts: tuple[Action, ...]
     belief: Belief
     world: World
+    limits: JudgingLimits
     bindings: Mapping[str, str]
     text: str
     language: str
@@ -65,8 +68,8 @@ def write_intent(candidate: Candidate) -> bytes:
     assert code is not None
     bindings = {k: v for k, v in candidate.bindings.items() if isinstance(v, str)}
     kept = Kept(
-        candidate.plan, candidate.actions, candidate.belief, candidate.world, bindings, code.text, code.language, code.suffix,
-        tuple(sorted(code.origins.items())),
+        candidate.plan, candidate.actions, candidate.parts, candidate.belief, candidate.world, candidate.limits, bindings,
+        code.text, code.language, code.suffix, tuple(sorted(code.origins.items())),
     )  # fmt: skip
     return json.format(json.encode(kept, enc_hook=_plain, order="deterministic"), indent=1)
 

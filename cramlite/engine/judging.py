@@ -13,6 +13,7 @@ from ..interpretation.fluents import symbolic_world
 from ..model.belief import Belief, initial_belief
 from ..model.designators import Action
 from ..model.episode import Episode
+from ..model.judging_limits import JudgingLimits
 from ..model.plan import Plan
 from ..model.program import Code, Program
 from ..model.program_json import is_program_text, read_program
@@ -24,7 +25,7 @@ from ..plugin.catalogue import Knowledge, pick
 from ..plugin.protocols import Candidate
 from .intent import Intent
 from .line_origins import Origins, origins_by_labels, origins_of
-from .proof import judge
+from .proof import allowances, judge
 
 COMMENTS = ("#", "//", "!")
 """How lines of URScript and Python, C and RAPID begin that are no code."""
@@ -39,12 +40,14 @@ class Purpose(Value):
         intent: of a run directory: the plan with everything that it was grounded to; None where the text is of no run.
         plan, actions: of a list of tasks whose roles are filled by name; empty where there is none.
         goal: what should hold in words, beside what the plan wants.
+        limits: how far the run may disturb what no task is about; an intent has its own.
     """
 
     intent: Intent | None = None
     plan: Plan | None = None
     actions: tuple[Action, ...] = ()
     goal: tuple[str, ...] = ()
+    limits: JudgingLimits = JudgingLimits()
 
 
 class Judged(Value):
@@ -99,9 +102,12 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
     believed = intent.kept.world if intent else world
     belief = intent.kept.belief if intent else _belief(world, knowledge)
     goal = (*literals_of_plan(plan, actions, scene, knowledge), *literals_of_goals(purpose.goal, scene, knowledge))
+    bindings, parts = (intent.kept.bindings, intent.kept.parts) if intent else ({}, ())
     return Candidate(
-        plan, replace(program, robot=mount.name), Code("", text, dict(origins.of), ""), intent.kept.bindings if intent else {},
+        plan, replace(program, robot=mount.name), Code("", text, dict(origins.of), ""), bindings,
         belief, actions, pick("robot", knowledge.robots, mount.type), believed, knowledge.rules, knowledge.taxonomy, goal=goal,
+        parts=parts, limits=intent.kept.limits if intent else purpose.limits,
+        allowances=allowances((*actions, *parts), bindings, knowledge),
     ), _remarks(origins, intent is None and bool(actions))  # fmt: skip
 
 

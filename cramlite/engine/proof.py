@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..model.designator_name import task_of
-from ..model.designators import Place, Stand
+from ..model.designators import Action, Place, Stand
 from ..model.entity_name import thing_of
 from ..model.plan import Plan
 from ..model.program import Code, Program, Snapshot
@@ -20,6 +21,7 @@ from ..model.world import World
 from ..planning.choice_point import Conflict
 from ..planning.goal_literals import literals_of_plan
 from ..planning.state import State
+from ..plugin.allowance import Allowance
 from ..plugin.catalogue import Knowledge
 from ..plugin.protocols import Backend, Candidate, Validator
 from ..plugin.validation import WrongAnswer
@@ -54,8 +56,13 @@ def assemble(plan: Plan, end: State, setting: Setting, knowledge: Knowledge) -> 
         plan, program, None, end.bindings, end.belief, end.actions, robot, setting.world, knowledge.rules,
         knowledge.taxonomy, goal=literals_of_plan(plan, end.actions, scene, knowledge),
         parts=end.parts, limits=setting.limits,
-        allowances={a.name: knowledge.tasks[a.task].allowance(a, end.bindings) for a in (*end.actions, *end.parts)},
+        allowances=allowances((*end.actions, *end.parts), end.bindings, knowledge),
     )  # fmt: skip
+
+
+def allowances(actions: Iterable[Action], bindings: Mapping[str, Any], knowledge: Knowledge) -> dict[str, Allowance]:
+    """Return what each action may touch and move, by its name."""
+    return {a.name: knowledge.tasks[a.task].allowance(a, bindings) for a in actions}
 
 
 def prove(candidate: Candidate, knowledge: Knowledge, backend: Backend, seed: int) -> tuple[Candidate, Verdict]:

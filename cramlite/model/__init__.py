@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
     from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
+    from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3
     from .judging_limits import JudgingLimits
     from .plan import Plan
@@ -63,6 +64,7 @@ _HOMES = {
     ".designator_name": "enclosing_names part_name is_part_of task_of",
     ".entity_name": "EntityName thing_of",
     ".episode": "Entity Episode Event Repair Track",
+    ".friction": "pair_friction",
     ".geometry": "Floats Pose Vector3",
     ".judging_limits": "JudgingLimits",
     ".plan": "Plan",
@@ -171,6 +173,7 @@ __all__ = [
     "is_part_of",
     "is_program_text",
     "monitor",
+    "pair_friction",
     "parallel",
     "part_name",
     "read_program",

@@ -161,6 +161,7 @@ class Thing(Value):
         mesh: what the thing looks like; None where its geoms say it all.
         joint: how it moves against what carries it; None for things that stand free or are fixed.
         filling: what is loose in its cavity at the start; None for nothing.
+        max_grip_force: that each finger may press it with [N]; None where nobody says.
         notes: what was changed or concluded when the thing was made, for people: a mesh that was closed, a hole found.
     """
 
@@ -176,6 +177,13 @@ class Thing(Value):
     notes: tuple[str, ...] = ()
     joint: Joint | None = None
     filling: Filling | None = None
+    max_grip_force: float | None = None
+
+    @property
+    def least_friction(self) -> float:
+        """Sliding friction coefficient of its smoothest geom; parts, such as a tab, apart."""
+        own = [self.friction if g.friction is None else g.friction for g in self.geoms if not g.part]
+        return min(own, default=self.friction)
 
     @property
     def movable(self) -> bool:

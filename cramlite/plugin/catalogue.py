@@ -81,8 +81,18 @@ class Knowledge:
 
     @cached_property
     def validators(self) -> tuple[Validator, ...]:
-        """Validators of programs and rollouts."""
-        return tuple(self.registry.named("validators", "name").values())
+        """Validators of programs and rollouts.
+
+        Raises:
+            PluginError: a plugin that has some is broken: what they would refuse would pass unseen.
+        """
+        found = tuple(self.registry.named("validators", "name").values())
+        for fault in self.registry.unheard("validators"):
+            raise PluginError(
+                f"A judge is missing, and without it nothing is proven: {fault}. Mend or reinstall the plugin, or leave it out "
+                f"knowingly with --block {fault.plugin}."
+            )
+        return found
 
     @cached_property
     def left_out(self) -> tuple[str, ...]:

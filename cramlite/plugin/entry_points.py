@@ -29,7 +29,10 @@ class Point(Value):
 
     def defines(self, function: str) -> bool:
         """Check whether the text of its module defines a function; the module is not loaded to find out."""
-        spec = importlib.util.find_spec(self.value)
+        try:
+            spec = importlib.util.find_spec(self.value.partition(":")[0])
+        except Exception:  # its package breaks when it is imported: nobody can read what its module would define
+            return False
         text = Path(spec.origin).read_text(encoding="utf-8") if spec is not None and spec.origin else ""
         return f"\ndef {function}(" in text
 

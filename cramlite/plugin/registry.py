@@ -176,6 +176,14 @@ class Registry(Struct, dict=True):
             if point.name in self.blocked and point.distribution == OWN_DISTRIBUTION and point.defines(hook):
                 yield from getattr(point.load(), hook)()
 
+    def unheard(self, hook: str) -> Iterator[Fault]:
+        """Yield the faults that kept a plugin from declaring what it has under a hook, after that was collected."""
+        lost = {f.plugin for f in self.faults if f.hook == "import"}
+        would = {p.name for p in entry_points() if p.name in lost and p.defines(hook)} if lost else set()
+        for fault in self.faults:
+            if (fault.hook == hook and not fault.designator) or (fault.hook == "import" and fault.plugin in would):
+                yield fault
+
     def examine(self) -> None:
         """Ask for all that plugins declare, so that ``faults`` holds what is wrong with it, name conflicts included."""
         for hook, (key, *_) in NAMED_BY.items():

@@ -63,6 +63,7 @@ class ThingSpec(_Spec):
     type: str | None = None
     at: PoseSpec | None = None
     hangs_on: HangSpec | None = None
+    max_grip_force: Force | None = Field(None, ge=0.1, le=1000)
     parameters: dict[str, Any] = Field({}, alias="with")
 
     @model_validator(mode="after")

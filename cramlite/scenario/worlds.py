@@ -166,7 +166,7 @@ def _build(
             parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
         parameters |= {k: str(scenario.resolve_path(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
-        thing = replace(thing, type=spec.type or thing.type)
+        thing = replace(thing, type=spec.type or thing.type, max_grip_force=spec.max_grip_force)
         if spec.hangs_on:
             thing = replace(thing, pose=_hang(spec, thing, built, maker))
     except (UserError, TypeError, ValueError) as error:

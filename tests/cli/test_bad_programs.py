@@ -18,7 +18,7 @@ from cramlite_plugins.simulation.urscript.interpreter import Limits
 EMPTY = World((), (RobotMount("arm", "ur5e"),))
 ROBOTS = {"ur5e": UR5E}
 BEFORE = {  # refused before anything moves
-    "calls an unknown function": ("  movel_fast(1)", "line 2: there is no function 'movel_fast'"),
+    "calls an unknown function": ("  mvoel(1)", "line 2: there is no function 'mvoel'; did you mean 'movel'?"),
     "calls one with too few values": ("  movej()", "line 2: 'movej"),
     "nests without end": ("  x = " + "(" * 500, "line 2: nested more than"),
     "is one endless expression": ("  x = 1" + " + 1" * 5000, "line 2: an expression or block is too long"),
@@ -55,6 +55,16 @@ def test_it_is_refused_before_the_start(what: str, tmp_path: Path, run: Run) -> 
     for command in (("check", path), ("execute", path, "--world", "grasp_one_thing")):
         ran = run(*command)
         assert ran.code == 2 and said in ran.err and ran.err.count("\n") == 1, ran.err
+
+
+def test_what_only_another_controller_has_is_named_by_check_and_does_not_run(tmp_path: Path, run: Run) -> None:
+    path = tmp_path / "p.script"
+    path.write_text(program("  set_tool_wrench_guard(1)\n  modbus_get_error(1)"))
+    checked = run("check", path)
+    assert checked.code == 0 and f"{path}:2: cannot run here: there is no function 'set_tool_wrench_guard' here" in checked.out
+    assert f"{path}:3: cannot run here: the controller model does not have UR's function 'modbus_get_error'" in checked.out
+    ran = run("execute", path, "--world", "grasp_one_thing")
+    assert ran.code == 2 and "line 2: there is no function 'set_tool_wrench_guard' here" in ran.err and "1 more place" in ran.err
 
 
 @pytest.mark.parametrize("what", WHILE)

@@ -20,7 +20,7 @@ robot: {{type: ur5e}}
 budget: {{proofs: 1}}
 things:
   - {{name: hook, model: hanger, at: {{position: [0.87, 0, 0.45], yaw: 180 deg}}, with: {{friction: 30}}}}
-  - {{name: tea, model: boxed_product, type: cram:TeaBox, hangs_on: {{hanger: hook, depth: 70 mm}}}}
+  - {{name: tea, model: boxed_product, type: cram:TeaBox, hangs_on: {{hanger: hook, depth: 70 mm}}, with: {{friction: 30}}}}
   - {{name: basket, model: basket, at: {{position: [0.30, -0.45, 0]}}}}
 """
 

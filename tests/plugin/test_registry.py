@@ -7,9 +7,12 @@ from pathlib import Path
 
 import pytest
 from conftest import TASKS, Run
+from msgspec.structs import replace
 
 from cramlite import Engine, PluginError, read_scenario
 from cramlite.plugin import Unresolvable, UserError
+from cramlite.plugin.catalogue import Knowledge
+from cramlite.plugin.entry_points import entry_points
 from cramlite.plugin.registry import Registry
 
 Plugin = Callable[[str, str], Path]
@@ -139,3 +142,22 @@ def test_two_engines_share_nothing(plugin: Plugin) -> None:
 def test_no_simulator_is_the_users_choice() -> None:
     with pytest.raises((UserError, PluginError)):
         Engine(blocked=["mujoco"]).setting(read_scenario(TASKS))
+
+
+def test_nothing_is_proven_without_a_judge_that_cannot_be_loaded(monkeypatch: pytest.MonkeyPatch) -> None:
+    def cut_off() -> None:
+        raise ImportError("cannot import name 'box_around'")
+
+    found = [replace(p, load=cut_off) if p.name == "bystanders" else p for p in entry_points()]
+    monkeypatch.setattr("cramlite.plugin.registry.entry_points", lambda: found)
+    with pytest.raises(PluginError, match=r"A judge is missing.*'bystanders'.*box_around.*--block bystanders"):
+        _ = Engine().knowledge.validators
+    blocked = Engine(blocked=["bystanders"]).knowledge
+    assert "bystanders" not in {v.name for v in blocked.validators}
+
+
+def test_nothing_is_proven_without_a_judge_that_is_declared_wrong(plugin: Plugin) -> None:
+    file = plugin("half", "@hookimpl\ndef validators():\n    return [1 / 0]\n")
+    registry = Registry((file,), strict=False)
+    with pytest.raises(PluginError, match=r"A judge is missing.*'half'.*ZeroDivisionError"):
+        _ = Knowledge(registry).validators

@@ -108,8 +108,9 @@ def test_a_gripper_that_never_closes_is_seen(tmp_path: Path) -> None:
 
 
 def test_a_peg_that_jams_stops_the_program(tmp_path: Path) -> None:
-    jam = (HOOK, HOOK + "    with: {friction: 30}\n")
-    scenario = variant(tmp_path, jam, (ROBOT, ROBOT + "\nbudget: {proofs: 2, sequences: 1}"))
+    """Peg and product as rough as saw blades: friction needs both, 30 on the peg alone is 1.2 and lets go."""
+    jam = ((HOOK, HOOK + "    with: {friction: 30}\n"), ("mass: 300 g}", "mass: 300 g, friction: 30}"))
+    scenario = variant(tmp_path, *jam, (ROBOT, ROBOT + "\nbudget: {proofs: 2, sequences: 1}"))
     run = cramlite("resolve", scenario, "--out", tmp_path / "run", "--no-report")
     assert run.returncode == 1, run.stderr
     assert re.search(r"ExtractHoleFromPeg/pull: (force [\d.]+ N > 25|only [-\d.e]+ m out within|not done within)", run.stderr)

@@ -14,11 +14,11 @@ from functools import lru_cache
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Geom, Gripper, Location, Place, Pose, Thing, Value
+from cramlite.model import Belief, Floats, Geom, Gripper, Location, Place, Pose, Thing, Value, pair_friction
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import volume
+from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
@@ -28,6 +28,8 @@ NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
+PARALLEL = math.radians(1)
+"""Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
@@ -79,7 +81,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
-    grips = ranked(thing, context.robot.gripper, belief.world.physics.pad_friction)
+    grips = ranked(thing, context.robot.gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
     if not grips:
         raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
     pose = reference_pose(belief, location, context)
@@ -116,17 +118,17 @@ def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
     """Return the grasps that the whole shape allows, best first.
 
     Args:
-        friction: of the pads; contacts must lie within its cone.
+        friction: of pads and thing; contacts must lie within its cone.
     """
     handles = tuple(f.pose for f in thing.features if f.type == HANDLE)
-    return list(_ranked(thing.geoms, tuple(_centre(thing)), handles, gripper, friction))
+    return list(_ranked(thing.geoms, tuple(centre_of_mass(thing)), handles, gripper, friction))
 
 
 @lru_cache(maxsize=64)
 def _ranked(
     geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
 ) -> tuple[Grip, ...]:
-    shape, middle, cone = rays.body(geoms), np.asarray(centre), math.atan(friction)
+    shape, middle, cone = rays.body(geoms), np.asarray(centre), max(math.atan(friction), PARALLEL)
     proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper, cone))
     found = (_checked(shape, middle, grip, gripper, cone) for grip in proposed)
     best = sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
@@ -212,16 +214,6 @@ def _checked(shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, con
     lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
     covered = antipodal.coverage(shape, pose, found.width, gripper)
     return Grip(pose, found.width, lever, grip.name, found.slant, covered, grip.ahead)
-
-
-def _centre(thing: Thing) -> Floats:
-    """The centre of mass in the thing's frame: the stated one, else of the body's geoms with an even density."""
-    if thing.inertia is not None:
-        return np.asarray(thing.inertia.centre)
-    body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
-    volumes = np.array([volume(g) for g in body])
-    centre: Floats = volumes @ np.array([g.pose.position for g in body]) / volumes.sum()
-    return centre
 
 
 def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:

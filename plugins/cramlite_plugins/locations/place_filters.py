@@ -15,7 +15,7 @@ from cramlite.model import Belief, Feature, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import box_around, corners
+from ..shapes.bounds import box_around, centre_of_mass, corners
 
 EDGE = 0.005  # a centre of mass stands this far inside a surface's edge [m]
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -60,9 +60,7 @@ Filter = Callable[[Spot, Wanted], str]
 
 def supported(spot: Spot, wanted: Wanted) -> str:
     """Check that the thing's centre of mass is above the surface."""
-    from .grasps import _centre
-
-    at = wanted.target.inverse().apply(spot.thing.apply(_centre(wanted.thing)))
+    at = wanted.target.inverse().apply(spot.thing.apply(centre_of_mass(wanted.thing)))
     size = wanted.feature.size
     beyond = max(abs(at[0]) - size.get("width", math.inf) / 2, abs(at[1]) - size.get("depth", math.inf) / 2)
     if beyond <= -EDGE:

@@ -22,8 +22,8 @@ from cramlite.model import (
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
+from .grip_force import grip_force, grip_of, load
 from .motion_kinds import value
-from .ontology_limits import grip
 
 Found = Iterator[Grounding]
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
@@ -49,16 +49,22 @@ def _close(motion: Motion, belief: Belief, context: Context) -> Found:
 
     place, gripper = place_of(motion, context), context.robot.gripper
     width = place.values.get("width_m", 0.0)
-    force, why = grip(belief.world.thing(place.thing), value(motion, "force_n"), context, tuple(enclosing_names(motion.name)))
+    held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
+    grip, is_it = grip_of(held, belief.world, gripper), _names_of(place.thing, context)
+    force, why = grip_force(grip, value(motion, "force_n"), context, is_it, tuple(enclosing_names(motion.name)))
     expect = motion.parameters.get("expect", "any")
     comment = "; ".join(filter(None, (motion.reason, why)))
     step = SetGripper(gripper.opening[0], _speed(gripper), force, expect, origin=motion.name, comment=comment)
-    held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
     lifted = belief.unrelated("on", place.thing).unrelated("in", place.thing)  # nothing else supports it until that is known
     yield Grounding(
         (step,), "; ".join(filter(None, (f"close on {1000 * width:.0f} mm with {force:.0f} N", why))), 0.0,
         lifted.grasped(held), key="close",
     )
+
+
+def _names_of(thing: str, context: Context) -> tuple[str, ...]:
+    """The object designators that are bound to a thing, whole or part."""
+    return tuple(n for n, v in context.bindings.items() if isinstance(v, str) and thing_of(v) == thing)
 
 
 def _open(motion: Motion, belief: Belief, context: Context) -> Found:
@@ -131,9 +137,9 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
     gripper = context.robot.gripper
     mass, moment = gripper.mass, gripper.mass * np.array([0.0, 0.0, gripper.tcp.position[2] / 2])
     if belief.held:
-        load = belief.world.thing(belief.held.thing).mass or 0.0
-        moment = moment + load * np.array((gripper.tcp * belief.held.tcp_to_thing).position)
-        mass += load
+        carried = load(belief.world.thing(belief.held.thing))
+        moment = moment + carried * np.array((gripper.tcp * belief.held.tcp_to_thing).position)
+        mass += carried
     if mass > context.robot.payload:
         load_of = [n for n, v in context.bindings.items() if belief.held and v == belief.held.thing]
         reason = f"{mass:.2f} kg on the flange, gripper included, > {context.robot.payload:g} kg that '{context.robot.type}' carries"

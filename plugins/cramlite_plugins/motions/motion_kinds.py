@@ -111,7 +111,7 @@ KINDS: Mapping[str, MotionKind] = {
         MotionKind(
             "gripper", "SetGripper", "at the opening, or on an object",
             (
-                Parameter("force_n", 0.0, "0: the least that the gripper presses with; what is outside its range is refused"),
+                Parameter("force_n", 0.0, "0: from weight and friction when closing; what is outside the gripper's range is refused"),
                 Parameter("speed_m_s", 0.10, "of the pads: mid-range of the 2F-85's 20 to 150 mm/s"),
             ),
             ("the gripper still moved after # s", "no object between the fingers", "an object stopped the fingers"),

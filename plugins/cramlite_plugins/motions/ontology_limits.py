@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Motion, Thing, Value, thing_of
-from cramlite.plugin import Context, Unresolvable
+from cramlite.plugin import Context
 
 from .motion_kinds import KINDS, value
 
@@ -73,7 +73,7 @@ def lowest(things: Iterable[Thing], property_: str, context: Context) -> Known |
 def adapted(motion: Motion, belief: Belief, context: Context) -> Motion:
     """Limit a motion's parameters to what its held and touched things bear; the reason says which, and why.
 
-    Gripping is no force on a thing in this sense: ``grip`` has its own property.
+    Gripping is no force on a thing in this sense: ``grip_force`` has its own property.
     """
     if motion.kind == "gripper":
         return motion
@@ -104,28 +104,3 @@ def _things(motion: Motion, parameter: str, belief: Belief, context: Context) ->
     if parameter.endswith("_n"):
         names += [thing_of(str(context.bindings[n])) for n in motion.may_touch if n in context.bindings]
     return [belief.world.thing(n) for n in dict.fromkeys(names)]
-
-
-def grip(thing: Thing, wanted: float, context: Context, within: tuple[str, ...]) -> tuple[float, str]:
-    """Return the grip force for a thing [N], and why it is not the wanted one.
-
-    Args:
-        wanted: 0 for the least that the gripper presses with [N].
-        within: names of the actions that it is wanted within: no other choice changes what is wanted.
-
-    Raises:
-        Unresolvable: the gripper cannot press so, or the thing bears less than the gripper's least.
-    """
-    gripper = context.robot.gripper
-    low, high = gripper.force
-    wanted = wanted or low
-    if not low <= wanted <= high:
-        reason = f"a grip force of {wanted:g} N is outside {low:g} .. {high:g} N of gripper '{gripper.type}'"
-        raise Unresolvable(reason, within, {"force_N": wanted, "least_N": low, "most_N": high})
-    limit = lowest([thing], "cram:maximumGripForce", context)
-    if limit is not None and limit.value < low:
-        reason = f"the gripper presses with {low:.0f} N at least, more than {limit.value:g} N: {limit}"
-        raise Unresolvable(reason, numbers={"least_N": low, "limit_N": limit.value})
-    if limit is None or wanted <= limit.value:
-        return wanted, ""
-    return limit.value, f"grip {limit.value:g} N instead of {wanted:g} N, {limit}"

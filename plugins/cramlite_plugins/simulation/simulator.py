@@ -44,14 +44,16 @@ class MujocoSimulator:
         return execute(text, world, robots, mount=mount, seed=seed)
 
     def inspect(self, text: str) -> Iterable[tuple[int, str]]:
-        """List doubtful lines of a URScript program, with reasons."""
+        """List the lines of a URScript program that are doubtful or cannot run here, with reasons."""
         from .ur.functions import known_functions
+        from .urscript.check import by_reason
         from .urscript.doubts import doubts
-        from .urscript.interpreter import load
+        from .urscript.interpreter import examine
         from .urscript.kinds import wrong_kinds
 
-        tree = load(text, known_functions()).tree
-        return [(d.line, d.text) for d in (*wrong_kinds(tree), *doubts(tree))]
+        loaded, lacks = examine(text, known_functions())
+        found = [(d.line, d.text) for d in (*wrong_kinds(loaded.tree), *doubts(loaded.tree))]
+        return sorted({*found, *((lack.line, f"cannot run here: {lack.text}") for lack in by_reason(lacks))})
 
     def serve(
         self,

@@ -13,7 +13,7 @@ from .preconditions import empty_hand
 
 SPEED = Parameter("speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25")
 FORCES = (
-    Parameter("force_n", 50.0, "as for grasping"),
+    Parameter("force_n", 50.0, "at a friction of 0.5 and more pads bear a pull of 25 N, the limit, twice over"),
     Parameter("force_limit_n", 25.0, "rails of 1 N and damping of 5 N s/m took under 10 N in simulation"),
 )
 

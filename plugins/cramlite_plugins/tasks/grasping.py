@@ -21,7 +21,7 @@ class Grasping(TaskType):
         Parameter(
             "approach_speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25"
         ),
-        Parameter("force_n", 50.0, "46 to 55 N a pad held 0.1 to 0.8 kg in simulation"),
+        Parameter("force_n", 0.0, "0: from weight, friction and a margin, docs/explanation/simulation.md"),
     )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:

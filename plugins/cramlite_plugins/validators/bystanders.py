@@ -8,16 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cramlite.model import Floats, Rollout, Thing, Value, thing_of
-from cramlite.plugin import PADDING, Candidate, Cost, Finding, Validator, hookimpl
+from cramlite.model import Floats, Rollout, Thing, Value
+from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
 from ..shapes.bounds import box_around
 from .grips import held_at
-from .rest import restless
+from .movers import Moved, moved_by
+from .rest import borne_by, hangs, restless
 from .task_times import inner_tasks
 
-GRAVITY = 9.81
-CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
 _CORNERS = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 
 
@@ -39,7 +38,7 @@ class Stay(NamedTuple):
 
 class Bystanders(Value):
     """Everything that can be moved stayed within the limits of motion and tilt while no task moved it, and is at rest at the
-    end. A task moves what is in the hand at some time while it runs, and what it says that it moves."""
+    end. What a task moves is said in ``moved_by``."""
 
     name: str = "bystanders"
     cost: Cost = "rollout"
@@ -47,7 +46,7 @@ class Bystanders(Value):
     def check(self, candidate: Candidate) -> Iterator[Finding]:
         rollout = candidate.rollout
         assert rollout is not None
-        moved, tasks = _moved(candidate, rollout), inner_tasks(candidate)
+        moved, tasks = moved_by(candidate), inner_tasks(candidate)
         worst: tuple[float, str] = (0.0, "")
         for thing in rollout.world.things:
             if not (thing.movable or thing.joint):
@@ -65,11 +64,10 @@ class Bystanders(Value):
             yield Finding(self.name, True, f"{what}, limit {1000 * limit:g} mm {whose}", worst[0], limit, "m")
 
     def _at_rest(self, candidate: Candidate, rollout: Rollout) -> Iterator[Finding]:
-        held = held_at(rollout)[-1]
-        hanging = {s for predicate, s, _ in candidate.belief.relations if predicate == "hangs_on"}
+        held, last = held_at(rollout)[-1], len(rollout.times) - 1
         loose = (t.name for t in rollout.world.things if (t.movable or t.joint) and t.name != held)
         for name in loose:
-            if wrong := restless(rollout, name, hanging=name in hanging):
+            if wrong := restless(rollout, name, hanging=hangs(rollout, name, last)):
                 yield Finding(self.name, False, wrong)
 
 
@@ -88,52 +86,40 @@ def _objections(candidate: Candidate, name: str, stay: Stay, tasks: list[str], j
         yield Finding(judge, False, said, stay.tilt, limits.bystander_tilt, "rad", tasks[stay.leant])
 
 
-def _moved(candidate: Candidate, rollout: Rollout) -> dict[str, Floats]:
-    """Thing -> at which samples a task moves it: all through each stretch of a task that has it in the hand or says that it
-    moves it, and until its effects have appeared."""
-    tasks, held = inner_tasks(candidate), held_at(rollout)
-    moved: dict[str, Floats] = {}
-    for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
+def stays(rollout: Rollout, thing: Thing, moved: Moved) -> Iterator[Stay]:
+    """Each stretch of a run in which no task moves a thing: how far it got from where it was at its beginning. Of what hangs on a
+    peg it is the hole that stays; the rest may swing as far as the limit of tilt lets it."""
+    for nobody, stretch in groupby(range(len(rollout.times)), key=lambda k: moved[thing.name][k] is None):
         rows = list(stretch)
-        declared = candidate.allowances[task].moves if task in candidate.allowances else frozenset()
-        until = int(np.searchsorted(rollout.times, rollout.times[rows[-1]] + PADDING, side="right"))
-        for thing in {held[k] for k in rows} - {""} | declared:
-            moved.setdefault(thing, np.zeros(len(tasks), dtype=bool))[rows[0] : until] = True
-    return moved
+        if nobody:
+            points = _watched(thing, hanging=hangs(rollout, thing.name, rows[0]))
+            frames = ("", *_carriers(rollout, thing, rows[0], moved))
+            found = (_measured(rollout, thing.name, points, rows[0], rows[-1] + 1, frame) for frame in frames)
+            yield min(found, key=lambda s: (s.way, s.tilt))
 
 
-def stays(rollout: Rollout, thing: Thing, moved: dict[str, Floats]) -> Iterator[Stay]:
-    """Each stretch of a run in which no task moves a thing: how far it got from where it was at its beginning."""
-    own = moved.get(thing.name, np.zeros(len(rollout.times), dtype=bool))
-    for busy, stretch in groupby(range(len(own)), key=lambda k: bool(own[k])):
-        rows = list(stretch)
-        if not busy:
-            yield _stay(rollout, thing, rows[0], rows[-1] + 1, _carriers(rollout, thing, rows[0], moved))
+def _watched(thing: Thing, *, hanging: bool) -> Floats:
+    """(P, 3) points of a thing whose way is measured, in its frame [m]: the corners of the box around it, or its hole."""
+    hole = thing.feature("vrps:Hole") if hanging else None
+    low, high = box_around(thing.geoms)
+    return np.array([hole.pose.position]) if hole else low + _CORNERS * (high - low)
 
 
-def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: dict[str, Floats]) -> list[str]:
+def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list[str]:
     """What tasks move that bears the thing at a sample."""
-    weight = (thing.mass or 0.0) * GRAVITY
-    touched = [(thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[sample]]
-    borne = [(a, lift) for a, b, lift in touched if b == thing.name] + [(b, -lift) for a, b, lift in touched if a == thing.name]
-    return [other for other, lift in borne if lift > CARRIES * weight and other in moved]
+    return [other for other in borne_by(rollout, thing.name, sample) if any(moved.get(other, ()))]
 
 
-def _stay(rollout: Rollout, thing: Thing, first: int, last: int, carriers: list[str]) -> Stay:
-    return min((_measured(rollout, thing, first, last, frame) for frame in ("", *carriers)), key=lambda s: (s.way, s.tilt))
-
-
-def _measured(rollout: Rollout, thing: Thing, first: int, last: int, frame: str) -> Stay:
+def _measured(rollout: Rollout, thing: str, points: Floats, first: int, last: int, frame: str) -> Stay:
     from scipy.spatial.transform import Rotation
 
-    low, high = box_around(thing.geoms)
-    track = rollout.poses[thing.name][first:last]
+    track = rollout.poses[thing][first:last]
     turns, places = Rotation.from_quat(track[:, 3:], scalar_first=True), track[:, :3]
     if frame:
         about = rollout.poses[frame][first:last]
         back = Rotation.from_quat(about[:, 3:], scalar_first=True).inv()
         turns, places = back * turns, back.apply(places - about[:, :3])
-    ways = np.max([np.linalg.norm((p := turns.apply(c) + places) - p[0], axis=1) for c in low + _CORNERS * (high - low)], axis=0)
+    ways = np.max([np.linalg.norm((p := turns.apply(c) + places) - p[0], axis=1) for c in points], axis=0)
     up = turns.inv().apply(turns[0].apply([0.0, 0.0, 1.0]) if frame else [0.0, 0.0, 1.0])
     tilts = np.arccos(np.clip(up @ up[0], -1.0, 1.0))
     k, j = int(np.argmax(ways)), int(np.argmax(tilts))

@@ -10,6 +10,7 @@ from cramlite.model import Rollout, Touch, Value, thing_of
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Cost, Finding
 
 from .grips import held_at, pressed_at
+from .movers import moved_by
 from .task_times import inner_tasks
 
 GRAVITY = 9.81
@@ -32,8 +33,9 @@ class Bump(NamedTuple):
 
 
 class Collision(Value):
-    """Everything that touched is what the task that ran then lets touch. How hard the arm presses is judged by what it feels;
-    what falls or tips against something hits it with no more than the program's force limit beyond its weight."""
+    """Judge of contacts: everything that touched is what the task that ran then lets touch, or the one that let go of what still
+    falls. How hard the arm presses is judged by what it feels; two things that a task presses together without holding them, by
+    its force limit beyond their weight. How hard a thing lands that a task drops is not judged: the shock of a rigid model says little."""
 
     name: str = "collision"
     cost: Cost = "rollout"
@@ -65,7 +67,7 @@ def bumps(candidate: Candidate) -> Iterator[Bump]:
             if limit is not None:
                 contacts.note(k, pair)
             if force > (brush if limit is None else limit):
-                why = "" if limit is None else f"limit {limit:.0f} N {candidate.program.force_limit_source}"
+                why = "" if limit is None else f"limit {limit:.0f} N of the task and of what they weigh"
                 yield Bump(force - (limit or brush), force, limit or brush, k, touch.a, touch.b, why)
 
 
@@ -88,8 +90,8 @@ class _Contacts:
 
     def __init__(self, candidate: Candidate, rollout: Rollout) -> None:
         self.times, self.robot = rollout.times, candidate.program.robot
-        self.allowances, self.most = candidate.allowances, candidate.program.force_limit
-        self.tasks, self.held = inner_tasks(candidate), held_at(rollout)
+        self.allowances = candidate.allowances
+        self.tasks, self.held, self.moved = inner_tasks(candidate), held_at(rollout), moved_by(candidate)
         self.weight = {t.name: (t.mass or 0.0) * GRAVITY for t in rollout.world.things}
         near = round(GRIP / float(self.times[1] - self.times[0])) if len(self.times) > 1 else 0
         pressed = pressed_at(rollout)
@@ -103,17 +105,31 @@ class _Contacts:
             return math.inf  # pads that close on a thing: the gripper's own force
         if self.robot in pair:
             return None
-        allowance, in_hand = self.allowances.get(self.tasks[k], Allowance()), pair & {HAND, self.held[k]}
+        in_hand = pair & {HAND, self.held[k]}
         if not in_hand and pair in self.last:
             return math.inf  # they stand together, and nobody is pressing
-        if k > 0 and not self._declared(k, pair, allowance) and not self._goes_on(k, pair):
+        if not self._settles(k, pair) and not self._declared(k, pair) and not self._goes_on(k, pair):
             return None
         if in_hand:
             return math.inf  # contacts of a stiff arm chatter: what it feels of them is judged (``force_peak``)
-        return self.most + sum(self.weight.get(one, 0.0) for one in pair)
+        own = [f for t in (self.tasks[k], *self._movers(k, pair)) if (f := self.allowances.get(t, Allowance()).force) is not None]
+        return own[0] + sum(self.weight.get(one, 0.0) for one in pair) if own else math.inf
 
-    def _declared(self, k: int, pair: Pair, allowance: Allowance) -> bool:
-        held = self.held[k]
+    def _settles(self, k: int, pair: Pair) -> bool:
+        """Things that drop by the millimetres that their poses are off find each other; so does all that touches at the start."""
+        return k == 0 or (HAND not in pair and all(self.moved[one][k] == "" for one in pair & self.moved.keys()))
+
+    def _declared(self, k: int, pair: Pair) -> bool:
+        """The task that runs lets two touch, or the one that moves one of them: what it let go of still falls while the next runs."""
+        if self._allows(self.tasks[k], k, pair):
+            return True
+        return HAND not in pair and any(self._allows(t, k, pair) for t in self._movers(k, pair))
+
+    def _movers(self, k: int, pair: Pair) -> list[str]:
+        return [task for one in sorted(pair & self.moved.keys()) if (task := self.moved[one][k])]
+
+    def _allows(self, task: str, k: int, pair: Pair) -> bool:
+        held, allowance = self.held[k], self.allowances.get(task, Allowance())
         if pair in allowance.touches or frozenset(HELD if one == held else one for one in pair) in allowance.touches:
             return True
         return allowance.carries_on and held in pair and bool(pair & self.stood.get(held, set()))

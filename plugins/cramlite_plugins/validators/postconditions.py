@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from cramlite.plugin import Clause, Phase, PhaseName, Rule, Timeline
 
 GRAVITY = 9.81
+NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
 
@@ -154,10 +155,26 @@ class TaskRules(Value):
             if missing:
                 yield Finding(self.name, False, missing, origin=action.name)
             elif action.task in rules:
-                idle = now == candidate.rollout.times[0]
+                already = _already(candidate, action) if ran else NO_STEPS if now > candidate.rollout.times[0] else ""
                 done = ran or Span(now, now)
-                yield _judged(rules[action.task], action, timeline, done, self.name, already=ran is None and not idle)
+                yield _judged(rules[action.task], action, timeline, done, self.name, already)
                 yield from _as_many(rules[action.task], action, timeline, done, self.name)
+
+
+def _already(candidate: Candidate, action: Action) -> str:
+    """Say which part of the action before did the same with the same things; empty for none. What it changed cannot be asked for
+    once more: a hand that withdrew, as the last part of placing, touches nothing that it could withdraw from."""
+    names = [a.name for a in candidate.actions]
+    if action.name not in names[1:]:
+        return ""
+    before = names[names.index(action.name) - 1]
+    same = (p.name for p in candidate.parts if is_part_of(p.name, before) and (p.task, _fillers(p)) == (action.task, _fillers(action)))
+    done = next(same, "")
+    return f"{done} did it already" if done else ""
+
+
+def _fillers(action: Action) -> dict[str, str | None]:
+    return {role: o.entity for role, o in action.roles.items()}
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
@@ -190,33 +207,36 @@ Way = Mapping["PhaseName", "Phase"]
 def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
     """How a task's code may be taken, and its rule be met.
 
-    As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of
-    servo lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still
-    appear (the padding of the published rule base); and from a change of state in it on, where, as for an action of a
-    demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch. What is asked
-    for before may have ended in the moments before: fingers that let go leave a thing before the next task begins.
+    As it ran; without its first moments, in which the arm still follows what the code before it commanded (up to 5 mm of servo
+    lag after a fast motion, gone within 0.2 s: measured); with the moments after it, in which its effects may still appear (the
+    padding of the published rule base); without its last ones, since the detector takes changes of state within ``SNAP`` for
+    one, the first (a thing that is lowered onto a peg and let go at once); and from a change of state in it on, where, as for
+    an action of a demonstration, the rule holds with all that it asks for before: a push begins when the fingers touch. What is
+    asked for before may have ended in the moments before: fingers that let go leave a thing before the next task begins.
     """
     from cramlite.plugin import PADDING, Segment
 
+    from ..episodes.detection.detect import SNAP
+
     spans = [(start, end)]
     if end - start > 2 * PADDING:
-        spans += [(start + PADDING, end), (start, end + PADDING)]
+        spans += [(start + PADDING, end), (start, end + PADDING), (start, end - SNAP)]
         spans += [(cut, end) for cut in timeline.cuts if start < cut < end - PADDING]
     before = [start, *(cut for cut in reversed(timeline.cuts) if start - OPENING <= cut < start), start - OPENING]
     for a, b in spans:
         own = timeline.phases(Segment(a, b))
-        for moment in before if a <= start + PADDING else (a,):
+        for moment in (*before, a) if a <= start + PADDING else (a,):
             yield {**own, "pre": timeline.instant(max(moment, timeline.cuts[0]))}
 
 
-def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str, *, already: bool) -> Finding:
+def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str, already: str) -> Finding:
     from cramlite.plugin import Segment
 
-    clauses = [c for c in rule.written_order if _asked(c, action) and (not already or c.phase == "post" or _binds(c))]
+    clauses = [c for c in rule.written_order if _asked(c, action, rule) and (not already or c.phase == "post" or _binds(c))]
     unmet = _unmet_in(rule, clauses, action, _ways(timeline, *ran))
     if unmet is None:
         said = " and ".join(c.text for c in clauses if c.phase != "pre")
-        nothing = f"nothing was left to do, its program has no steps; {'afterwards: ' if said else ''}" if already else ""
+        nothing = f"nothing was left to do, {already}; {'afterwards: ' if said else ''}" if already else ""
         return Finding(name, True, f"{action.name}: {nothing}{said}".rstrip("; "), origin=action.name)
     roles = ", ".join(f"{k} = {o.entity}" for k, o in action.roles.items())
     clause, bindings = unmet
@@ -240,13 +260,16 @@ def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: st
             yield Finding(name, count >= wanted, said, count, float(wanted), "", action.name)
 
 
-def _asked(clause: Clause, action: Action) -> bool:
-    """Whether a condition can be asked of an action: that something does not hold before of a role that nobody fills (nobody
-    says what is looked for) would be asked of everything there is."""
+def _asked(clause: Clause, action: Action, rule: Rule) -> bool:
+    """Whether a condition can be asked of an action. That what it brings about does not hold before tells when a person did it, and
+    is no fault of a program that finds it done; and that something does not hold of a role that nobody fills (nobody says what is
+    looked for) would be asked of everything there is."""
     from cramlite.plugin import Not, atoms
 
     if clause.phase != "pre" or not isinstance(clause.condition, Not):
         return True
+    if clause.text in {f"not {c.text}" for c in rule.written_order if c.phase == "post"}:
+        return False
     named = {v for a in atoms(clause.condition) for v in a.binds()}
     return named <= {k for k, o in action.roles.items() if o.entity} or not named
 

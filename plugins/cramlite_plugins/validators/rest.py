@@ -1,11 +1,13 @@
-"""Whether a thing is at rest at the end of a run; what hangs on a peg may swing a little."""
+"""What bears a thing, whether it hangs, and whether it is at rest at the end of a run; what hangs on a peg may swing a little."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from cramlite.model import Pose, Rollout, Vector3
+from cramlite.model import Pose, Rollout, Vector3, thing_of
 
+GRAVITY = 9.81
+CARRIES = 0.5  # what bears this share of a thing's weight carries it along: a drawer its contents, a tray its cups
 REST = 0.01  # a thing at rest moves slower than this over the last half second [m/s]
 SWING = 0.04
 """What hangs on a peg may swing by this [m/s], its hole at rest: a pendulum on a peg has nothing to brake it.
@@ -16,6 +18,20 @@ Source: a body whose centre is d below the peg and swings by +-A gains h = A^2 /
 second shows nearly the whole 2 A: 0.04 m/s are A = 10 mm, h = 0.7 mm, an eighth of r = 6 mm. Measured: 4.3 mm to and fro after
 letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in all that time.
 """
+
+
+def borne_by(rollout: Rollout, thing: str, sample: int) -> list[str]:
+    """Return the things that bear a thing at a sample: at least ``CARRIES`` of its weight."""
+    weight = (rollout.world.thing(thing).mass or 0.0) * GRAVITY
+    touched = [(thing_of(t.a), thing_of(t.b), t.lift) for t in rollout.touches[sample]]
+    lifts = [(a, lift) for a, b, lift in touched if b == thing] + [(b, -lift) for a, b, lift in touched if a == thing]
+    return [other for other, lift in lifts if lift > CARRIES * weight]
+
+
+def hangs(rollout: Rollout, thing: str, sample: int) -> bool:
+    """Return whether a thing with a hole is borne by one with a peg at a sample."""
+    pegs = {t.name for t in rollout.world.things if t.feature("vrps:Peg")}
+    return bool(rollout.world.thing(thing).feature("vrps:Hole")) and bool(pegs.intersection(borne_by(rollout, thing, sample)))
 
 
 def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:

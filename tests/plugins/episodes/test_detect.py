@@ -48,6 +48,64 @@ def test_one_pad_is_no_grasp() -> None:
     assert states(detect(replace(recorded, touches=one), "demo"), "cram:GraspState") == []
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("force", [0.0, 0.1])
+def test_a_pad_that_hardly_presses_is_no_second_pad(side: str, force: float) -> None:
+    """All the rest speaks for a grasp: the thing goes along, and its weight hangs on the other pad."""
+    found = detect(_with_pads(rollout(), **{side: force}), "demo")
+    assert states(found, "cram:GraspState") == []
+
+
+def _with_pads(recorded: Rollout, *, lift: float | None = None, **forces: float) -> Rollout:
+    """The recording with other forces of the left or right pad, or another lift of both [N]."""
+
+    def other(touch: Touch) -> Touch:
+        pads = [v.removeprefix("effector/") for v in (touch.a, touch.b) if v.startswith("effector/")]
+        if not pads:
+            return touch
+        raised = touch.lift if lift is None else lift * (1 if touch.a.startswith("effector/") else -1)
+        return Touch(touch.a, touch.b, forces.get(pads[0], touch.force), raised)
+
+    return replace(recorded, touches=tuple(tuple(map(other, ts)) for ts in recorded.touches))
+
+
+@pytest.mark.parametrize(("mass", "of", "pads"), [(0.001, 0.0, 0.0), (200.0, 0.0, 0.0), (200.0, 9.0, 9.0), (0.2, 0.0, 0.9)])
+def test_what_a_thing_weighs_and_how_it_rubs_is_not_known_to_who_looks_for_grasps(mass: float, of: float, pads: float) -> None:
+    for recorded in (rollout(), rollout(slip=1.0, carried=0.0), _standing(10.0)):
+        world = recorded.world
+        things = tuple(t if t.mass is None else replace(t, mass=mass, friction=of) for t in world.things)
+        other = replace(recorded, world=replace(world, things=things, physics=replace(world.physics, pad_friction=pads)))
+        assert states(detect(other, "d"), "cram:GraspState") == states(detect(recorded, "d"), "cram:GraspState")
+
+
+def _standing(force: float, lift: float = 0.0, shift: float = 0.0) -> Rollout:
+    """The thing stands all the time; two pads press it from 1 s to 3 s, and it moves by ``shift`` [m] between them, too slowly
+    to be seen to slip."""
+    recorded = rollout()
+    still = {k: np.repeat(v[:1], len(v), axis=0) for k, v in recorded.poses.items()}
+    still["product"][:, 2] -= shift * np.clip((recorded.times - 1) / 2, 0, 1)
+    stands = Touch("basket", "product", 1.96, 1.96)
+    touches = tuple((stands, *(t for t in ts if "effector" in t.a + t.b)) for ts in recorded.touches)
+    return _with_pads(replace(recorded, poses=still, touches=touches), lift=lift, left=force, right=force)
+
+
+@pytest.mark.parametrize(
+    ("force", "lift", "shift", "held"),
+    [
+        (6.0, 0.0, 0.0, True),  # pressed firmly, and let go of again
+        (4.0, 0.0, 0.0, False),
+        (4.0, 1.2, 0.0, True),  # the pads take most of what pushes it up: 2.4 N beside 1.96 N
+        (4.0, 0.8, 0.0, False),  # 1.6 N beside 1.96 N
+        (6.0, 0.0, 0.018, True),
+        (6.0, 0.0, 0.025, False),  # it creeps out
+    ],
+)
+def test_who_lets_go_of_a_thing_that_stands_had_grasped_it_if_the_pads_meant_it(
+    force: float, lift: float, shift: float, held: bool
+) -> None:
+    assert bool(states(detect(_standing(force, lift, shift), "demo"), "cram:GraspState")) == held
+
+
 def test_a_grasp_ends_when_the_object_slides_out() -> None:
     recorded = rollout()
     product = recorded.poses["product"].copy()

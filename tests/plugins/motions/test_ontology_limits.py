@@ -66,10 +66,11 @@ class Resolved:
 
 TEA = "    model: boxed_product\n    with:"
 GLASS = (TEA, "    model: boxed_product\n    type: cram:GlassBottle\n    with:")
+FIFTY = ("{task: Grasping, Patient: tea}", "{task: Grasping, Patient: tea, parameters: {force_n: 50}}")
 
 
 def test_a_fragile_product_lowers_forces_and_the_source_is_named(tmp_path: Path) -> None:
-    usual, fragile = Resolved(tmp_path, "take_off_hanger_tasks"), Resolved(tmp_path, "take_off_hanger_tasks", GLASS)
+    usual, fragile = (Resolved(tmp_path, "take_off_hanger_tasks", FIFTY, *g) for g in ((), (GLASS,)))
     assert (usual.called("force_extract")[-2], fragile.called("force_extract")[-2]) == (25.0, 15.0)
     assert (usual.grip, fragile.grip) == (50.0, 30.0)
     for said in (fragile.text, fragile.reasons):
@@ -85,7 +86,7 @@ def test_without_the_axiom_the_default_is_back(tmp_path: Path) -> None:
         files.append(tmp_path / file.name)
         text = file.read_text()
         files[-1].write_text(re.sub(r"\[[^]]*cram:maximum\w*Force ;.*?\](?= [,.])", "[ a owl:Class ]", text, flags=re.S))
-    fragile = Resolved(tmp_path, "take_off_hanger_tasks", GLASS, files=files)
+    fragile = Resolved(tmp_path, "take_off_hanger_tasks", FIFTY, GLASS, files=files)
     assert fragile.called("force_extract")[-2] == 25.0
     assert fragile.grip == 50.0
 
@@ -94,7 +95,7 @@ def test_a_users_ontology_has_the_last_word(tmp_path: Path) -> None:
     nearer = SAID.format("cram:maximumForce", 9.5, "as measured")
     later = SAID.format("cram:maximumGripForce", 40, "as weighed")
     turtle = f"cram:GlassBottle rdfs:subClassOf {nearer} . cram:FragileObject rdfs:subClassOf {later} ."
-    own = Resolved(tmp_path, "take_off_hanger_tasks", GLASS, turtle=turtle)
+    own = Resolved(tmp_path, "take_off_hanger_tasks", FIFTY, GLASS, turtle=turtle)
     assert own.called("force_extract")[-2] == 9.5
     assert own.grip == 40.0
     assert "is a cram:GlassBottle: as measured [own.ttl]" in own.text

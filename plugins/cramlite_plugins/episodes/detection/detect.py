@@ -8,9 +8,9 @@ who moved or why.
   the wrist feels pressing has not let go where contacts chatter (``pressed_on``).
 - SupportState(supporter, supportee): the supporter pushes the supportee up with a fair share of its
   weight. Being grasped is not being supported: the effector never supports.
-- GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and
-  friction was seen to hold it, or the pads press so hard that it would carry the object's weight: who lets go of a
-  thing again that hangs or stands still had grasped it. Squeezing without friction is no grasp.
+- GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and friction was seen to
+  hold it (nothing else touches it, or the hand takes it along), or the pads press firmly until they let go: who lets go of a
+  thing again that hangs or stands still had grasped it. What slips while the pads press was not held. One pad holds nothing.
 - ContainmentState(container, content): a tenth at least of the grains that a thing was filled with are in the cavity.
 
 Simulated contacts flicker. So each signal has hysteresis (it starts above one threshold and ends

@@ -13,6 +13,7 @@ import mujoco
 from cramlite.model import Pose, Robot, RobotMount, Value, Vector3, World
 
 from .build import Carried, add_thing, attach, check, finish, is_pad, mask_robots, set_options
+from .friction import add_pairs
 from .grains import GRAIN, add_grains, layout
 from .hand_model import HANDS, REST, HandIndex, hand_index, hand_mjcf
 from .index import Data, Model, Owner, RobotIndex, ThingIndex, robot_index
@@ -141,6 +142,8 @@ def compile_world(
         add_thing(spec, thing, planning, (carried or {}).get(thing.name))
         if not planning:
             add_grains(spec, thing)
+    if not planning:
+        add_pairs(spec)
     model = finish(spec)
     found = {name: hand_index(model, rest, name) for name, rest in hands.items()}
     return Compiled(

@@ -22,6 +22,7 @@ from ..controller.trajectories import Motion, StoppingMotion
 from ..urscript.builtins import PURE, Library
 from ..urscript.interpreter import Halted
 from ..urscript.values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show
+from .electrics import electrics
 from .pose_server import PoseServer
 from .settings import SETTINGS, Settings
 from .sockets import SOCKETS, Sockets
@@ -43,7 +44,7 @@ def known_functions() -> Library:
     bare = {cls: object.__new__(cls) for cls in (Functions, Sockets, Streaming, Settings)}
     names = ((Functions, NAMES), (Sockets, SOCKETS), (Streaming, STREAMING), (Settings, SETTINGS))
     own = {name: getattr(bare[cls], name) for cls, listed in names for name in listed}
-    return {**PURE, **own, **Registers(lambda: 0.0).library()}
+    return {**PURE, **electrics(), **own, **Registers(lambda: 0.0).library()}
 
 
 class Functions:
@@ -66,7 +67,7 @@ class Functions:
     def library(self) -> Library:
         """Return every function by name, the pure ones included."""
         parts = ((self, NAMES), (self.sockets, SOCKETS), (self.streaming, STREAMING), (self.settings, SETTINGS))
-        return {**PURE, **{name: getattr(part, name) for part, names in parts for name in names}}
+        return {**PURE, **electrics(), **{name: getattr(part, name) for part, names in parts for name in names}}
 
     # Motion
 
@@ -192,16 +193,16 @@ class Functions:
 
     # Settings
 
-    def set_tcp(self, pose: Any) -> None:
-        """Set the tool centre point in the flange frame."""
+    def set_tcp(self, pose: Any, tcp_name: Any = "") -> None:
+        """Set the tool centre point in the flange frame; its name is for PolyScope's screen."""
         self.arm.set_tcp(as_pose(pose, "set_tcp"))
 
     def set_payload(self, m: Any, cog: Any = None) -> None:
         """Set mass [kg] and centre of gravity [m] of the payload."""
         self.set_target_payload(m, [0.0, 0.0, 0.0] if cog is None else cog)
 
-    def set_target_payload(self, m: Any, cog: Any, inertia: Any = None) -> None:
-        """Set mass [kg] and centre of gravity [m] of the payload; its inertia is not used."""
+    def set_target_payload(self, m: Any, cog: Any, inertia: Any = None, transition_time: Any = 0) -> None:
+        """Set mass [kg] and centre of gravity [m] of the payload, at once; its inertia is not used."""
         mass = real(m, "set_target_payload")
         if not 0 <= mass <= self.arm.arm.payload:
             raise ScriptError(f"payload {mass:.3f} kg is outside 0 .. {self.arm.arm.payload} kg")

@@ -89,11 +89,14 @@ class Settings:
     # Where it may go
 
     def get_inverse_kin_has_solution(
-        self, pose: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10
+        self, pose: Any, qnear: Any = None, maxPositionError: Any = 1e-10, maxOrientationError: Any = 1e-10, tcp: Any = None
     ) -> bool:
         """Check whether inverse kinematics has a solution on the branch of near joint positions."""
         near = self.arm.q if qnear is None else np.array(numbers(qnear, len(self.arm.q), "qnear"))
-        return nearest_branch(self.arm.arm, as_pose(pose, "get_inverse_kin_has_solution"), tuple(near)) is not None
+        place = as_pose(pose, "get_inverse_kin_has_solution")
+        if tcp is not None:
+            place = place * as_pose(tcp, "get_inverse_kin_has_solution").inverse() * self.arm.arm.gripper.tcp
+        return nearest_branch(self.arm.arm, place, tuple(near)) is not None
 
     def is_within_safety_limits(self, pose: Any) -> bool:
         """Check whether joint positions are within their limits, or a pose has a solution."""

@@ -85,8 +85,12 @@ class Sockets:
         del buffer[:number]
         return [len(taken), *taken]
 
-    def socket_read_string(self, socket_name: Any = "socket_0", timeout: Any = 2) -> Generator[None, None, str]:
-        """Read everything that waits."""
+    def socket_read_string(
+        self, socket_name: Any = "socket_0", prefix: Any = "", suffix: Any = "", interpret_escape: Any = False, timeout: Any = 2
+    ) -> Generator[None, None, str]:
+        """Read everything that waits; a part between ``prefix`` and ``suffix`` is not cut out here."""
+        if prefix != "" or suffix != "":
+            raise ScriptError("socket_read_string: prefix and suffix are not modelled here: read all and use str_find and str_sub")
         buffer = self._buffer(socket_name)
         yield
         taken = buffer.decode("ascii", "replace")
@@ -97,7 +101,7 @@ class Sockets:
         self, number: Any, socket_name: Any = "socket_0", timeout: Any = 2
     ) -> Generator[None, None, list[float]]:
         """Read floats "(1.0, 2.0)": the count, then the floats; as many zeros as expected for another count."""
-        said = yield from self.socket_read_string(socket_name, timeout)
+        said = yield from self.socket_read_string(socket_name, timeout=timeout)
         if type(number) is not int or not 0 < number <= 30:
             raise ScriptError(f"socket_read_ascii_float needs a count of 1 to 30, not {show(number)}")
         found = re.findall(r"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?", said.partition("(")[2].partition(")")[0])

@@ -16,7 +16,9 @@ from typing import Any
 
 from cramlite.model import Pose, Vector3
 
-from .values import PoseValue, ScriptError, as_pose, from_pose, real, show, text, whole
+from .arithmetic import matrix
+from .lists_and_strings import LISTS_AND_STRINGS
+from .values import PoseValue, ScriptError, as_pose, from_pose, numbers, real, show, text, whole
 
 Library = Mapping[str, Callable[..., Any]]
 
@@ -78,6 +80,35 @@ def interpolate_pose(p_from: Any, p_to: Any, alpha: Any) -> PoseValue:
     way = _along(b, a.position, -1.0)
     step = Pose.from_rotvec((0, 0, 0), [part * v for v in (_turn(a).inverse() * _turn(b)).rotvec])
     return from_pose(Pose(_along(a, way, part), (_turn(a) * step).quaternion))
+
+
+def inv(m: Any) -> Any:
+    """Invert a pose, or a square matrix."""
+    import numpy as np
+
+    if isinstance(m, PoseValue):
+        return pose_inv(m)
+    rows = np.array(matrix(m, "inv"), float)
+    if rows.shape[0] != rows.shape[1] or np.linalg.matrix_rank(rows) < len(rows):
+        raise ScriptError(f"inv needs a pose or a square matrix that has an inverse, not {show(m)}")
+    return np.linalg.inv(rows).tolist()
+
+
+def rpy2rotvec(rpy_vector: Any) -> list[float]:
+    """Convert roll, pitch and yaw [rad], turns about the fixed axes x, y and z in this order, to a rotation vector."""
+    roll, pitch, yaw = numbers(rpy_vector, 3, "rpy2rotvec")
+    about = [Pose.from_rotvec((0, 0, 0), v) for v in ((0, 0, yaw), (0, pitch, 0), (roll, 0, 0))]
+    return list((about[0] * about[1] * about[2]).rotvec)
+
+
+def rotvec2rpy(rotation_vector: Any) -> list[float]:
+    """Convert a rotation vector to roll, pitch and yaw [rad] about the fixed axes; straight up or down, yaw is 0."""
+    r = Pose.from_rotvec((0, 0, 0), numbers(rotation_vector, 3, "rotvec2rpy")).rotation
+    along = math.hypot(r[0, 0], r[1, 0])
+    pitch = math.atan2(-r[2, 0], along)
+    if along < 1e-9:
+        return [math.atan2(-r[1, 2], r[1, 1]), pitch, 0.0]
+    return [math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])]
 
 
 def _turn(pose: Pose) -> Pose:
@@ -150,7 +181,8 @@ PURE: Library = {
         f.__name__: f
         for f in (
             norm, length, pose_trans, pose_inv, pose_add, pose_sub, pose_dist, point_dist, interpolate_pose,
-            str_cat, to_str, to_num, floor, ceil, pow, atan2, log,
+            str_cat, to_str, to_num, floor, ceil, pow, atan2, log, inv, rpy2rotvec, rotvec2rpy,
         )
     },
+    **LISTS_AND_STRINGS,
 }  # fmt: skip

@@ -1,19 +1,31 @@
-"""Static check of a program: unknown functions and variables, and wrong arguments."""
+"""Static check of a program: unknown functions and variables, wrong arguments, and what cannot run here."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 
 from msgspec.structs import astuple
 
-from cramlite.plugin import nearest
+from cramlite.model import Value
+from cramlite.plugin import did_you_mean, nearest
 
 from .builtins import Library
+from .controller_names import CONTROLLER_NAMES, CONTROLLER_VARIABLES
 from .lexer import complaint
-from .syntax import Assign, Call, Function, Name, Run
+from .syntax import Assign, Call, Function, Method, Name, Run, Statement
 
 Arity = tuple[tuple[str, ...], int]  # names of all parameters, how many of them are required
+MISSPELT = 0.8  # share of letters in order (difflib) from which an unknown function is taken for another one misspelt
+_STARTS = "A program is one 'def' without parameters in column 0 up to its 'end' in column 0; or call one of them after its 'end'"
+
+
+class Lack(Value):
+    """A place that a controller may run and that cannot run here: ``text`` says why."""
+
+    line: int
+    text: str
 
 
 def functions(program: Function) -> dict[str, Function]:
@@ -31,26 +43,125 @@ def functions(program: Function) -> dict[str, Function]:
     return found
 
 
-def check(program: Function, library: Library) -> None:
+def check(program: Function, library: Library) -> list[Lack]:
     """Check a program for what would fail at run time.
 
+    Returns:
+        The places that no controller would refuse, and that cannot run here.
+
     Raises:
-        UserError: an unknown function or variable, or arguments that do not fit; says the line and the nearest name.
+        UserError: a misspelt function, a variable without a value, or arguments that do not fit; says the line and the nearest
+            name. What a script file does not assign may be assigned by the program that it is read into, and is a lack.
     """
-    if program.parameters:
-        raise complaint(program.line, f"the program '{program.name}' has parameters; it is started without any")
-    own = functions(program)
-    arities = {name: _built_in(f) for name, f in library.items()} | {name: _own(f) for name, f in own.items()}
-    known = _assigned(program)
-    for node in nodes(program):
+    names = _Names(program, library)
+    return [lack for node in nodes(program) for lack in names.lacks(node)]
+
+
+def refuse_lacks(program: Function, library: Library) -> None:
+    """Refuse a program that would come upon something that it cannot run here; what it never calls may have it.
+
+    Raises:
+        UserError: the line and the reason of the first, and how many more there are; or that nothing would run.
+    """
+    if not program.name and all(isinstance(s, Function) for s in program.body):
+        raise complaint(program.line, f"nothing would run: {_names(program.body)} only defined. {_STARTS}")
+    names = _Names(program, library)
+    found = list(dict.fromkeys(lack for node in _reached(program) for lack in names.lacks(node)))
+    if found:
+        first = min(found, key=lambda lack: lack.line)
+        places = "place" if len(found) == 2 else "places"
+        more = f"; {len(found) - 1} more {places} cannot run here: 'cramlite check' lists them" if len(found) > 1 else ""
+        raise complaint(first.line, first.text + more)
+
+
+def by_reason(lacks: list[Lack]) -> list[Lack]:
+    """Merge the places that lack the same: the first, and the lines of the others."""
+    lines: dict[str, list[int]] = {}
+    for lack in lacks:
+        lines.setdefault(lack.text, []).append(lack.line)
+    return [Lack(min(found), text + _others(sorted(set(found))[1:])) for text, found in lines.items()]
+
+
+def _others(lines: list[int]) -> str:
+    some = ", ".join(map(str, lines[:8])) + (f" and {len(lines) - 8} more" if len(lines) > 8 else "")
+    return f"; also in line{'s' if len(lines) > 1 else ''} {some}" if lines else ""
+
+
+class _Names:
+    """The functions and variables that a program can name."""
+
+    def __init__(self, program: Function, library: Library) -> None:
+        self.own = functions(program)
+        self.arities = {name: _built_in(f) for name, f in library.items()} | {n: _own(f) for n, f in self.own.items() if n}
+        self.variables = _assigned(program)
+        self.whole = bool(program.name)
+
+    def lacks(self, node: object) -> Iterator[Lack]:
+        """List what a node needs and the model does not have; raise what is wrong about it."""
         if isinstance(node, Call):
-            _check_call(node, arities)
-        elif isinstance(node, Name) and node.name not in known:
-            unknown = f"assigned nowhere; {nearest(node.name, known)}"
-            what = "a function: call it with ()" if node.name in arities else unknown
-            raise complaint(node.line, f"'{node.name}' is {what}")
-        if isinstance(node, Run) and getattr(own.get(node.call.function), "word", "") != "thread":
-            raise complaint(node.line, f"'run' needs a thread, and '{node.call.function}' is none")
+            yield from self.call(node)
+        elif isinstance(node, Name) and node.name not in self.variables:
+            yield from self.variable(node)
+        elif isinstance(node, Method):
+            yield Lack(node.line, f"'.{node.name}()' is a call on a handle, and the controller model has no values with methods")
+        elif isinstance(node, Run):
+            self.run(node)
+
+    def call(self, call: Call) -> Iterator[Lack]:
+        name = call.function
+        if name in self.arities:
+            _check_call(call, self.arities)
+        elif name in CONTROLLER_NAMES:
+            yield Lack(call.line, f"the controller model does not have UR's function '{name}'")
+        elif get_close_matches(name.lower(), [n.lower() for n in self.arities], 1, MISSPELT):
+            raise complaint(call.line, f"there is no function '{name}'; {nearest(name, self.arities)}")
+        else:
+            there_is = f"there is no function '{name}' here; {did_you_mean(name, self.arities)}"
+            yield Lack(call.line, f"{there_is}a URCap, another script or a controller of another version may have it")
+
+    def variable(self, node: Name) -> Iterator[Lack]:
+        name = node.name
+        if name in self.arities:
+            raise complaint(node.line, f"'{name}' is a function: call it with ()")
+        if name in CONTROLLER_VARIABLES:
+            yield Lack(node.line, f"the controller model does not have UR's variable '{name}'")
+        elif self.whole:
+            raise complaint(node.line, f"'{name}' is assigned nowhere; {nearest(name, self.variables)}")
+        else:
+            guess = did_you_mean(name, self.variables)
+            yield Lack(node.line, f"'{name}' is assigned nowhere here; {guess}another script or the installation may do it")
+
+    def run(self, node: Run) -> None:
+        name = node.call.function
+        if name in self.arities and getattr(self.own.get(name), "word", "") != "thread":
+            raise complaint(node.line, f"'run' needs a thread, and '{name}' is none")
+
+
+def _reached(program: Function) -> Iterator[object]:
+    """Walk the nodes of a program, and of those of its functions that it may come to call."""
+    own, seen, waiting = functions(program), {program.name}, [program]
+    while waiting:
+        for node in _nodes_outside_functions((waiting[-1].parameters, waiting.pop().body)):
+            yield node
+            if isinstance(node, Call) and node.function in own and node.function not in seen:
+                seen.add(node.function)
+                waiting.append(own[node.function])
+
+
+def _nodes_outside_functions(node: object) -> Iterator[object]:
+    if isinstance(node, tuple):
+        for part in node:
+            yield from _nodes_outside_functions(part)
+    elif hasattr(node, "line") and not isinstance(node, Function):
+        yield node
+        for value in astuple(node):  # type: ignore[arg-type]
+            yield from _nodes_outside_functions(value)
+
+
+def _names(body: tuple[Statement, ...]) -> str:
+    names = [f"'{f.name}'" for f in body if isinstance(f, Function)]
+    some = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+    return f"{some} {'is' if len(names) == 1 else 'are'}"
 
 
 def nodes(node: object) -> Iterator[object]:
@@ -75,8 +186,6 @@ def _assigned(program: Function) -> set[str]:
 
 
 def _check_call(call: Call, arities: Mapping[str, Arity]) -> None:
-    if call.function not in arities:
-        raise complaint(call.line, f"there is no function '{call.function}'; {nearest(call.function, arities)}")
     names, required = arities[call.function]
     given = [*names[: len(call.arguments)], *(name for name, _ in call.named)]
     for name, _ in call.named:

@@ -1,7 +1,8 @@
 """A parser of URScript expressions, by recursive descent.
 
 Newlines are blanks here, as in the real controller: ``global a = # comment`` may go on in the next line.
-Grammar: the URScript manual (Universal Robots, e-Series 5.x), chapter 1.
+Grammar: the URScript manual (Universal Robots, e-Series 5.x), chapter 1. It writes ``not`` also as ``!``, which binds like a
+sign: ``if (! camera.initialize("RGB")):``.
 """
 
 from __future__ import annotations
@@ -9,7 +10,25 @@ from __future__ import annotations
 from cramlite.plugin import UserError
 
 from .lexer import Token, complaint
-from .syntax import Binary, Call, Expression, Item, ListOf, Name, Number, Run, Text, Truth, Unary
+from .syntax import (
+    Binary,
+    Call,
+    Expression,
+    Item,
+    ListOf,
+    Member,
+    Method,
+    Name,
+    Nothing,
+    Number,
+    Run,
+    StructOf,
+    Text,
+    Truth,
+    Unary,
+)
+
+Given = tuple[tuple[Expression, ...], tuple[tuple[str, Expression], ...]]  # arguments by place and by name
 
 # Loosest first; each level is left associative.
 _LEVELS: tuple[tuple[str, ...], ...] = (
@@ -103,22 +122,37 @@ class ExpressionParser:
     def unary(self) -> Expression:
         """Parse signs before an operand."""
         line = self.word.line
-        if self.sees("-", "+"):
+        if self.sees("-", "+", "!"):
             self.deeper()
-            negative = self.take().value == "-"
+            sign = self.take().value
             operand = self.unary()
             self.depth -= 1
-            return Unary("-", operand, line) if negative else operand
+            return operand if sign == "+" else Unary("not" if sign == "!" else sign, operand, line)
         return self.postfix()
 
     def postfix(self) -> Expression:
-        """Parse an operand with its indices."""
+        """Parse an operand with its indices, fields and method calls."""
         value = self.atom()
-        while self.sees("["):
-            line = self.take().line
-            value = Item(value, self.expression(), line)
-            self.expect("]", "after the index")
+        while self.sees("[", "."):
+            line = self.word.line
+            value = self.member(value, line) if self.accept(".") else self.indexed(value, line)
         return value
+
+    def indexed(self, value: Expression, line: int) -> Expression:
+        """Parse an index, or the row and column of a matrix."""
+        indices = self.items()
+        if not indices:
+            raise complaint(line, "an index is missing between '[' and ']'")
+        for index in indices:
+            value = Item(value, index, line)
+        return value
+
+    def member(self, value: Expression, line: int) -> Expression:
+        """Parse a field or a method call, behind the dot."""
+        if self.word.kind not in ("name", "keyword"):
+            raise self.unexpected("a name after '.'")
+        name = self.take().value
+        return Method(value, name, *self.given(name), line) if self.accept("(") else Member(value, name, line)
 
     def atom(self) -> Expression:
         """Parse a literal, a name, a call, a list or a parenthesis."""
@@ -131,6 +165,8 @@ class ExpressionParser:
             return Text(self.take().value[1:-1], token.line)
         if self.accept("True", "true", "False", "false"):
             return Truth(token.value in ("True", "true"), token.line)
+        if self.accept("None"):
+            return Nothing(token.line)
         if self.accept("("):
             value = self.expression()
             self.expect(")", "that closes the '('")
@@ -158,12 +194,21 @@ class ExpressionParser:
             raise complaint(token.line, f"a pose p[x, y, z, rx, ry, rz] has 6 numbers, this one {len(items)}")
         return Name(token.value, token.line)
 
-    def call(self, function: Token) -> Call:
-        """Parse the arguments of a call."""
+    def call(self, function: Token) -> Call | StructOf:
+        """Parse a call, or the making of a struct."""
+        arguments, named = self.given(function.value)
+        if function.value != "struct":
+            return Call(function.value, arguments, named, function.line)
+        if arguments or len(dict(named)) < len(named):
+            raise complaint(function.line, "a struct needs a name of its own for each field: struct(width=0.05, closed=False)")
+        return StructOf(named, function.line)
+
+    def given(self, function: str) -> Given:
+        """Parse the arguments of a call, and the parenthesis that closes them."""
         arguments: list[Expression] = []
         named: list[tuple[str, Expression]] = []
         while not self.accept(")"):
-            if self.word.kind == "name" and self.words[self.at + 1].value == "=":
+            if self.word.kind in ("name", "keyword") and self.words[self.at + 1].value == "=":
                 name = self.take().value
                 self.take()
                 named.append((name, self.expression()))
@@ -172,8 +217,8 @@ class ExpressionParser:
             else:
                 arguments.append(self.expression())
             if not self.sees(")"):
-                self.expect(",", f"or ')' in the arguments of '{function.value}'")
-        return Call(function.value, tuple(arguments), tuple(named), function.line)
+                self.expect(",", f"or ')' in the arguments of '{function}'")
+        return tuple(arguments), tuple(named)
 
     def items(self) -> tuple[Expression, ...]:
         """Parse a list in brackets."""

@@ -28,11 +28,15 @@ from .syntax import (
     Item,
     Jump,
     ListOf,
+    Member,
+    Method,
     Name,
+    Nothing,
     Number,
     Return,
     Run,
     Statement,
+    StructOf,
     Text,
     ThreadOrder,
     Truth,
@@ -121,7 +125,9 @@ class _Writer:
         value = self.value(s.value)
         if isinstance(s.target, Item):
             return f"set_item({self.value(s.target.value)}, {self.value(s.target.index)}, {value})"
-        if isinstance(s.value, Name | Item):
+        if isinstance(s.target, Member):
+            return f"set_member({self.value(s.target.value)}, {s.target.name!r}, {value})"
+        if isinstance(s.value, Name | Item | Member):
             value = f"copied({value})"
         is_global = s.scope == "global" or (not s.scope and self.is_global(s.target.name))
         return f'g["{s.target.name}"] = {value}' if is_global else f"v_{s.target.name} = {value}"
@@ -133,11 +139,18 @@ class _Writer:
         match e:
             case Number() | Truth() | Text():
                 return repr(e.value)
+            case Nothing():
+                return "None"
             case Name():
                 return f'g["{e.name}"]' if self.is_global(e.name) else f"v_{e.name}"
             case ListOf():
                 items = ", ".join(map(self.value, e.items))
                 return f"pose_value({items})" if e.pose else f"list_value({items})"
+            case StructOf():
+                fields = ", ".join(f"{name!r}: {self.value(v)}" for name, v in e.fields)
+                return f"struct_value({{{fields}}})"
+            case Member():
+                return f"member({self.value(e.value)}, {e.name!r})"
             case Item():
                 return f"item({self.value(e.value)}, {self.value(e.index)})"
             case Unary():
@@ -145,14 +158,20 @@ class _Writer:
                 return f"negative({operand})" if e.operator == "-" else f"(not truth({operand}))"
             case Binary():
                 return self.binary(e.operator, self.value(e.left), self.value(e.right))
-            case Run():
+            case Run() if e.call.function in self.own:
                 return f'm.run("{e.call.function}", {self.call(e.call, "f_")})'
+            case Run():
+                return self.called(e.call)
             case Call():
                 return self.called(e)
+            case Method():
+                return f"lacking({e.name!r})"
 
     def called(self, e: Call) -> str:
         if e.function in self.own:
             return f"(yield from {self.call(e, 'f_')})"
+        if e.function not in self.library:
+            return f"lacking({e.function!r})"
         call = self.call(e, "b_")
         return f"(yield from {call})" if blocks(self.library[e.function]) else call
 

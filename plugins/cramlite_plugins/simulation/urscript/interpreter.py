@@ -15,9 +15,9 @@ from msgspec.structs import replace
 from cramlite.model import Value
 from cramlite.plugin import UserError
 
-from . import values
+from . import arithmetic, values
 from .builtins import PURE, Library
-from .check import check
+from .check import Lack, check, refuse_lacks
 from .generate import generate
 from .parser import parse
 from .syntax import Function
@@ -26,9 +26,9 @@ from .values import ScriptError
 Coroutine = Generator[None, None, Any]
 
 _HELPERS = (
-    values.add, values.subtract, values.multiply, values.divide, values.modulo, values.negative, values.less,
-    values.greater, values.truth, values.item, values.set_item, values.copied, values.pose_value,
-    values.list_value,
+    arithmetic.add, arithmetic.subtract, arithmetic.multiply, arithmetic.divide, arithmetic.modulo, arithmetic.negative,
+    arithmetic.less, arithmetic.greater, values.truth, values.item, values.set_item, values.member, values.set_member,
+    values.copied, values.pose_value, values.list_value, values.struct_value,
 )  # fmt: skip
 
 
@@ -76,12 +76,24 @@ def load(text: str, library: Library = PURE) -> Loaded:
         library: the built-in functions that it may call.
 
     Raises:
+        UserError: it is no URScript, calls what there is not, or would come upon what cannot run here; says the line.
+    """
+    loaded, lacks = examine(text, library)
+    if lacks or not loaded.tree.name:
+        refuse_lacks(loaded.tree, library)
+    return loaded
+
+
+def examine(text: str, library: Library = PURE) -> tuple[Loaded, list[Lack]]:
+    """Parse, check and compile a text that need not run here, and list what it lacks here.
+
+    Raises:
         UserError: it is no URScript, or calls what there is not; says the line.
     """
     tree = parse(text)
     try:
-        check(tree, library)
-        return Loaded(tree, _compiled(tree, library))
+        lacks = check(tree, library)
+        return Loaded(tree, _compiled(tree, library)), lacks
     except TOO_DEEP:
         line = _too_deep(tree, library)
         raise UserError(f"URScript, line {line}: an expression or block is too long or nested too deeply; split it") from None
@@ -99,6 +111,11 @@ def _too_deep(part: Function, library: Library) -> int:
         except TOO_DEEP:
             return _too_deep(statement, library) if isinstance(statement, Function) else statement.line
     return part.line
+
+
+def _lacking(name: str) -> None:
+    """Stop where a program would call what there is not; ``load`` refuses those that could."""
+    raise ScriptError(f"the controller model does not have '{name}'")
 
 
 class _Globals(dict[str, Any]):
@@ -127,7 +144,7 @@ class Machine:
         self.count = self.total = 0
         self.variables = _Globals()
         space: dict[str, Any] = {f.__name__: f for f in _HELPERS}
-        space |= {"m": self, "g": self.variables, "__builtins__": {}}
+        space |= {"lacking": _lacking, "m": self, "g": self.variables, "__builtins__": {}}
         space |= {f"b_{name}": f for name, f in library.items()}
         exec(program.code, space)
         start: Callable[[], Coroutine] = space[f"f_{program.tree.name}"]

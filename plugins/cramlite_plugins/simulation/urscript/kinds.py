@@ -60,14 +60,24 @@ def _at(node: object, known: Kinds) -> Iterator[Doubt]:
             if kind and kind not in wanted.split(" or "):
                 yield Doubt(node.line, f"{node.function}: argument {i} must be {wanted}, and is {kind}")
     elif isinstance(node, Binary) and node.operator in ("+", "-", "*", "/", "%", "<", ">", "<=", ">="):
-        for side in (node.left, node.right):
-            if (kind := _kind(side, known)) and kind != "a number":
-                yield Doubt(node.line, f"'{node.operator}' needs numbers, and has {kind}")
+        yield from _operands(node, known)
     elif isinstance(node, While | If):
         conditions = [node.condition] if isinstance(node, While) else [c for c, _ in node.branches]
         for condition in conditions:
             if (kind := _kind(condition, known)) and kind != "a truth value":
                 yield Doubt(node.line, f"a condition must be a truth value, and this is {kind}")
+
+
+def _operands(node: Binary, known: Kinds) -> Iterator[Doubt]:
+    """Operands that are neither numbers nor, for arithmetic, lists of them; '+' joins two strings."""
+    kinds = [_kind(side, known) for side in (node.left, node.right)]
+    fits = {"", "a number"} | ({"a list"} if node.operator in ("+", "-", "*", "/", "%") else set())
+    if node.operator == "+" and "a string" in kinds:
+        fits = {"", "a string"}
+    for kind in kinds:
+        if kind not in fits:
+            needs = "two strings or two numbers" if "a string" in fits else "numbers"
+            yield Doubt(node.line, f"'{node.operator}' needs {needs}, and has {kind}")
 
 
 def _variables(program: Function) -> dict[str, str]:
@@ -101,7 +111,10 @@ def _kind(value: Expression, known: Kinds) -> str:
         case Call():
             return GIVES.get(value.function, "")
         case Unary():
-            return "a truth value" if value.operator == "not" else "a number"
+            return "a truth value" if value.operator == "not" else _kind(value.operand, known)
+        case Binary() if value.operator in ("+", "-", "*", "/", "%"):
+            left, right = _kind(value.left, known), _kind(value.right, known)
+            return left if left == right else ""
         case Binary():
-            return "a number" if value.operator in ("+", "-", "*", "/", "%") else "a truth value"
+            return "a truth value"
     return ""

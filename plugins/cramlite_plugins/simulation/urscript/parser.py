@@ -1,6 +1,8 @@
-"""A parser of URScript: programs, functions and statements (see expressions.py for the rest)."""
+"""A parser of URScript: programs, script files, functions and statements (see expressions.py for the rest)."""
 
 from __future__ import annotations
+
+from typing import TypeGuard
 
 from cramlite.plugin import UserError
 
@@ -16,6 +18,8 @@ from .syntax import (
     If,
     Item,
     Jump,
+    Member,
+    Method,
     Name,
     Return,
     Statement,
@@ -27,7 +31,11 @@ _LARGEST = 5_000_000  # characters
 
 
 def parse(text: str) -> Function:
-    """Parse a program: one ``def`` or ``sec`` in column 0 up to its ``end`` in column 0.
+    """Parse a program or a script file.
+
+    A program, as a controller takes it over a socket, is one ``def`` or ``sec`` without parameters in column 0 up to its
+    ``end`` in column 0; a call of itself may follow. Everything else (functions, and statements before, between and after
+    them) is a script file, as PolyScope reads it into a program: a ``def`` without a name around all of it.
 
     Raises:
         UserError: the text is not URScript; says the line, what stands there and what would be right.
@@ -45,19 +53,21 @@ class _Parser(ExpressionParser):
 
     def program(self) -> Function:
         first = self.word
-        if not self.sees("def", "sec"):
-            raise self.unexpected("a program: 'def name():' or 'sec name():' in column 0")
-        if first.column != 0:
-            raise complaint(first.line, f"the '{first.value}' of a program must be in column 0, not {first.column}")
-        program = self.function()
-        end = self.words[self.at - 1]
-        if end.column != 0:
-            raise complaint(end.line, f"the 'end' of program '{program.name}' (line {first.line}) must be in column 0")
-        if self.word.kind == "name" and self.word.value == program.name:
-            self.expression()
-        if self.word.kind != "end of text":
-            raise self.unexpected(f"nothing after the end of program '{program.name}'")
-        return program
+        if first.kind == "end of text":
+            raise self.unexpected("a program: 'def name():' up to its 'end'")
+        main = self.outermost()
+        last = self.words[self.at - 1]
+        after: list[Statement] = []
+        while self.word.kind != "end of text":
+            after.append(self.outermost())
+        if first.column == last.column == 0 and _is_program(main, after):
+            return main
+        return Function("def", "", (), (main, *after), first.line)
+
+    def outermost(self) -> Statement:
+        if self.sees("end"):
+            raise complaint(self.word.line, "this 'end' closes nothing: no def, thread, if or while is open here")
+        return self.statement()
 
     def function(self) -> Function:
         word = self.take()
@@ -153,9 +163,16 @@ class _Parser(ExpressionParser):
             return Evaluate(Call("halt", (), (), line), line)
         target = self.postfix()
         if self.accept("="):
-            if not isinstance(target, Name | Item):
-                raise complaint(line, "only a variable or an element of a list can be assigned to")
+            if not isinstance(target, Name | Item | Member):
+                raise complaint(line, "only a variable, an element of a list or a field of a struct can be assigned to")
             return Assign(target, self.expression(), scope, line)
-        if scope or not isinstance(target, Call):
+        if scope or not isinstance(target, Call | Method):
             raise self.unexpected("'=' of an assignment" if scope else "'=' or a call")
         return Evaluate(target, line)
+
+
+def _is_program(main: Statement, after: list[Statement]) -> TypeGuard[Function]:
+    """Whether a controller starts it; a call of itself after its end changes nothing."""
+    if not isinstance(main, Function) or main.word == "thread" or main.parameters:
+        return False
+    return all(isinstance(s, Evaluate) and s.value == Call(main.name, (), (), s.line) for s in after[:1]) and len(after) < 2

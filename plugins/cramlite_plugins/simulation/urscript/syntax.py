@@ -26,6 +26,12 @@ class Truth(Value):
     line: int
 
 
+class Nothing(Value):
+    """The literal None."""
+
+    line: int
+
+
 class Name(Value):
     """A variable."""
 
@@ -41,8 +47,23 @@ class ListOf(Value):
     line: int
 
 
+class StructOf(Value):
+    """``struct(name=value, ...)``."""
+
+    fields: tuple[tuple[str, Expression], ...]
+    line: int
+
+
+class Member(Value):
+    """``value.name``: a field of a struct."""
+
+    value: Expression
+    name: str
+    line: int
+
+
 class Item(Value):
-    """``value[index]``."""
+    """``value[index]``; ``value[row, column]`` is an item of an item."""
 
     value: Expression
     index: Expression
@@ -75,6 +96,16 @@ class Call(Value):
     line: int
 
 
+class Method(Value):
+    """``value.name(arguments, name=value)``: a call on a handle, such as ``rpc_factory`` gives."""
+
+    value: Expression
+    name: str
+    arguments: tuple[Expression, ...]
+    named: tuple[tuple[str, Expression], ...]
+    line: int
+
+
 class Run(Value):
     """``run thread()``: its value is the thread's handle."""
 
@@ -82,13 +113,15 @@ class Run(Value):
     line: int
 
 
-Expression = Number | Text | Truth | Name | ListOf | Item | Unary | Binary | Call | Run
+Expression = (
+    Number | Text | Truth | Nothing | Name | ListOf | StructOf | Item | Member | Unary | Binary | Call | Method | Run
+)
 
 
 class Assign(Value):
     """``[local|global] target = value``; ``scope`` is "local", "global" or "" (found by the rules of scope)."""
 
-    target: Name | Item
+    target: Name | Item | Member
     value: Expression
     scope: str
     line: int
@@ -147,7 +180,7 @@ class Critical(Value):
 
 
 class Function(Value):
-    """``def``, ``thread`` or ``sec``, with its parameters (name, default or None)."""
+    """``def``, ``thread`` or ``sec``, with its parameters (name, default or None); a whole script file is one without a name."""
 
     word: str
     name: str

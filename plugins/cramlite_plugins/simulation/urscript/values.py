@@ -1,7 +1,7 @@
-"""Values and arithmetic of URScript.
+"""Values of URScript: literals, elements, fields and what they are shown as.
 
-Booleans, integers (32 bits), floats and strings are Python's; lists are Python lists, poses the
-subclass ``PoseValue``. Lists and poses are values: assigning one copies it. Wrong operands raise ``ScriptError``.
+Booleans, integers (32 bits), floats and strings are Python's; lists are Python lists, poses the subclass ``PoseValue``,
+structs ``StructValue``. All are values: assigning one copies it. Wrong operands raise ``ScriptError``.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from typing import Any
 from cramlite.model import Pose
 
 LONGEST = 1023  # characters of a string (URScript manual, "Types")
+LARGEST, DEEPEST = 10_000, 10  # values of a struct and their nesting: far above real programs, so that none fills the memory
 
 
 class ScriptError(Exception):
@@ -24,9 +25,52 @@ class PoseValue(list[float]):
         return "p" + super().__repr__()
 
 
+class StructValue(dict[str, Any]):
+    """A struct: its fields by name, in their order."""
+
+    def __repr__(self) -> str:
+        return "struct(" + ", ".join(f"{name} = {show(value)}" for name, value in self.items()) + ")"
+
+
 def copied(value: Any) -> Any:
     """Copy a value for an assignment."""
+    if isinstance(value, StructValue):
+        if _size(value, 0) > LARGEST:
+            raise ScriptError(f"a struct with more than {LARGEST} values")
+        return StructValue((name, copied(v)) for name, v in value.items())
     return type(value)(copied(v) for v in value) if isinstance(value, list) else value
+
+
+def _size(value: Any, depth: int) -> int:
+    """Count the values of a struct; what grows in itself would fill the memory."""
+    if depth > DEEPEST:
+        raise ScriptError(f"structs and lists in one another more than {DEEPEST} deep")
+    if isinstance(value, StructValue | list):
+        return sum(_size(v, depth + 1) for v in (value.values() if isinstance(value, StructValue) else value))
+    return 1
+
+
+def struct_value(fields: dict[str, Any]) -> StructValue:
+    """Make the value of a literal struct(...)."""
+    return StructValue((name, copied(v)) for name, v in fields.items())
+
+
+def member(value: Any, name: str) -> Any:
+    """Return value.name, a field of a struct."""
+    return _struct(value, name)[name]
+
+
+def set_member(value: Any, name: str, new: Any) -> None:
+    """Set value.name = new; a struct keeps the fields that it was made with."""
+    _struct(value, name)[name] = copied(new)
+
+
+def _struct(value: Any, name: str) -> StructValue:
+    if not isinstance(value, StructValue):
+        raise ScriptError(f"only structs have fields such as '.{name}', not {show(value)}")
+    if name not in value:
+        raise ScriptError(f"a struct with the fields {', '.join(value) or 'none'} has no field '{name}'")
+    return value
 
 
 def list_value(*items: Any) -> list[Any]:
@@ -47,16 +91,19 @@ def item(value: Any, index: Any) -> Any:
 
 def set_item(value: Any, index: Any, new: Any) -> None:
     """Set value[index] = new."""
-    place = _position(value, index)
+    place: Any = _position(value, index)
     value[place] = real(new, "a pose") if isinstance(value, PoseValue) else _element(new)
 
 
-def _position(value: Any, index: Any) -> int:
-    if not isinstance(value, list):
-        raise ScriptError(f"only lists and poses have elements, not {show(value)}")
+def _position(value: Any, index: Any) -> Any:
+    """Check an index; the fields of a struct are counted, too."""
+    if type(index) is int and isinstance(value, list) and 0 <= index < len(value):
+        return index
+    if not isinstance(value, list | StructValue):
+        raise ScriptError(f"only lists, poses and structs have elements, not {show(value)}")
     if type(index) is not int or not 0 <= index < len(value):
         raise ScriptError(f"index {show(index)} of a list with {len(value)} elements")
-    return index
+    return list(value)[index]
 
 
 def pose_value(*numbers: Any) -> PoseValue:
@@ -95,56 +142,6 @@ def truth(value: Any) -> bool:
     """Check that a value is a Boolean, as conditions need."""
     if type(value) is not bool:
         raise ScriptError(f"a condition needs True or False, not {show(value)}")
-    return value
-
-
-def add(a: Any, b: Any) -> Any:
-    """Return a + b."""
-    return a + b if type(a) is float and type(b) is float else whole(_number(a, "+") + _number(b, "+"))
-
-
-def subtract(a: Any, b: Any) -> Any:
-    """Return a - b."""
-    return a - b if type(a) is float and type(b) is float else whole(_number(a, "-") - _number(b, "-"))
-
-
-def multiply(a: Any, b: Any) -> Any:
-    """Return a * b."""
-    return a * b if type(a) is float and type(b) is float else whole(_number(a, "*") * _number(b, "*"))
-
-
-def divide(a: Any, b: Any) -> Any:
-    """Return a / b."""
-    if _number(b, "/") == 0:
-        raise ScriptError("division by zero")
-    return _number(a, "/") / b
-
-
-def modulo(a: Any, b: Any) -> Any:
-    """Return a % b."""
-    if _number(b, "%") == 0:
-        raise ScriptError("division by zero")
-    return _number(a, "%") % b
-
-
-def negative(a: Any) -> Any:
-    """Return -a."""
-    return whole(-_number(a, "-"))
-
-
-def less(a: Any, b: Any) -> bool:
-    """Check whether a < b."""
-    return bool(_number(a, "<") < _number(b, "<"))
-
-
-def greater(a: Any, b: Any) -> bool:
-    """Check whether a > b."""
-    return bool(_number(a, ">") > _number(b, ">"))
-
-
-def _number(value: Any, operator: str) -> Any:
-    if type(value) not in (int, float):
-        raise ScriptError(f"'{operator}' needs numbers, not {show(value)}")
     return value
 
 

@@ -1,0 +1,215 @@
+"""``cramlite doctor``: what this machine has and lacks, in ten lines."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable
+from importlib import metadata
+from typing import TYPE_CHECKING
+
+from ..base.value import Value
+from .arguments import Add, plugin_choice
+
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
+
+    from ..plugin.selection import PluginChoice
+
+OURS = "cramlite"
+STYLES = {"ok": "green", "without": "yellow", "lacks": "bold red"}
+
+
+class Examined(Value):
+    """One line of the doctor.
+
+    Args:
+        what: what was looked at.
+        state: "ok"; "without" what only some commands need; "lacks" what everything needs.
+        found: what there is, and what to do about what there is not.
+    """
+
+    what: str
+    state: str
+    found: str
+
+
+def examine(plugins: PluginChoice) -> list[Examined]:
+    """Look at this machine, the quick things first; importing the libraries takes a few seconds."""
+    from ..version import VERSION
+
+    return [
+        Examined(OURS, "ok", f"{VERSION} on {_system()}"),
+        python(),
+        libraries(_requirements("")),
+        extras(),
+        cores(),
+        memory(),
+        graphics(),
+        fonts(),
+        folders(),
+        _plugins(plugins),
+    ]
+
+
+def _system() -> str:
+    import platform
+
+    return f"{platform.system()} {platform.machine()}"
+
+
+def python() -> Examined:
+    """Compare the version of Python with those that are supported."""
+    from packaging.specifiers import SpecifierSet
+
+    wanted = metadata.metadata(OURS)["Requires-Python"]
+    version = ".".join(map(str, sys.version_info[:3]))
+    if SpecifierSet(wanted).contains(version):
+        return Examined("Python", "ok", version)
+    return Examined("Python", "lacks", f"{version}, and {wanted} is needed: make the environment anew with such a Python")
+
+
+def libraries(wanted: Iterable[Requirement]) -> Examined:
+    """Look for the required libraries: there, of a version that fits, and importable."""
+    needed = list(wanted)
+    wrong = [said for r in needed if (said := _wrong(r) or _not_importable(r.name))]
+    if wrong:
+        return Examined("libraries", "lacks", f"{'; '.join(wrong)}. Install {OURS} anew: pip install {OURS}")
+    return Examined("libraries", "ok", f"all {len(needed)} that are needed are there, fit and can be imported")
+
+
+def extras() -> Examined:
+    """List the optional parts that are installed whole, and those that are not."""
+    names = [n for n in metadata.metadata(OURS).get_all("Provides-Extra") or () if n not in ("docs", "test")]
+    lacking = {name: [said for r in _requirements(name) if (said := _wrong(r))] for name in names}
+    there = ", ".join(name for name in names if not lacking[name]) or "none"
+    away = "; ".join(f"{name} ({', '.join(why)})" for name, why in lacking.items() if why)
+    if not away:
+        return Examined("extras", "ok", there)
+    return Examined("extras", "without", f"{there}; not {away}: pip install '{OURS}[NAME]'")
+
+
+def cores() -> Examined:
+    """Count the processor's cores that this process may use, and how busy they are."""
+    import os
+
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    load = f", load {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
+    return Examined("cores", "ok", f"{usable} of {os.cpu_count()} may be used{load}")
+
+
+def memory() -> Examined:
+    """Measure the memory of the machine."""
+    import os
+
+    try:
+        pages, size = os.sysconf("SC_PHYS_PAGES"), os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return Examined("memory", "without", "unknown: this system does not say")
+    return Examined("memory", "ok", f"{pages * size / 2**30:.1f} GiB")
+
+
+def graphics() -> Examined:
+    """Look for OpenGL; pictures and cameras here trace rays and need none, some extras do."""
+    from ctypes.util import find_library
+
+    away = [f"lib{name}" for name in ("GL", "EGL") if not find_library(name)]
+    if not away:
+        return Examined("OpenGL", "ok", "libGL and libEGL are there; only the extra open3d needs them")
+    return Examined("OpenGL", "without", f"no {' and no '.join(away)}: pictures do without, the extra open3d does not")
+
+
+def fonts() -> Examined:
+    """Look for what writes into pictures: the font comes with Pillow, a report takes the browser's."""
+    from PIL import features
+
+    if features.check("freetype2"):
+        return Examined("fonts", "ok", f"Pillow's own, with FreeType {features.version('freetype2')}")
+    return Examined("fonts", "without", "this Pillow has no FreeType: writing in pictures is coarse; pip install --force-reinstall pillow")
+
+
+def folders() -> Examined:
+    """Check that results and what is kept between runs can be written."""
+    import os
+    from pathlib import Path
+
+    from ..ontology.taxonomy import cache_folder
+
+    cache = cache_folder()
+    nearest = next((p for p in (cache, *cache.parents) if p.exists()), Path("/"))
+    wrong = [str(p) for p in (nearest, Path.cwd()) if not os.access(p, os.W_OK)]
+    if wrong:
+        return Examined("folders", "without", f"nothing can be written in {' and '.join(wrong)}: --out says where runs go")
+    return Examined("folders", "ok", f"runs in {Path.cwd()}, kept results in {cache}")
+
+
+def _plugins(plugins: PluginChoice) -> Examined:
+    """Load every plugin that is chosen."""
+    registry = plugins.registry(strict=False)
+    registry.examine()
+    faults = list(dict.fromkeys(map(str, registry.faults)))
+    if faults:
+        return Examined("plugins", "lacks", f"{len(faults)} fault{'s' if len(faults) > 1 else ''}: {'; '.join(faults)}")
+    return Examined("plugins", "ok", f"all {len(registry.infos)} can be used")
+
+
+def _requirements(extra: str) -> list[Requirement]:
+    """The libraries that we need: of an extra, or without any."""
+    from packaging.requirements import Requirement
+
+    found = [Requirement(text) for text in metadata.requires(OURS) or ()]
+    optional = [r for r in found if r.marker is not None and "extra" in str(r.marker)]
+    chosen = optional if extra else [r for r in found if r not in optional]
+    return [r for r in chosen if r.marker is None or r.marker.evaluate({"extra": extra})]
+
+
+def _wrong(wanted: Requirement) -> str:
+    """Why an installed library does not do; "" if it does."""
+    try:
+        version = metadata.version(wanted.name)
+    except metadata.PackageNotFoundError:
+        return f"{wanted.name} is not installed"
+    return "" if wanted.specifier.contains(version, prereleases=True) else f"{wanted.name} {version} is not {wanted.specifier}"
+
+
+def _not_importable(name: str) -> str:
+    """Why a library cannot be imported, such as a missing library of the system; "" if it can."""
+    import importlib
+    import warnings
+
+    files = metadata.files(name) or ()
+    tops = {f.parts[0] for f in files if len(f.parts) == 2 and f.name == "__init__.py"} or {name.replace("-", "_")}
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            for top in sorted(tops):
+                importlib.import_module(top)
+    except Exception as error:
+        return f"{name} cannot be imported: {str(error).strip().splitlines()[0]}"
+    return ""
+
+
+def _doctor(arguments: argparse.Namespace) -> int:
+    from ..base.json_text import as_json
+
+    examined = examine(plugin_choice(arguments))
+    if arguments.json:
+        print(as_json(examined))
+    else:
+        _show(examined)
+    return int(any(e.state == "lacks" for e in examined))
+
+
+def _show(examined: list[Examined]) -> None:
+    """Print a line for each, in colours where the terminal has them."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console(highlight=False)
+    for e in examined:
+        console.print(Text.assemble((f"{e.state:<8}", STYLES[e.state]), (f"{e.what:<11}", "bold"), e.found), soft_wrap=True)
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``doctor`` with its arguments."""
+    doctor = add("doctor", _doctor)
+    doctor.add_argument("--json", action="store_true", help="print what was found as JSON")

@@ -1,0 +1,143 @@
+"""Grip force: from a thing's weight, the friction of pads and thing, and a margin; limited by the gripper and by what the thing bears.
+
+Two pads that press with F each hold 2 mu F along their faces. Asked for is, on each pad,
+
+    F = s (m (g + a) (1 + d / r) + P) / (2 mu)
+
+with the mass m, the pair's friction mu, the margin s, the acceleration a of the arm, the distance d of the centre of mass from the line
+between the pads, the mean distance r of a pad's points from its middle (a pad that turns on a face resists with mu F r), and the push P
+that a motion in contact may apply before it stops. The weight's part without d, s m (g + a) / (2 mu), is what a grasp cannot do without:
+where the gripper or the thing does not bear that, it is refused. The others are given as far as both bear them.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cramlite.model import Gripper, Held, Pose, Thing, Value, World, pair_friction
+from cramlite.plugin import Context, Unresolvable
+
+from ..shapes.bounds import centre_of_mass
+from .motion_kinds import LIMIT
+from .ontology_limits import lowest
+
+GRAVITY = 9.81
+MARGIN = 2.5
+"""Friction may be half of what is believed, and mass a fifth more: 1.2 / 0.5 = 2.4."""
+ACCELERATION = 1.2
+"""Of the tool [m/s2]: URScript's default, and 1.4 rad/s2 of a leading axis at 0.85 m; straight lines take 0.5."""
+
+
+class Grip(Value):
+    """What two pads are to hold.
+
+    Args:
+        thing: what is gripped.
+        mass: that hangs on the pads, contents included [kg]; 0 for what a joint carries.
+        pads, surface: friction coefficients of the pads and of the thing's smoothest face.
+        lever: of the centre of mass about the line between the pads [m].
+        gripper: that grips.
+    """
+
+    thing: Thing
+    mass: float
+    pads: float
+    surface: float
+    lever: float
+    gripper: Gripper
+
+    @property
+    def friction(self) -> float:
+        """Coefficient of the pair."""
+        return pair_friction(self.pads, self.surface)
+
+    @property
+    def least(self) -> float:
+        """Force on each pad that the weight needs [N]; infinite without friction."""
+        weight = MARGIN * self.mass * (GRAVITY + ACCELERATION)
+        return weight / (2 * self.friction) if self.friction else math.inf if weight else 0.0
+
+    @property
+    def wanted(self) -> float:
+        """Force on each pad that also holds the weight's moment and a motion's push [N], in whole newtons; as ``least`` else."""
+        if not self.friction:
+            return self.least
+        radius = math.hypot(*self.gripper.pad) / 4  # exact for a line; a rectangle's is up to a tenth larger
+        return float(math.ceil(self.least * (1 + self.lever / radius) + MARGIN * LIMIT.default / (2 * self.friction)))
+
+    def __str__(self) -> str:
+        return (
+            f"{self.mass:.3g} kg ({GRAVITY * self.mass:.1f} N) on friction {self.friction:.3g}"
+            f" (pads {self.pads:g}, '{self.thing.name}' {self.surface:g})"
+        )
+
+
+def load(thing: Thing) -> float:
+    """Return the mass that hangs on the hand that holds a thing, contents included [kg]; a joint carries what it moves."""
+    content = thing.filling.count * thing.filling.mass if thing.filling else 0.0
+    return 0.0 if thing.joint is not None else (thing.mass or 0.0) + content
+
+
+def grip_of(held: Held, world: World, gripper: Gripper) -> Grip:
+    """Return what the pads are to hold when a thing is held so; a thing on a joint hangs on that."""
+    thing = world.thing(held.thing)
+    x, _, z = (held.tcp_to_thing * Pose(centre_of_mass(thing))).position
+    return Grip(thing, load(thing), world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
+
+
+def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
+    """Return the force of each pad [N] and where it comes from; one that was asked for stays, as far as the thing bears it.
+
+    Args:
+        asked: 0 for what the weight needs [N].
+        of_thing: names of the objects that the thing is: another thing, not another place, changes what it weighs.
+        within: names of the actions that it is asked within: no other choice changes what is asked for.
+
+    Raises:
+        Unresolvable: the gripper cannot press so, the thing bears less than the gripper's least, or its weight needs more than
+            either can.
+    """
+    low, high = grip.gripper.force
+    limit, why = _limit(grip, context, (*of_thing, *within))
+    if asked and not low <= asked <= high:
+        reason = f"a grip force of {asked:g} N is outside {low:g} .. {high:g} N of gripper '{grip.gripper.type}'"
+        raise Unresolvable(reason, within, {"force_N": asked, "least_N": low, "most_N": high})
+    if not asked and grip.least > limit:
+        raise _too_weak(grip, limit, why, (*of_thing, *within))
+    wanted = asked or max(low, grip.wanted)
+    instead = f" instead of {wanted:g} N, {why}" if wanted > limit else ""
+    force = min(wanted, limit)
+    source = _doubt(grip, force) if asked else f" for {grip}"
+    return force, f"grip {force:g} N{instead}{source}" if source or instead else ""
+
+
+def _doubt(grip: Grip, force: float) -> str:
+    """That a given force does not carry the weight, where it does not; else nothing."""
+    carried = 2 * grip.friction * force
+    return f", which carries {carried:.1f} N: doubtful for {grip}" if carried < GRAVITY * grip.mass else ""
+
+
+def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[float, str]:
+    """The most that a pad may press [N], and why: the gripper's most, or what the thing bears."""
+    low, high = grip.gripper.force
+    limits = [(high, f"the most of gripper '{grip.gripper.type}'")]
+    if (said := lowest([grip.thing], "cram:maximumGripForce", context)) is not None:
+        limits.append((said.value, str(said)))
+    if (own := grip.thing.max_grip_force) is not None:
+        limits.append((own, f"the max_grip_force of '{grip.thing.name}'"))
+    limit, why = min(limits, key=lambda x: x[0])
+    if limit < low:
+        reason = f"the gripper presses with {low:.0f} N at least, more than {limit:g} N: {why}"
+        raise Unresolvable(reason, because, {"least_N": low, "limit_N": limit})
+    return limit, why
+
+
+def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:
+    numbers = {"weight_N": GRAVITY * grip.mass, "friction": grip.friction, "limit_N": limit}
+    if math.isinf(grip.least):
+        return Unresolvable(f"no grip force holds {grip}; {limit:g} N is {why}", because, numbers)
+    reason = (
+        f"{grip} needs {grip.least:.0f} N on each pad, with a margin of {MARGIN:g} and {ACCELERATION:g} m/s2 of the arm,"
+        f" > {limit:g} N, {why}"
+    )
+    return Unresolvable(reason, because, {**numbers, "needed_N": grip.least})

@@ -1,0 +1,77 @@
+"""Which task moves what, at each sample of a run: from when it takes hold until what it let go of has come to rest."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+import numpy as np
+
+from cramlite.model import Floats, Rollout
+from cramlite.plugin import PADDING, Candidate
+
+from .grips import held_at
+from .task_times import inner_tasks
+
+SETTLE = 1.0
+"""Things settle for so long at most at the start of a run [s]: a pose that was seen is some millimetres off, and what is believed
+to float, or to stand in what it stands on, drops or rises by these."""
+REST = 0.01  # a thing at rest moves slower than this [m/s] ...
+OVER = 0.2  # ... over so long [s]: what bounces or rocks is slow at its turning points for less
+LEVER = 0.05  # by this a turn counts as way [m]: half the size of the things that hands take
+
+
+Moved = dict[str, list[str | None]]
+"""Thing that can be moved -> the task that moves it at each sample; "" while it settles at the start, None while nobody does."""
+
+
+def moved_by(candidate: Candidate) -> Moved:
+    """Return which task moves each thing, at each sample.
+
+    A task moves what is in the hand at some time while it runs, and what it says that it moves, all through, until its effects
+    have appeared; and what it let go of until that has come to rest, whatever runs meanwhile.
+    """
+    rollout = candidate.rollout
+    assert rollout is not None
+    tasks, held = inner_tasks(candidate), held_at(rollout)
+    loose = [t.name for t in rollout.world.things if t.movable or t.joint]
+    moved: Moved = {name: [None] * len(tasks) for name in loose}
+    for name in loose:
+        _charge(moved[name], "", 0, min(_rests(rollout, name, 0), _after(rollout, 0, SETTLE)))
+    for task, stretch in groupby(range(len(tasks)), key=lambda k: tasks[k]):
+        rows = list(stretch)
+        declared = candidate.allowances[task].moves if task in candidate.allowances else frozenset()
+        for name in ({held[k] for k in rows} | declared) & moved.keys():
+            until = max(_after(rollout, rows[-1], PADDING), _rests(rollout, name, rows[-1]))
+            _charge(moved[name], task, rows[0], until)
+    return moved
+
+
+def _charge(moved: list[str | None], task: str, first: int, end: int) -> None:
+    moved[first:end] = [task] * (min(end, len(moved)) - first)
+
+
+def _after(rollout: Rollout, sample: int, time: float) -> int:
+    return int(np.searchsorted(rollout.times, rollout.times[sample] + time, side="right"))
+
+
+def _rests(rollout: Rollout, name: str, sample: int) -> int:
+    """The first sample, from one on, after which a thing is at rest for a while; past the end where it never is."""
+    from numpy.lib.stride_tricks import sliding_window_view
+
+    step = float(rollout.times[1] - rollout.times[0]) if len(rollout.times) > 1 else OVER
+    count = max(2, round(OVER / step) + 1)
+    track = _way(rollout.poses[name][sample:])
+    if len(track) < count:
+        return len(rollout.times)
+    spread = np.linalg.norm(np.ptp(sliding_window_view(track, count, axis=0), axis=-1), axis=1)
+    still = np.flatnonzero(spread <= REST * OVER)
+    return sample + int(still[0]) if len(still) else len(rollout.times)
+
+
+def _way(track: Floats) -> Floats:
+    """(N, 9) two points beside a thing's own, [m]: a thing that only turns is not at rest."""
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_quat(track[:, 3:], scalar_first=True)
+    arms = [turns.apply(LEVER * axis) for axis in np.eye(3)[:2]]
+    return np.hstack([track[:, :3], *(track[:, :3] + arm for arm in arms)])

@@ -1,0 +1,46 @@
+"""Progress of a resolution: one line of a terminal, or lines of a file."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+
+PROGRESS = """
+from cramlite.cli.resolve import Progress
+with Progress(quiet={}) as say:
+    say("candidate 1")
+    say("trying" + 200 * ".")
+    {}
+"""
+
+
+CLEARED = "\x1b[?25h\r\x1b[1A\x1b[2K"  # the cursor is shown, and the line above it is empty
+
+
+def on_terminal(quiet: bool, then: str = "pass") -> str:
+    """What the progress writes where standard error is a terminal."""
+    ours, theirs = pty.openpty()
+    command = [sys.executable, "-c", PROGRESS.format(quiet, then)]
+    subprocess.run(command, stderr=theirs, check=False, env={**os.environ, "TERM": "xterm", "COLUMNS": "80"})
+    os.write(theirs, b"END")
+    os.close(theirs)
+    said = b""
+    while not said.endswith(b"END"):
+        said += os.read(ours, 10_000)
+    os.close(ours)
+    return said.decode().removesuffix("END")
+
+
+def test_progress_stays_in_one_line_of_a_terminal_and_is_cleared() -> None:
+    said = on_terminal(quiet=False)
+    assert "candidate 1\r" in said and "trying..." in said and said.endswith(CLEARED)
+    assert all(len(line) <= 80 for line in said.replace("\x1b[2K", "").replace("\x1b[?25l", "").split("\r")), "what is too long is cut"
+    assert CLEARED in on_terminal(quiet=False, then="raise SystemExit(1)")
+    assert on_terminal(quiet=True) == ""
+
+
+def test_progress_elsewhere_is_lines_of_what_matters() -> None:
+    piped = subprocess.run([sys.executable, "-c", PROGRESS.format(False, "pass")], capture_output=True, text=True, check=True).stderr
+    assert piped == "[  0.0 s] candidate 1\n"
