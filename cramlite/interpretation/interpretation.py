@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 
 from msgspec import field
@@ -27,6 +27,8 @@ from .rules import Rule
 from .three_values import possible_matches
 from .timeline import PADDING, Segment, Timeline
 
+LISTED = 3
+"""Candidates in the JSON data."""
 ELSEWHERE = 0.05
 """Distance from which on a thing counts as elsewhere [m]: ten times what a tracker errs, half of what a hand is wide."""
 
@@ -140,15 +142,28 @@ class Interpretation(Value, eq=False):
         return f"{when} is {refused[name].sentence}\n  rule: {refused[name].where}"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the JSON data of ``cramlite interpret --json``."""
-        return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count()}
+        """Return the JSON data of ``cramlite interpret --json``: actions, how many readings there are, and the best candidates."""
+        best = [_sequence_json(s, self.actions) for s in islice(self.sequences(), LISTED)]
+        return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count(), "candidates": best}
+
+
+def _sequence_json(sequence: TaskSequence, actions: Sequence[Interpreted]) -> dict[str, Any]:
+    explained = [k for k, a in enumerate(actions) if not a.unexplained]
+    tasks = [
+        {"action": explained[k], "task": m.task, "roles": m.roles, "not_known": list(m.unknown)}
+        for k, m in zip(sequence.actions, sequence.matches, strict=True)
+    ]
+    return {"bits": -sequence.score, "terms": sequence.reason, "tasks": tasks}
 
 
 def _action_json(action: Interpreted) -> dict[str, Any]:
     data: dict[str, Any] = {
         "start": action.start,
         "end": action.end,
-        "tasks": [{"task": m.task, "roles": m.roles, "explanation": m.explanation} for m in action.matches],
+        "named": action.label,
+        "tasks": [
+            {"task": m.task, "roles": m.roles, "explanation": m.explanation, "not_known": list(m.unknown)} for m in action.matches
+        ],
         "rejections": [
             {
                 "task": r.task,

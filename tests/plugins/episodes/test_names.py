@@ -32,7 +32,7 @@ def test_a_frame_is_the_thing_that_a_map_describes(frame: str) -> None:
 
 @pytest.mark.parametrize("frame", [f"{IRI}Cup_2", "SM_Cup_12", "Cup_1/handle", "Saucer_1"])
 def test_another_name_is_another_thing(frame: str) -> None:
-    assert set(one_namespace(recording(frame)).tracks) == {frame}
+    assert set(one_namespace(recording(frame)).tracks) == {local(frame)}
 
 
 def test_two_things_that_were_tracked_are_two() -> None:
@@ -43,6 +43,17 @@ def test_two_things_that_were_tracked_are_two() -> None:
 def test_two_things_of_a_map_are_two() -> None:
     both = Episode("x", (Entity("SM_Cup", ("soma:Cup",)), Entity("cup", ("soma:Cup",))), ())
     assert one_namespace(both) is both
+
+
+def test_an_iri_alone_is_shortened_for_its_slashes_would_make_it_a_part() -> None:
+    alone = Episode("x", (Entity(f"{IRI}Cup_1", ()),), (), {f"{IRI}Cup_1": TRACK, f"{IRI}Jug": TRACK})
+    assert set(one_namespace(alone).tracks) == {"Cup_1", "Jug"}
+
+
+@pytest.mark.parametrize(("name", "part"), [("hand_tip", True), ("handThumb3", True), ("handle_tip", False), ("hand_bag", False)])
+def test_what_is_named_after_a_hand_is_a_part_only_where_it_is_named_like_one(name: str, part: bool) -> None:
+    found = one_namespace(Episode("x", (Entity("hand", ("soma:Hand",)), Entity(name, ())), (), {}, "hand"))
+    assert (found.entity(name).part_of == "hand") == part
 
 
 @given(st.text(st.characters(categories=("L", "N"), include_characters="_.- "), min_size=1, max_size=12))

@@ -19,6 +19,7 @@ from cramlite.plugin import EpisodeRepair, hookimpl
 HAND = re.compile(r"hand(?!le)|gripper|ee_link|tool0|effector", re.IGNORECASE)
 #: How parts of hands are called.
 FINGER = re.compile(r"finger|thumb|index|middle|ring|pinky|little|palm|knuckle|wrist|_tip|bone", re.IGNORECASE)
+_SLASHED = re.compile(r"<|/|\w[\w.+-]*://")
 _UNREAL = re.compile(r"^(SM|SK|BP|SKM|AD)_|_C(?=_\d+$)|_?Component$")
 
 
@@ -68,7 +69,8 @@ def _named_once(episode: Episode) -> Episode:
 
 
 def _renamings(episode: Episode) -> Iterator[tuple[str, str]]:
-    """Names of things that have another one, and that one: what describes the thing, else the shorter name. Two things of
+    """Names of things that have another one, and that one: what describes the thing, else the shorter name, and never an IRI, of
+    which "/" would say that it is a part. Two things of
     which poses were recorded are two; so are two that a map describes under names that only look alike."""
     names = dict.fromkeys([*(e.name for e in episode.entities), *episode.tracks])
     done: set[str] = set()
@@ -80,9 +82,13 @@ def _renamings(episode: Episode) -> Iterator[tuple[str, str]]:
         for same in groups.values():
             both_described = shortened is unlabelled and sum(_described(episode, n) for n in same) > 1
             if len(same) > 1 and not both_described and sum(n in episode.tracks for n in same) <= 1 and _one_place(episode, same):
-                kept = min(same, key=lambda n: (not _described(episode, n), len(n), n))
+                kept = min(same, key=lambda n: (_SLASHED.match(n) is not None, not _described(episode, n), len(n), n))
+                kept = local(kept) if _SLASHED.match(kept) and local(kept) not in names else kept
                 done |= {*same}
                 yield from ((n, kept) for n in same if n != kept)
+            elif len(same) == 1 and shortened is local and _SLASHED.match(same[0]) and local(same[0]) not in names:
+                done |= {*same}
+                yield same[0], local(same[0])
 
 
 def _one_place(episode: Episode, names: Iterable[str]) -> bool:
@@ -116,5 +122,6 @@ def _with_fingers(episode: Episode) -> Episode:
 
 
 def _is_part(entity: Entity, hand: str) -> bool:
-    mine, its = unlabelled(entity.name), unlabelled(hand)
-    return mine != its and mine.startswith(its) and FINGER.search(mine[len(its) :]) is not None
+    mine, its = _UNREAL.sub("", local(entity.name)), unlabelled(hand)
+    rest = mine[len(its) :]
+    return mine.lower().startswith(its) and re.match(r"[\W_]|[A-Z]", rest) is not None and FINGER.search(rest) is not None
