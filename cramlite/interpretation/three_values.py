@@ -42,7 +42,7 @@ def judge(condition: Condition, phase: Phase, binding: Binding) -> Iterator[Trut
             yield from _every([(j, list(judge(then, phase, j.binding))) for j in judge(given, phase, binding)], binding)
         case Or(options):
             found = [j for option in options for j in judge(option, phase, binding)]
-            yield from [j for j in found if not j.unknown] or found
+            yield from [j for j in found if not j.unknown] or _by_binding(found)
         case And(parts):
             yield from _all(parts, phase, binding)
 
@@ -54,6 +54,14 @@ def _or_unknown(atom: Atom, phase: Phase, binding: Binding, found: list[Truth]) 
     reason = atom.predicate.unknown(phase, *atom.arguments(binding))
     if reason is not None:
         yield Truth(binding, (reason,))
+
+
+def _by_binding(found: list[Truth]) -> list[Truth]:
+    """One for each binding, with all that is not known of it."""
+    groups: dict[str, list[Truth]] = {}
+    for one in found:
+        groups.setdefault(str(sorted(one.binding.items())), []).append(one)
+    return [Truth(group[0].binding, _together(group)) for group in groups.values()]
 
 
 def _negated(found: list[Truth], binding: Binding) -> Iterator[Truth]:
