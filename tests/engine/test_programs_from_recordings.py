@@ -9,7 +9,7 @@ import bson
 import pytest
 from recorded_people import Recording, pouring, shaking
 
-from cramlite import Engine, NoSolution, read_scenario
+from cramlite import Engine, read_scenario
 
 pytestmark = pytest.mark.heavy
 
@@ -42,14 +42,14 @@ def written(recording: Recording, folder: Path) -> None:
 
 
 def solved(folder: Path, recording: Callable[[], Recording], **changes: str) -> list[str]:
-    """The tasks of the first proven program."""
+    """The tasks of the first proven program; none where nothing was proven."""
     written(recording(), folder)
     text = WORLD
     for key, value in {**PLAIN, **changes}.items():
         text = text.replace(key, value)
     (folder / "as_shown.yaml").write_text(text)
-    solution = next(iter(Engine().resolve(read_scenario(folder / "as_shown.yaml"))))
-    return [a.task.split(":")[1] for a in solution.plan.actions]
+    solution = next(iter(Engine().resolve(read_scenario(folder / "as_shown.yaml"))), None)
+    return [] if solution is None else [a.task.split(":")[1] for a in solution.plan.actions]
 
 
 def test_a_pouring_is_poured_and_put_back(tmp_path: Path) -> None:
@@ -68,5 +68,4 @@ def test_a_shaking_is_shaken_and_put_back(tmp_path: Path) -> None:
     ids=["an empty jug", "a bowl out of reach", "a bowl too small"],
 )
 def test_where_it_cannot_be_poured_there_is_no_program(changes: dict[str, str], tmp_path: Path) -> None:
-    with pytest.raises(NoSolution):
-        solved(tmp_path, pouring, **changes)
+    assert solved(tmp_path, pouring, **changes) == []
