@@ -154,6 +154,17 @@ def pouring_with_both_hands(rate: float = 45.0) -> Recording:
     return found | {LEFT: rows(times, left)}
 
 
+def pouring_with_either_hand(rate: float = 45.0) -> Recording:
+    """As ``pouring_twice``; the left hand does the second, and each hand rests while the other one works."""
+    found = pouring_twice(rate)
+    hand = found[RIGHT]
+    times = hand[:, 0] - START
+    rest, other = np.array([*HOME, 1.0, 0, 0, 0]), np.array([0.1, -0.6, 1.3, 1.0, 0, 0, 0])
+    late = (times >= 14.5)[:, None]
+    right, left = np.where(late, rest, hand[:, 1:]), np.where(late, hand[:, 1:], other)
+    return found | {RIGHT: rows(times, right), LEFT: rows(times, left)}
+
+
 def shaking(rate: float = 10.0, swings: int = 6) -> Recording:
     """Somebody takes a shaker, swings it over a plate, tilted, and puts it back."""
     times = np.arange(0, 14, 1 / rate)

@@ -21,6 +21,7 @@ from recorded_people import (
     pouring,
     pouring_twice,
     pouring_with_both_hands,
+    pouring_with_either_hand,
     read,
     shaking,
     without,
@@ -64,6 +65,7 @@ def shaken(salt: str, plate: str) -> Said:
 CASES: dict[str, tuple[Callable[[], Recording], Said]] = {
     "pouring": (pouring, poured("cup", "SM_TestBowl")),
     "twice": (pouring_twice, [*poured("cup_a", "SM_TestBowl"), *poured("cup_b", "SM_TestBowl")]),
+    "either hand": (pouring_with_either_hand, [*poured("cup_a", "SM_TestBowl"), *poured("cup_b", "SM_TestBowl")]),
     "both hands": (pouring_with_both_hands, poured("cup", "SM_TestBowl")),
     "shaking": (shaking, shaken("salt_shaker", "test_plate")),
     "tray": (carrying_a_tray, [*taken("tray", "support(tray)"), *put_back("tray", "support(tray)_2")]),
@@ -159,6 +161,12 @@ def test_what_only_steadies_is_said_to_be_left_out() -> None:
     (left,) = [r for r in found.repairs if "left out that" in r.what]
     assert LEFT in left.what and "cup" in left.what and "steadies" in left.why and left.removed
     assert not any("left out that" in r.what for r in read(recorded("pouring")).repairs)
+
+
+def test_hands_that_take_turns_are_said_to_be_read_as_one() -> None:
+    said = [r.what for r in read(recorded("either hand")).repairs if "as one hand" in r.what]
+    assert len(said) == 1 and LEFT in said[0] and RIGHT in said[0]
+    assert not any("as one hand" in r.what for r in read(recorded("twice")).repairs)
 
 
 def test_what_is_not_known_is_said_and_costs() -> None:

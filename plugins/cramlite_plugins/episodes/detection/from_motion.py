@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from cramlite.model import Entity, Episode, Event, Floats, Repair, Value
+from cramlite.model import Entity, Episode, Event, Floats, Repair, Track, Value
 
 from ..tracks import compose
 from .co_motion import STEP, Flags, Grid, Span, at_its_place, carried_spans, grid_of
@@ -123,6 +124,7 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
     steadied = [g for g in grips if g.hand != acting and any(_steadies(g, m) for m in grips if m.hand == acting)]
     doing = [g for g in grips if g not in steadied]
     episode = replace(episode, repairs=(*episode.repairs, *(_left_out(g, grid) for g in steadied)))
+    episode, doing = _one_after_the_other(episode, doing, acting, grid)
     events = [*_of_grips(doing, grid), *_labels(doing, grid)]
     supports, grounds = _standing(episode, doing, grid)
     events = sorted([*episode.events, *events, *supports], key=lambda e: (e.start, e.end, e.type))
@@ -168,6 +170,27 @@ def _left_out(grip: Grip, grid: Grid) -> Repair:
     when = (grid.time(grip.span[0]), grid.time(grip.span[1]))
     why = "it only steadies what the other hand holds; a robot with one arm does without"
     return Repair(f"left out that '{grip.hand}' holds '{grip.thing}'", when, why, removed=events)
+
+
+def _one_after_the_other(
+    episode: Episode, grips: list[Grip], acting: str | None, grid: Grid
+) -> tuple[Episode, list[Grip]]:
+    """What hands do in turn, as done by one: the acting hand, that is where the one is that does something."""
+    mine = [g for g in grips if g.hand == acting]
+    turns = [g for g in grips if g.hand == acting or not any(_overlap(g.near, m.near) > 0 for m in mine)]
+    turns.sort(key=lambda g: g.span)
+    if len({g.hand for g in turns}) < 2 or any(_overlap(a.near, b.near) > 0 for a, b in pairwise(turns)):
+        return episode, grips
+    middles = [grid.time((a.near[1] + b.near[0]) // 2) for a, b in pairwise(turns)]
+    bounds = list(pairwise([-np.inf, *middles, np.inf]))
+    tracks = [(episode.tracks[g.hand], a, b) for g, (a, b) in zip(turns, bounds, strict=True) if g.hand in episode.tracks]
+    within = [(t, (t.times >= a) & (t.times < b)) for t, a, b in tracks]
+    joined = Track(np.concatenate([t.times[w] for t, w in within]), np.concatenate([t.poses[w] for t, w in within]))
+    names = " and ".join(f"'{h}'" for h in sorted({g.hand for g in turns}))
+    why = "they hold things one after the other, never at once, and a robot with one arm can do so, too"
+    repair = Repair(f"read {names} as one hand", (grid.time(turns[0].span[0]), grid.time(turns[-1].span[1])), why)
+    episode = replace(episode, tracks={**episode.tracks, str(acting): joined}, repairs=(*episode.repairs, repair))
+    return episode, [replace(g, hand=str(acting)) if g in turns else g for g in grips]
 
 
 def _overlap(one: Span, other: Span) -> int:

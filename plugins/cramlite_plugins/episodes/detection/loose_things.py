@@ -25,6 +25,8 @@ from .signals import hysteresis, runs
 MANY = 3
 #: What is this near to a vessel's origin is within it [m], where the vessel's size is not known: tableware is 0.2 m wide.
 WITHIN = 0.12
+#: Grains that a recorder lets fall into a vessel at the start are in it by then [s].
+SETTLED = 3.0
 #: A place is counted when it was kept this long [s]: a grain that falls past a bowl is not in it.
 LASTING = 0.3
 #: Share of its grains that a vessel must have to hold the contents, and to keep holding them (as ``detect.HELD``).
@@ -72,8 +74,9 @@ def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Se
     inside = {n: _vessel_of(episode, grid, n, vessels) for n in sorted(many)}
     found: dict[tuple[str, str], list[str]] = defaultdict(list)
     for name, at in inside.items():
-        if at[0] >= 0 and not any(_taken_out(grid, name, at, vessels, hand) for hand in hands):
-            found[vessels[at[0]], alike(name)].append(name)
+        first = next((int(v) for v in at[: round(SETTLED / STEP)] if v >= 0), None)
+        if first is not None and not any(_taken_out(grid, name, at, vessels, hand) for hand in hands):
+            found[vessels[first], alike(name)].append(name)
     joined: dict[str, list[str]] = defaultdict(list)
     for (vessel, _), members in found.items():
         joined[vessel] += members if len(members) >= MANY else []
