@@ -117,7 +117,8 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
         for carrier, names in along.items():
             riders[carrier] |= names
     handled = {g.thing for g in grips}
-    laid = [carried_along(episode, grid, c, r, things) for c, names in riders.items() if (r := names - handled)]
+    vessels = [n for n in things if n not in grains.union(*riders.values())]
+    laid = [carried_along(episode, grid, c, r, vessels) for c, names in riders.items() if (r := names - handled)]
     last = episode.span[1]
     episode = with_contents(episode, grid, _merged([*loose, *laid]))
     acting = _acting(episode, grips, grid)

@@ -84,11 +84,15 @@ def find_contents(episode: Episode, grid: Grid, things: Sequence[str], hands: Se
 
 
 def _taken_out(grid: Grid, name: str, at: NDArray[np.intp], vessels: list[str], hand: str) -> bool:
-    """Whether a hand moves a thing while its vessel stays where it is."""
+    """Whether a hand moves a thing while it does not move the vessel that the thing is in, or was in before."""
     spans = carried_spans(grid, name, hand) if travel(grid.poses[name]) > TRAVEL else []
-    return any(
-        at[s] < 0 or travel(grid.poses[vessels[int(at[s])]][s:e]) < TRAVEL < travel(grid.poses[name][s:e]) for s, e in spans
-    )
+    for start, end in spans:
+        inside = at[: start + 1][at[: start + 1] >= 0]
+        vessel = vessels[int(inside[-1])] if len(inside) else None
+        along = carried_spans(grid, vessel, hand) if vessel is not None else []
+        if not any(s < end and start < e for s, e in along):
+            return True
+    return False
 
 
 def carried_along(episode: Episode, grid: Grid, carrier: str, members: Iterable[str], things: Iterable[str]) -> Loose:
