@@ -103,6 +103,13 @@ def test_the_best_sequence_survives_a_missing_hand(name: str, hand: str) -> None
     assert best(found) == CASES[name][1]
 
 
+def test_a_hand_of_which_there_is_not_even_a_name_is_added() -> None:
+    found = read({n: r for n, r in recorded("pouring").items() if n != RIGHT})
+    assert best(found) == CASES["pouring"][1] and found.effector == "unseen_hand"
+    assert any("unseen_hand" in r.what for r in found.repairs)
+    assert read(recorded("pouring")).known("unseen_hand") is None
+
+
 # Each with a recording that looks alike and must not be read so
 
 

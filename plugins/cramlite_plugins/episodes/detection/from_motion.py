@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from cramlite.model import Entity, Episode, Event, Floats, Repair, Track, Value
 
 from ..tracks import compose
-from .co_motion import STEP, Flags, Grid, Span, at_its_place, carried_spans, grid_of
+from .co_motion import STEP, Flags, Grid, Span, at_its_place, carried_spans, grid_of, travel
 from .loose_things import Loose, carried_along, find_contents, with_contents
 from .signals import close_gaps, runs
 from .standing import resting
@@ -40,6 +40,8 @@ SHAKEN_AT = 0.05
 #: Pouring: tilted this far [rad] from how it stood, for this long [s]; a full cup spills from about 60 degrees.
 TILT, POURED = np.radians(60), 0.5
 
+#: The hand that acts where none that was recorded moves farther than this [m].
+NOBODY, IDLE = "unseen_hand", 0.1
 #: Of a hand that nobody saw: pauses up to the first belong to one motion; it is at the thing for the second before and
 #: after it moves; a thing that pauses in the air up to the third is still in it [s].
 UNSEEN = (0.5, 0.3, 5.0)
@@ -109,13 +111,12 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
         grips += held
         for carrier, names in along.items():
             riders[carrier] |= names
-    lost = sorted((h for h in hands_of(episode) if h not in episode.tracks), key=_right_first)
     free = [n for n in moving if n not in {g.thing for g in grips} | set().union(*riders.values())]
-    if lost:
-        held, along = _held_unseen(episode, grid, lost[0], free)
-        grips += held
-        for carrier, names in along.items():
-            riders[carrier] |= names
+    held, along = _held_unseen(episode, grid, _unseen_hand(episode, grid, hands), free)
+    grips += held
+    for carrier, names in along.items():
+        riders[carrier] |= names
+    episode = _with_nobody(episode, held)
     handled = {g.thing for g in grips}
     vessels = [n for n in things if n not in grains.union(*riders.values())]
     laid = [carried_along(episode, grid, c, r, vessels) for c, names in riders.items() if (r := names - handled)]
@@ -217,17 +218,32 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
     return Grip(hand, thing, span, near, lift, down if lift is not None else None)
 
 
-def _held_unseen(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
+def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
+    """The hand of which no pose was recorded, the right one first; ``NOBODY`` where all that were recorded are idle."""
+    lost = sorted((h for h in hands_of(episode) if h not in tracked), key=_right_first)
+    idle = all(travel(grid.poses[h]) < IDLE for h in tracked)
+    return lost[0] if lost else NOBODY if idle else None
+
+
+def _with_nobody(episode: Episode, held: Sequence[Grip]) -> Episode:
+    if not any(g.hand == NOBODY for g in held):
+        return episode
+    why = "things rise and stay up, and no hand that was recorded moves"
+    repairs = (*episode.repairs, Repair(f"added the hand '{NOBODY}'", episode.span, why))
+    return replace(episode, entities=(*episode.entities, Entity(NOBODY, ("soma:Hand",))), repairs=repairs)
+
+
+def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
     """Grasps by a hand of which no pose was recorded: a thing that rises and stays up was held by somebody. Of things that
     rise together the larger is held, else the lower."""
-    spans = [(s, e, n) for n in things for s, e in _flights(grid, n)]
+    spans = [(s, e, n) for n in things for s, e in _flights(grid, n)] if hand is not None else []
     held: list[Grip] = []
     riding: dict[str, set[str]] = defaultdict(set)
     margin = round(UNSEEN[1] / STEP)
     for s, e, name in sorted(spans, key=lambda span: (_size(episode, span[2]), float(grid.poses[span[2]][span[0], 2]))):
         over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
         if over is None:
-            held.append(_grip(grid, hand, name, (s, e), (max(s - margin, 0), e + margin)))
+            held.append(_grip(grid, str(hand), name, (s, e), (max(s - margin, 0), e + margin)))
         elif over.thing != name:
             riding[over.thing].add(name)
     return held, riding
