@@ -15,12 +15,11 @@ from itertools import pairwise
 
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from cramlite.model import Entity, Episode, Event, Floats, Repair, Track, Value
 
-from ..tracks import compose
-from .co_motion import STEP, Flags, Grid, Span, at_its_place, carried_spans, grid_of, travel
+from .co_motion import STEP, Grid, Span, at_its_place, carried_spans, grid_of, travel
+from .gestures import shaking, tilting
 from .loose_things import Loose, carried_along, find_contents, with_contents
 from .signals import close_gaps, runs
 from .standing import resting
@@ -33,12 +32,6 @@ AT_HAND = 0.05
 SAME_PLACE = (0.4, 0.03)
 #: Who holds a thing this much longer than another hand takes it over, else it steadies it [s].
 HANDED_OVER = 0.5
-#: Shaking: this many swings to and fro, each of this amplitude [m] and shorter than this [s] (0.7 Hz and faster).
-SWINGS, AMPLITUDE, SWING = 5, 0.008, 0.75
-#: A thing is shaken at one place: its moving mean stays within this [m].
-SHAKEN_AT = 0.05
-#: Pouring: tilted this far [rad] from how it stood, for this long [s]; a full cup spills from about 60 degrees.
-TILT, POURED = np.radians(60), 0.5
 
 #: The hand that acts where none that was recorded moves farther than this [m].
 NOBODY, IDLE = "unseen_hand", 0.1
@@ -104,19 +97,8 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
     loose = find_contents(episode, grid, things, hands)
     grains = {m for one in loose for m in one.members}
     moving = [n for n in things if n not in grains and n in episode.tracks and len(episode.tracks[n].times) > 1]
-    grips: list[Grip] = []
-    riders: dict[str, set[str]] = defaultdict(set)
-    for hand in hands:
-        held, along = _held(episode, grid, hand, moving)
-        grips += held
-        for carrier, names in along.items():
-            riders[carrier] |= names
-    free = [n for n in moving if n not in {g.thing for g in grips} | set().union(*riders.values())]
-    held, along = _held_unseen(episode, grid, _unseen_hand(episode, grid, hands), free)
-    grips += held
-    for carrier, names in along.items():
-        riders[carrier] |= names
-    episode = _with_nobody(episode, held)
+    grips, riders = _all_grips(episode, grid, hands, moving)
+    episode = _with_nobody(episode, grips)
     handled = {g.thing for g in grips}
     vessels = [n for n in things if n not in grains.union(*riders.values())]
     laid = [carried_along(episode, grid, c, r, vessels) for c, names in riders.items() if (r := names - handled)]
@@ -132,6 +114,24 @@ def _inferred(episode: Episode, grid: Grid) -> Episode:
     events = sorted([*episode.events, *events, *supports], key=lambda e: (e.start, e.end, e.type))
     numbered = tuple(replace(e, id=f"inferred_{k}", end=min(e.end, last)) for k, e in enumerate(events, 1))
     return replace(episode, entities=(*episode.entities, *grounds), events=numbered, effector=acting)
+
+
+def _all_grips(
+    episode: Episode, grid: Grid, hands: Sequence[str], moving: Sequence[str]
+) -> tuple[list[Grip], dict[str, set[str]]]:
+    """The grasps of all hands, then those of one that nobody saw, and what rides on what they hold."""
+    grips: list[Grip] = []
+    riders: dict[str, set[str]] = defaultdict(set)
+    for hand in [*hands, None]:
+        if hand is not None:
+            held, along = _held(episode, grid, hand, moving)
+        else:
+            free = [n for n in moving if n not in {g.thing for g in grips} | set().union(*riders.values())]
+            held, along = _held_unseen(episode, grid, _unseen_hand(episode, grid, hands), free)
+        grips += held
+        for carrier, names in along.items():
+            riders[carrier] |= names
+    return grips, riders
 
 
 def _merged(found: Sequence[Loose]) -> list[Loose]:
@@ -294,66 +294,10 @@ def _labels(grips: Sequence[Grip], grid: Grid) -> Iterator[Event]:
             continue
         roles = {"performer": g.hand, "object": g.thing}
         start, end = g.lift, g.down if g.down is not None else g.span[1]
-        swung = _shaking(grid.poses[g.thing], start, end)
-        tilted = [t for t in _pouring(grid.poses[g.thing], g.span[0], start, end) if not any(s < t[1] and t[0] < e for s, e in swung)]
+        swung = shaking(grid.poses[g.thing], start, end)
+        tilted = [t for t in tilting(grid.poses[g.thing], g.span[0], start, end) if not any(s < t[1] and t[0] < e for s, e in swung)]
         for type_, found in (("cram:Shaking", swung), ("soma:Pouring", tilted)):
             yield from (Event("", type_, "action", grid.time(s), grid.time(e), roles, True) for s, e in found)
-
-
-def _shaking(poses: Floats, start: int, end: int) -> list[Span]:
-    """Swings to and fro about the moving mean, along the direction in which there are most."""
-    half = round(SWING / STEP)
-    path = poses[start:end, :3]
-    if len(path) <= 2 * half:
-        return []
-    kernel = np.ones(2 * half + 1) / (2 * half + 1)
-    padded = np.pad(path, ((half, half), (0, 0)), mode="edge")
-    mean = np.column_stack([np.convolve(padded[:, i], kernel, mode="valid") for i in range(3)])
-    swing = path - mean
-    axes = np.linalg.svd(swing, full_matrices=False)[2]
-    chains = max((_chains(swing @ axis) for axis in axes), key=lambda found: sum(map(len, found)))
-    return [(start + s, start + e) for s, e in (_arrived(mean, int(c[0]), int(c[-1])) for c in chains)]
-
-
-def _arrived(mean: Floats, start: int, end: int) -> Span:
-    """A range without the ways there and back: it begins and ends where the moving mean is near its median."""
-    near = np.flatnonzero(np.linalg.norm(mean[start:end] - np.median(mean[start:end], axis=0), axis=1) < SHAKEN_AT)
-    return (start + int(near[0]), start + int(near[-1]) + 1) if len(near) else (start, end)
-
-
-def _chains(signal: Floats) -> list[NDArray[np.intp]]:
-    """Turns that follow each other within SWING, SWINGS of them at least."""
-    turns = _crossings(signal)
-    chains = np.split(turns, np.flatnonzero(np.diff(turns) > SWING / STEP) + 1)
-    return [c for c in chains if len(c) >= SWINGS]
-
-
-def _crossings(signal: Floats) -> NDArray[np.intp]:
-    """Where a signal goes from one side to the other, AMPLITUDE beyond zero at least."""
-    outside = np.flatnonzero(np.abs(signal) > AMPLITUDE)
-    flips = np.flatnonzero(np.diff(np.sign(signal[outside])) != 0)
-    return np.asarray(outside[flips + 1])
-
-
-def _pouring(poses: Floats, stood: int, start: int, end: int) -> list[Span]:
-    """Tilted away from how it stood."""
-    upright = poses[stood] * [1, 1, 1, 1, -1, -1, -1]
-    axis = compose(upright[None] * [0, 0, 0, 1, 1, 1, 1], np.array([[0, 0, 1, 1, 0, 0, 0.0]]))[0, :3]
-    turned = poses[start:end] * [0, 0, 0, 1, 1, 1, 1]
-    up = compose(turned, np.tile([*axis, 1, 0, 0, 0], (end - start, 1)))[:, 2]
-    tilted: Flags = np.arccos(np.clip(up, -1, 1)) > TILT
-    return [(start + s, start + e) for s, e in _joined(runs(tilted)) if (e - s) * STEP >= POURED]
-
-
-def _joined(spans: Sequence[Span]) -> list[Span]:
-    """Spans with less than POURED between them are one."""
-    found: list[Span] = []
-    for start, end in spans:
-        if found and (start - found[-1][1]) * STEP < POURED:
-            found[-1] = (found[-1][0], end)
-        else:
-            found.append((start, end))
-    return found
 
 
 def _standing(episode: Episode, grips: Sequence[Grip], grid: Grid) -> tuple[list[Event], list[Entity]]:
