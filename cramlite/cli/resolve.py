@@ -9,6 +9,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from msgspec import json
+
 from ..base.errors import NoSolution, PluginError, UserError
 from ..base.json_text import as_json
 from ..base.resources import find_scenario
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from ..engine.reading import Reading
     from ..engine.setting import Setting
     from ..engine.solution import Solution
+    from ..model.twin_verdict import TwinVerdict
     from ..scenario.scenario import Scenario
 
 
@@ -48,8 +51,12 @@ def resolve_scenario(
     plugins: PluginChoice = INSTALLED,
     report: bool = True,
     json_output: bool = False,
+    twins: int | None = None,
 ) -> int:
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
+
+    Args:
+        twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
 
     Returns:
         0 when a program was proven and its first execution, if there was one, succeeded.
@@ -63,13 +70,11 @@ def resolve_scenario(
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
-    setting = engine.setting(reading, seed=seed, backend=backend)  # a scenario that cannot be used claims no directory
+    setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
     _say_notes(scenario, setting, engine)
     run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
-        print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
-        print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
-        return 0
+        return _solved_before(run, json_output=json_output)
     trace = _earlier_trace(run)
     with Progress(quiet=json_output) as say:
         solution, tried = _first_solution(run, reading, setting, engine, trace, say)
@@ -79,17 +84,35 @@ def resolve_scenario(
             _finish(run, solution, engine, say, report=report)
     if solution is None:
         if report:
-            from ..report import Finished, write_page
-
-            write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
-        if json_output:
-            print(as_json(_nothing(trace, run, engine, seed)))
-        text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
-        raise PluginError(text) if engine.registry.faults else NoSolution(text)
+            _report_nothing(run, reading, setting, engine, trace, tried)
+        raise _no_solution(run, trace, engine, seed, json_output=json_output)
     print(as_json(_summary(solution, run, engine, seed)) if json_output else solution_text(solution, str(run.path)))
     if not solution.succeeded:
         raise NoSolution(first_execution_failed(solution, run.path, scenario))
     return 0
+
+
+def _solved_before(run: RunDirectory, *, json_output: bool) -> int:
+    print(f"{run.path} is complete and nothing has changed since.", file=sys.stderr)
+    print((run.path / "summary.json").read_text() if json_output else f"Solved before: {run.path}")
+    return 0
+
+
+def _report_nothing(
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, tried: Solution | None
+) -> None:
+    """The page about a search that proved nothing, with the program that came nearest."""
+    from ..report import Finished, write_page
+
+    write_page(Finished(engine, run, setting, trace, tried, reading.interpretation, reading.episode))
+
+
+def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, json_output: bool) -> NoSolution | PluginError:
+    """What is raised where nothing was proven; as JSON it is printed before."""
+    if json_output:
+        print(as_json(_nothing(trace, run, engine, seed)))
+    text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+    return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
 def _first_solution(
@@ -161,7 +184,10 @@ def record_demonstration(
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
     engine = make_engine(scenario, plugins)
-    episode = record_episode(scenario, engine, seed=seed, out=out)
+    recorded = record_episode(scenario, engine, seed=seed, out=out)
+    episode = recorded.episode
+    if recorded.failure:
+        print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
     print(
         f"{out}: {len(episode.events)} events in {episode.span[1] - episode.span[0]:.1f} s; see 'cramlite interpret {out}'"
     )
@@ -178,7 +204,8 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
-        "backend": backend, "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
+        "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
+        "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 
 
@@ -197,8 +224,6 @@ def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
 
 def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: int) -> None:
     """Write the values of a solution's stages into a run directory, each in its file."""
-    from msgspec import json
-
     from ..model.program_json import write_program
     from ..model.rollout import save_rollout
 
@@ -223,8 +248,6 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
 
 def _write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
     """The first execution, with the real world that it was in, in a folder as ``cramlite execute --out`` writes one."""
-    from msgspec import json
-
     from ..model.rollout import save_rollout
 
     candidate, place = execution.candidate, "execution"
@@ -244,7 +267,7 @@ def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -
         "solved": solution.succeeded, "proven": True, "execution": _execution(solution.execution),
         "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
-        "left_out": solution.verdict.left_out,
+        "left_out": solution.verdict.left_out, "twins": _twins(solution.verdict.twins),
         "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
 
@@ -255,6 +278,16 @@ def _execution(execution: Execution | None) -> dict[str, Any] | None:
         return None
     verdict = execution.verdict
     return {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
+
+
+def _twins(found: TwinVerdict | None) -> dict[str, Any] | None:
+    """How a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
+    if found is None:
+        return None
+    return {
+        "succeeded": found.succeeded, "ran": found.ran, "of": found.doubts.runs, "interval": found.interval,
+        "at_least": found.doubts.at_least, "failed": [{"twin": t.number, "reason": t.text} for t in found.failed],
+    }  # fmt: skip
 
 
 def _reason(solution: Solution) -> str:
@@ -268,7 +301,7 @@ def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict
     return {
         "solved": False, "proven": False, "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
-        "objects": {}, "steps": 0, "findings": [], "left_out": [],
+        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None,
         "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
         "faults": _faults(engine),
     }  # fmt: skip
@@ -291,7 +324,7 @@ class Progress:
             from rich.text import Text
 
             self._live.update(Text(line, no_wrap=True, overflow="ellipsis"), refresh=True)
-        elif not self._quiet and text.startswith(("candidate", "refused", "writing", "executing")):
+        elif not self._quiet and text.startswith(("candidate", "refused", "twins", "writing", "executing")):
             print(line, file=sys.stderr, flush=True)
 
     def __enter__(self) -> Progress:
@@ -324,6 +357,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         plugins=plugin_choice(arguments),
         report=not arguments.no_report,
         json_output=arguments.json,
+        twins=arguments.twins,
     )
 
 
@@ -344,6 +378,10 @@ def add_commands(add: Add) -> None:
     resolve.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
     resolve.add_argument("--backend", help="code writer; default the robot's native language")
     resolve.add_argument("--demonstration", type=Path, help="another episode than the scenario's")
+    resolve.add_argument(
+        "--twins", type=int, metavar="N",
+        help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
+    )  # fmt: skip
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
     record = add("record", _record)

@@ -13,7 +13,7 @@ from ..planning.trace import Entry, Trace
 
 MARKS = {
     "asked": "?", "chosen": "+", "refused": "-", "impossible": "x", "failed": "x", "nogood": "-", "capped": "!", "fault": "!!",
-    "proven": "OK",
+    "proven": "OK", "survived": "ok",
 }  # fmt: skip
 GIVEN_UP = "~"
 
@@ -95,7 +95,7 @@ class _Tree(Value):
 
 
 def _ends(entries: Sequence[Entry]) -> dict[int, int]:
-    """Choice -> the number after the last entry of its subtree, the proofs of programs with it included.
+    """Choice -> the number after the last entry of its subtree, the proofs of programs with it, and their runs in twins, included.
 
     The search goes depth first, so a subtree ends where something is asked, tried or said that hangs no deeper than the choice
     itself. Of goals, whose steps hang under nothing, nothing is known.
@@ -103,7 +103,7 @@ def _ends(entries: Sequence[Entry]) -> dict[int, int]:
     ends: dict[int, int] = {}
     open_: list[Entry] = []
     for entry in entries:
-        while open_ and entry.kind != "proof" and entry.parent <= open_[-1].parent:
+        while open_ and entry.kind not in ("twin", "proof") and entry.parent <= open_[-1].parent:
             ends[open_.pop().number] = entry.number
         if entry.outcome == "chosen" and entry.parent:
             open_.append(entry)

@@ -12,6 +12,7 @@ from ..plugin.grounding import Context
 from .late_poses import parametric
 from .proof import assemble, conflict_of, prove
 from .solution import Solution
+from .twin_proof import doubt, executors
 
 if TYPE_CHECKING:
     from ..interpretation.ranking import TaskSequence
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
+    from .executor_group import ExecutorGroup
     from .reading import Reading
     from .setting import Setting
 
@@ -70,6 +72,18 @@ def attempts(
     stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[tuple[Candidate, Verdict]]:
     """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them."""
+    group = executors(knowledge, setting)
+    try:
+        yield from _attempts(plan, setting, knowledge, budget, trace, progress, stop, group)
+    finally:
+        if group is not None:
+            group.close()
+
+
+def _attempts(
+    plan: Plan, setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress,
+    stop: Callable[[], bool], group: ExecutorGroup | None,
+) -> Iterator[tuple[Candidate, Verdict]]:  # fmt: skip
     context = _context(setting, knowledge, budget)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace, budget, progress, stop)
     states, conflict = search.solve(setting.start(plan)), None
@@ -83,7 +97,16 @@ def attempts(
             return
         candidate = _candidate(plan, state, setting, knowledge)
         progress(f"candidate program {number} of {len(candidate.program.steps)} steps: running its text")
+        if group is not None:
+            group.start()  # they load their plugins while the nominal run is under way
         candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)
+        if group is not None and verdict.passed:
+            doubted = doubt(candidate, verdict, setting, knowledge, group, progress, stop)
+            if doubted is None:
+                trace.stopped()
+                return
+            verdict = doubted
+            _trace_twins(trace, verdict)
         trace.add(
             0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,
             kind="proof", numbers=verdict.measured,
@@ -94,6 +117,13 @@ def attempts(
         conflict = None if verdict.passed else conflict_of(verdict, state)
     reason = f"proofs = {budget.proofs}: so many programs were made, the budget of one task sequence"
     trace.spent("proofs", budget.proofs, reason)
+
+
+def _trace_twins(trace: Trace, verdict: Verdict) -> None:
+    """An entry for each run in a twin: why it failed, or what it was off by at most."""
+    for twin in verdict.twins.twins if verdict.twins else ():
+        said = twin.text if not twin.succeeded else f"succeeded ({twin.largest()})"
+        trace.add(0, f"twin {twin.number}", "", "survived" if twin.succeeded else "failed", "engine", said, kind="twin")
 
 
 def _context(setting: Setting, knowledge: Knowledge, budget: Budget) -> Context:

@@ -148,7 +148,7 @@ class Engine:
 
     def setting(
         self, goal: Scenario | Reading, *, seed: int = 0, backend: str | None = None, now: World | None = None,
-        rest: Plan | None = None,
+        rest: Plan | None = None, twins: int | None = None,
     ) -> Setting:  # fmt: skip
         """Build the setting of a scenario: world, robot, backend and initial belief.
 
@@ -156,6 +156,8 @@ class Engine:
             goal: a scenario, or its reading.
             now: the world as it really is by now, where it is no longer as the scenario has it; only a camera is shown it.
             rest: the plan that is left by then: what the camera looks for; by default the scenario's.
+            twins: in how many a program is tried before it counts as proven, 0 for the nominal run alone; by default what the
+                scenario says, or 8.
 
         Raises:
             UserError: an unknown robot, model, backend, thing, plugin or budget; a seed that is no whole number; the
@@ -173,7 +175,7 @@ class Engine:
         def likeliest(before: Setting) -> Plan | None:
             return rest or next((plan for plan, _ in engine.plans(reading, before, Trace())), None)
 
-        return setting_of(scenario, engine.knowledge, likeliest, seed=whole_seed(seed), backend=backend, now=now)
+        return setting_of(scenario, engine.knowledge, likeliest, seed=whole_seed(seed), backend=backend, now=now, twins=twins)
 
     def resolve(
         self,
@@ -187,8 +189,8 @@ class Engine:
         stop: Callable[[], bool] = lambda: False,
         **unknown: Never,
     ) -> Iterator[Solution]:
-        """Generate programs for a goal that were proven in what is believed, one after another; nothing is computed before the first
-        is asked for. How one fares in the world as it really is, ``execute`` says.
+        """Generate programs for a goal that were proven in what is believed and in twins of it (``Setting.doubts``), one after another;
+        nothing is computed before the first is asked for. How one fares in the world as it really is, ``execute`` says.
 
         They are the attempts that passed, of all ``candidates``: that gives those that were refused, too.
 

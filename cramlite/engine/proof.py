@@ -16,6 +16,7 @@ from ..model.entity_name import thing_of
 from ..model.plan import Plan
 from ..model.program import Code, Program, Snapshot
 from ..model.program_json import typed_code
+from ..model.rollout import Rollout
 from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
 from ..planning.choice_point import Conflict
@@ -119,9 +120,12 @@ def run_and_judge(
     Returns:
         The candidate with the rollout and its episode, and what the judges of rollouts found.
     """
-    rollout = knowledge.simulator.execute(
-        text.text, world, knowledge.robots, mount=candidate.program.robot, seed=seed
-    )
+    mount = candidate.program.robot
+    return judge_run(candidate, text, knowledge.simulator.execute(text.text, world, knowledge.robots, mount=mount, seed=seed), knowledge)
+
+
+def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Knowledge) -> tuple[Candidate, list[Finding]]:
+    """Judge a run of a candidate's text, wherever it ran; the answer is that of ``run_and_judge``."""
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     parked = np.array(candidate.robot.home)
     episode = replace(episode, extras={**episode.extras, "park": parked})

@@ -8,17 +8,30 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.errors import UserError
+from ..base.value import Value
+from ..model.episode import Episode
 from ..scenario.worlds import build_world
 
 if TYPE_CHECKING:
-    from ..model.episode import Episode
     from ..scenario.scenario import Scenario
     from .engine import Engine
 
 
 
-def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) -> Episode:
-    """Record a demonstration of a scenario into a folder.
+class Recording(Value):
+    """Recording of a demonstration.
+
+    Args:
+        episode: that was written.
+        failure: what the person did not bring about; "" where it came off, or the script does not say what it is for.
+    """
+
+    episode: Episode
+    failure: str
+
+
+def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) -> Recording:
+    """Record a demonstration of a scenario into a folder, whatever comes of it.
 
     Raises:
         UserError: the scenario says nothing about recording.
@@ -31,4 +44,4 @@ def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) 
     rollout = knowledge.simulator.demonstrate(replace(world, robots=()), recipe.script, seed=seed)
     episode = knowledge.episodes.detect(rollout, scenario.name)
     knowledge.episodes.write(episode, out)
-    return episode
+    return Recording(episode, rollout.reason)

@@ -12,6 +12,7 @@ from ..base.value import Value
 from ..interpretation.fluents import SymbolicWorld, symbolic_world
 from ..model.belief import initial_belief
 from ..model.judging_limits import JudgingLimits
+from ..model.proof_doubts import ProofDoubts
 from ..planning.state import State
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ class Setting(Value):
         late: name of each thing whose pose is asked for when the program runs, and how far off it may be then [m, rad].
         force_limit: protective limit on the TCP force of its programs [N]; None for the robot's.
         limits: how far a run may disturb what no task is about.
+        doubts: in how many twins programs are tried, how far those are off, and how many runs must succeed.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Setting(Value):
     late: Mapping[str, Tolerance] = field(default_factory=dict)
     force_limit: float | None = None
     limits: JudgingLimits = JudgingLimits()
+    doubts: ProofDoubts = ProofDoubts()
 
     def belief(self) -> Belief:
         """Return the initial belief: poses, relations, joint values and the empty hand."""

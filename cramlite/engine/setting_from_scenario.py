@@ -2,37 +2,44 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..base.errors import UserError, nearest
+from ..model.error_model import ErrorModel
+from ..model.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
 from ..scenario.worlds import build_world, real_world
 from .setting import Setting
 
 if TYPE_CHECKING:
     from ..model.plan import Plan
+    from ..model.robot import Robot
     from ..model.world import World
     from ..perception.view_queries import Queries
     from ..plugin.catalogue import Knowledge
     from ..scenario.scenario import Scenario
     from .late_poses import Tolerance
 
+TWINS_VARIABLE = "CRAMLITE_TWINS"
+"""Environment variable: how many twins a program is tried in, where neither caller nor scenario says it; for test suites."""
 Likeliest = Callable[[Setting], "Plan | None"]
 """The plan that is likeliest to be carried out, when so much is known."""
 
 
 def setting_of(
     scenario: Scenario, knowledge: Knowledge, likeliest: Likeliest,
-    *, seed: int = 0, backend: str | None = None, now: World | None = None,
+    *, seed: int = 0, backend: str | None = None, now: World | None = None, twins: int | None = None,
 ) -> Setting:  # fmt: skip
     """Build the setting of a scenario, as ``Engine.setting`` does.
 
     Args:
         likeliest: says what a camera looks for.
         now: the world as it really is by now.
+        twins: how many, whatever the scenario says.
 
     Raises:
         UserError: an unknown robot, model, backend or thing; a query that a camera cannot answer.
@@ -47,7 +54,8 @@ def setting_of(
         world = replace(world, robots=now.robots)
     real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
     force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
-    setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits)
+    doubts = _doubts(scenario, world, robot, twins)
+    setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits, doubts=doubts)
     told = _told(scenario, knowledge)
     if scenario.spec.poses == "camera":
         setting = _seen(scenario, setting, knowledge, told, likeliest, now)
@@ -109,3 +117,31 @@ def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:
             place = scenario.where("late", k, "thing")
             raise UserError(f"{place}: no thing '{late.thing}' that can be moved; {nearest(late.thing, movable)}.")
     return {late.thing: (late.position, late.yaw) for late in scenario.spec.late}
+
+
+def _doubts(scenario: Scenario, world: World, robot: Robot, twins: int | None) -> ProofDoubts:
+    """The doubts that programs of a scenario must stand.
+
+    Raises:
+        UserError: errors of a thing that the world does not have, with file and line; a number of twins that is none.
+    """
+    spec, names = scenario.spec.proof, [t.name for t in world.things]
+    for k, error in enumerate(spec.errors.things):
+        if error.thing not in names and scenario.spec.poses == "known":
+            place = scenario.where("proof", "errors", "things", k, "thing")
+            raise UserError(f"{place}: no thing '{error.thing}'; {nearest(error.thing, names)}.")
+    asked = spec.twins if twins is None else twins
+    count = _usual_twins() if asked is None else asked
+    return ProofDoubts(count, spec.at_least, spec.errors.errors(ErrorModel(), robot.sensor_errors))
+
+
+def _usual_twins() -> int:
+    """How many twins where neither caller nor scenario says it: 8, or what the environment variable says.
+
+    Raises:
+        UserError: the variable holds no whole number.
+    """
+    said = os.environ.get(TWINS_VARIABLE, "")
+    if said and not said.isdecimal():
+        raise UserError(f"{TWINS_VARIABLE} is '{said}'; it is a whole number of twins, 0 for none.")
+    return int(said) if said else ProofDoubts().twins

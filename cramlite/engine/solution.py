@@ -25,12 +25,13 @@ if TYPE_CHECKING:
 
 
 class Solution(Value):
-    """Solution: a program whose text ran in the world as it is believed to be and was judged, with everything that led to it.
+    """Solution: a program whose text ran in the world as it is believed to be, and in twins of it, and was judged, with everything
+    that led to it.
 
     Args:
         number: which candidate task sequence it came from, from 1.
         candidate: plan, program, code, bindings and rollout.
-        verdict: what the validators found.
+        verdict: what the validators found; ``verdict.twins`` is how it fared in twins.
         trace: every decision of the search so far.
         setting: where it was proven.
         interpretation, episode: what the plan came from; None when it did not come from a demonstration.

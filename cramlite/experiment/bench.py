@@ -10,11 +10,11 @@ from msgspec.structs import replace
 
 from ..base.value import Value
 from ..engine.engine import Engine
+from ..engine.executor import Executor
 from ..engine.proof import judge
 from ..plugin.protocols import Candidate
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import Scenario, read_scenario
-from .executor import Executor
 from .spec import Demonstration, Experiment, read_experiment
 from .stopwatch import Stopwatch
 

@@ -14,7 +14,7 @@ from msgspec.structs import asdict
 from ..base.errors import UserError
 from .results import DemonstrationResult
 from .spec import ThresholdSpec
-from .tables import STAGES, Row, Share, Tables
+from .tables import STAGES, Confusion, Row, Share, Tables
 
 BASELINE = "baseline.json"
 HEADINGS = {"planned": "plan", "simulated": "simulation", "executed": "execution"}
@@ -22,16 +22,15 @@ HEADINGS = {"planned": "plan", "simulated": "simulation", "executed": "execution
 
 def text(tables: Tables, title: str) -> str:
     """Return the tables as text for a terminal."""
-    cells = [["", "gave candidates", "candidates", *HEADINGS.values(), "solved", "first solved"]]
+    scales = [c.scale for c in tables.confusions]
+    harder = [f"at {k:g} x errors" for k in scales[1:]]
+    cells = [["", "came off", "gave candidates", "candidates", *HEADINGS.values(), *harder, "solved", "first solved"]]
     cells += [_row(r) for r in tables.rows]
-    cells.append(["paper", *("" if s is None else s for s in _paper(tables.whole)), "", ""])
+    cells.append(["paper", "", *("" if s is None else s for s in _paper(tables.whole)), *[""] * len(harder), "", ""])
     lines = [title, "", *_aligned(cells)]
-    c = tables.confusion
-    lines += [
-        "", "rates are over all candidates that were tried, with 95 % Wilson intervals",
-        f"the filter: {c.accepted_succeeded} accepted and right, {c.accepted_failed} accepted and failed in execution, "
-        f"{c.refused_failed} refused and right, {c.refused_succeeded} refused though execution succeeds",
-    ]  # fmt: skip
+    lines += ["", "rates are over all candidates that were tried, with 95 % Wilson intervals"]
+    lines += ["the paper executed on a real robot, we in simulated twins"] if tables.whole.executed.published else []
+    lines += [f"proof against execution at {c.scale:g} x errors: {of_filter(c)}" for c in tables.confusions]
     lines += [f"  {n} x {reason}" for reason, n in tables.reasons[:12]]
     lines += [f"  lost: {name}: {why[:200]}" for name, why in tables.lost]
     total = sum(tables.seconds.values()) or 1.0
@@ -46,14 +45,21 @@ def _aligned(rows: list[list[str]]) -> list[str]:
 
 def _row(row: Row) -> list[str]:
     count = str(row.candidates) if row.tried == row.candidates else f"{row.candidates} ({row.tried} tried)"
-    shares = [share(getattr(row, s)) for s in STAGES]
-    return [row.object, plain(row.gave), count, *shares, plain(row.solved), plain(row.first)]
+    shares = [share(s) for s in (*(getattr(row, s) for s in STAGES), *row.harder)]
+    return [row.object, plain(row.came_off), plain(row.gave), count, *shares, plain(row.solved), plain(row.first)]
 
 
 def _paper(row: Row) -> list[str | None]:
     published = [s.published for s in (row.gave, *(getattr(row, s) for s in STAGES))]
     said = [f"{p[0]} of {p[1]} ({p[0] / p[1]:.0%})" if p else None for p in published]
     return [said[0], str(published[1][1]) if published[1] else None, *said[1:]]
+
+
+def of_filter(c: Confusion) -> str:
+    """Format how well the proof told programs apart."""
+    area = c.area
+    told = f"area under the curve {area[0]:.2f}, {area[1]:.2f} to {area[2]:.2f}" if area else "all ended alike: nothing to tell apart"
+    return f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; {told}"
 
 
 def plain(value: Share) -> str:
@@ -71,16 +77,26 @@ def to_json(tables: Tables, results: tuple[DemonstrationResult, ...], key: dict[
     """Return tables, results and run key as JSON values."""
     rows = [_row_json(r) for r in tables.rows]
     return {
-        "run": key, "rows": rows, "confusion": to_builtins(tables.confusion), "reasons": tables.reasons,
+        "run": key, "rows": rows, "confusions": [_confusion_json(c) for c in tables.confusions], "reasons": tables.reasons,
         "lost": tables.lost, "seconds": tables.seconds, "demonstrations": [to_builtins(r) for r in results],
     }  # fmt: skip
+
+
+def _confusion_json(c: Confusion) -> dict[str, Any]:
+    shares = {n: _share_json(getattr(c, n)) for n in ("wrongly_accepted", "wrongly_refused")}
+    return {**to_builtins(c), **shares, "area_under_curve": c.area}
+
+
+def _share_json(value: Share) -> dict[str, Any]:
+    return {**to_builtins(value), "rate": value.rate, "interval": value.interval, "reached": value.reached}
 
 
 def _row_json(row: Row) -> dict[str, Any]:
     data: dict[str, Any] = to_builtins(row)
     for name, value in asdict(row).items():
         if isinstance(value, Share):
-            data[name] |= {"rate": value.rate, "interval": value.interval, "reached": value.reached}
+            data[name] = _share_json(value)
+    data["harder"] = [_share_json(s) for s in row.harder]
     return data
 
 
@@ -89,17 +105,19 @@ def to_csv(results: tuple[DemonstrationResult, ...]) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(
-        ["demonstration", "object", "seed", "candidate", "tasks", *STAGES, "peak_force_N", "cpu_s", "reason"]
+        ["demonstration", "object", "seed", "candidate", "tasks", *STAGES, "confidence", "peak_force_N", "cpu_s", "reason"]
     )
     for one in results:
         for c in one.results:
-            forces = [a.execution.peak_force for a in c.attempts if a.execution]
+            forces = [e.peak_force for a in c.attempts for e in a.executions]
+            executed = " ".join(str(int(e)) for e in c.executed) or 0
+            confidence = max((a.confidence for a in c.attempts if a.accepted), default=0.0)
             writer.writerow(
-                [one.name, one.object, one.seed, c.number, " -> ".join(c.tasks), *(int(getattr(c, s)) for s in STAGES),
-                 f"{max(forces, default=0.0):.2f}", f"{sum(c.seconds.values()):.1f}", c.reason]
+                [one.name, one.object, one.seed, c.number, " -> ".join(c.tasks), int(c.planned), int(c.simulated), executed,
+                 f"{confidence:.2f}", f"{max(forces, default=0.0):.2f}", f"{sum(c.seconds.values()):.1f}", c.reason]
             )  # fmt: skip
         if not one.results:
-            writer.writerow([one.name, one.object, one.seed, "", "", 0, 0, 0, "", "", one.reason])
+            writer.writerow([one.name, one.object, one.seed, "", "", 0, 0, 0, "", "", "", one.reason])
     return out.getvalue()
 
 
@@ -107,9 +125,10 @@ def baseline(tables: Tables) -> dict[str, Any]:
     """Return the counts of a run that are stored to compare later ones with."""
     rows = {}
     for row in tables.rows:
-        counts = {s: [getattr(row, s).hits, getattr(row, s).total] for s in (*STAGES, "solved", "first", "gave")}
+        counts = {s: [getattr(row, s).hits, getattr(row, s).total] for s in (*STAGES, "solved", "first", "gave", "came_off")}
         rows[row.object] = {"candidates": row.candidates, **counts}
-    return {"rows": rows, "confusion": to_builtins(tables.confusion)}
+    cells = [[c.accepted_succeeded, c.accepted_failed, c.refused_succeeded, c.refused_failed] for c in tables.confusions]
+    return {"rows": rows, "confusions": cells}
 
 
 def against_baseline(tables: Tables, path: Path, key: str) -> list[str]:

@@ -11,6 +11,7 @@ class Execution(Value):
     """Execution of a text in a twin.
 
     Args:
+        scale: how many times the declared errors the twin was drawn from.
         succeeded: whether it ran to its end, nothing was hit or overloaded, and the goal holds at the end.
         reason: what the judges said against it; empty if nothing.
         peak_force: at the wrist [N].
@@ -18,6 +19,7 @@ class Execution(Value):
         picture: file name of the last sample.
     """
 
+    scale: float
     succeeded: bool
     reason: str
     peak_force: float
@@ -29,16 +31,23 @@ class Attempt(Value):
     """Complete program for a candidate, and how it was judged.
 
     Args:
-        accepted: whether the judges of the believed world let it pass.
+        accepted: whether the proof let it pass.
         reason: why not.
-        execution: in the twin; None where there was no text to execute.
+        executions: one at each scale of the experiment, the smallest first; none where there was no text to execute.
         peak_force: in the believed world [N].
+        confidence: share of the proof's runs that succeeded, the nominal one counted; 0 where that failed.
     """
 
     accepted: bool
     reason: str
-    execution: Execution | None = None
+    executions: tuple[Execution, ...] = ()
     peak_force: float = 0.0
+    confidence: float = 0.0
+
+    @property
+    def execution(self) -> Execution | None:
+        """Execution at the smallest scale; None where there was no text."""
+        return self.executions[0] if self.executions else None
 
 
 class CandidateResult(Value):
@@ -50,7 +59,7 @@ class CandidateResult(Value):
         score: of the ranking.
         planned: whether a complete program with a text came out.
         simulated: whether one was accepted, and reached the goal in the believed world.
-        executed: whether that one succeeded in the twin.
+        executed: whether the execution of that one succeeded, at each scale; none where there was none.
         reason: of the failure, with its stage; empty if there is none.
         attempts: programs, in the order of the search.
         seconds: CPU time by stage.
@@ -61,10 +70,15 @@ class CandidateResult(Value):
     score: float
     planned: bool
     simulated: bool
-    executed: bool
+    executed: tuple[bool, ...]
     reason: str
     attempts: tuple[Attempt, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def succeeded(self) -> bool:
+        """True if its program succeeded in the execution at the smallest scale."""
+        return bool(self.executed) and self.executed[0]
 
 
 class DemonstrationResult(Value):
@@ -78,6 +92,7 @@ class DemonstrationResult(Value):
         results: of those that were tried.
         reason: why there are none.
         seconds: CPU time of recording and interpreting.
+        failure: what the person did not bring about; "" where the demonstration came off. It is kept and counted all the same.
     """
 
     name: str
@@ -89,13 +104,14 @@ class DemonstrationResult(Value):
     results: tuple[CandidateResult, ...] = ()
     reason: str = ""
     seconds: dict[str, float] = field(default_factory=dict)
+    failure: str = ""
 
     @property
     def solved(self) -> bool:
         """True if some candidate's program succeeded in execution."""
-        return any(r.executed for r in self.results)
+        return any(r.succeeded for r in self.results)
 
     @property
     def first_solved(self) -> bool:
         """True if the first-ranked candidate's program succeeded in execution."""
-        return bool(self.results) and self.results[0].executed
+        return bool(self.results) and self.results[0].succeeded

@@ -19,11 +19,11 @@ from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
 from ..version import VERSION
 from .bench import Trial, bench
-from .executor import worker_pool
 from .results import DemonstrationResult
 from .spec import Demonstration, Experiment
 from .store import LOCK, Store, code_key, locked
 from .trial import run_trial
+from .worker_pool import worker_pool
 
 DEATHS = 2
 """A demonstration whose worker died this often is given up, and counts as failed."""
@@ -178,7 +178,7 @@ class Progress:
         self.done += 1
         passed = time.monotonic() - self.begin
         rest = passed / self.done * (self.left - self.done)
-        good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "executed")]
+        good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "succeeded")]
         self.say(
             f"[{self.total - self.left + self.done}/{self.total}] {result.name}: {result.candidates} candidates, "
             f"{'/'.join(map(str, good))} planned/simulated/executed{'; ' + result.reason if result.reason else ''}; "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from ..base.resources import data_folder
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
 from ..planning.budget import budget_from
-from .twin import TwinSpec
+from ..scenario.error_spec import ErrorSpec, ProofSpec
 
 FILE = "experiment.yaml"
 
@@ -72,7 +73,9 @@ class ExperimentSpec(_Spec):
     """Keys of an experiment file.
 
     ``product`` is the thing of the recording that the objects stand for; ``goal`` a relation that must hold at the end;
-    ``judges`` the validators that say whether an execution succeeded.
+    ``judges`` the validators that say whether an execution succeeded; ``twin`` how far the worlds of executions are off, nothing
+    where it says nothing; ``scales`` how many times as far, a further execution each; ``proof`` the doubts that a program must stand
+    before, whose ``errors`` begin with those of ``twin``.
     """
 
     experiment: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -83,12 +86,20 @@ class ExperimentSpec(_Spec):
     judges: tuple[str, ...]
     objects: dict[str, dict[str, Any]] = Field(min_length=1)
     sets: dict[str, SetSpec] = Field(min_length=1)
-    twin: TwinSpec
+    twin: ErrorSpec
+    scales: tuple[float, ...] = Field(default=(1.0,), min_length=1)
+    proof: ProofSpec = ProofSpec(twins=0)
     budget: dict[str, int] = Field(default_factory=dict)
     most_candidates: int = Field(default=12, ge=1)
     ablations: dict[str, AblationSpec] = Field(default_factory=dict)
     thresholds: ThresholdSpec = ThresholdSpec()
     published: PublishedSpec | None = None
+
+    @model_validator(mode="after")
+    def _rising(self) -> ExperimentSpec:
+        if any(b <= a for a, b in pairwise((0.0, *self.scales))):
+            raise ValueError("'scales' are numbers above 0 that rise, such as [1, 2, 3]")
+        return self
 
     @model_validator(mode="after")
     def _sets_apart(self) -> ExperimentSpec:

@@ -46,6 +46,14 @@ class Store:
         """Write a result of a demonstration as JSON."""
         self.write(f"results/{demonstration}/{name}.json", as_json(result))
 
+    def save_failure(self, demonstration: str, failure: str) -> None:
+        """Write what a demonstration did not bring about."""
+        self.write(f"results/{demonstration}/recorded", failure)
+
+    def failure(self, demonstration: str) -> str:
+        """Read what a demonstration did not bring about; "" where it came off."""
+        return (self.folder(demonstration) / "recorded").read_text(encoding="utf-8")
+
     def candidate(self, demonstration: str, number: int) -> CandidateResult | None:
         """Read the result of a candidate; None if it is not finished."""
         return _read(self.folder(demonstration) / f"{number}.json", CandidateResult)

@@ -6,10 +6,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from ..base.value import Value
-from .results import CandidateResult, DemonstrationResult
+from ..base.wilson import wilson_interval
+from .results import Attempt, CandidateResult, DemonstrationResult, Execution
 from .spec import PublishedSpec
 
-Z = 1.959964  # 95 % of a normal distribution
 STAGES = ("planned", "simulated", "executed")
 ALL = "all"
 
@@ -33,12 +33,7 @@ class Share(Value):
     @property
     def interval(self) -> tuple[float, float]:
         """Wilson score interval of the rate; (0, 1) where nothing was tried."""
-        if not self.total:
-            return (0.0, 1.0)
-        middle = self.rate + Z * Z / (2 * self.total)
-        spread = Z * (self.rate * (1 - self.rate) / self.total + Z * Z / (4 * self.total**2)) ** 0.5
-        scale = 1 + Z * Z / self.total
-        return (max((middle - spread) / scale, 0.0), min((middle + spread) / scale, 1.0))
+        return wilson_interval(self.hits, self.total)
 
     @property
     def reached(self) -> bool:
@@ -50,21 +45,25 @@ class Row(Value):
     """Row of the table: an object, or all of them.
 
     Args:
+        came_off: demonstrations in which the person brought about what they were to, of all; those that failed count in every column.
         gave: demonstrations that gave candidates, of all.
         candidates, tried: how many there were, and how many of them were planned.
-        planned, simulated, executed: candidates, of those tried.
+        planned, simulated, executed: candidates, of those tried; executed at the smallest scale of errors.
+        harder: executed at the further scales.
         solved, first: demonstrations with a program that succeeded, and whose first-ranked candidate did.
         readings: task sequences before those that contradict themselves were left out.
         peak_force: the largest in a successful execution [N]; 0 if there is none.
     """
 
     object: str
+    came_off: Share
     gave: Share
     candidates: int
     tried: int
     planned: Share
     simulated: Share
     executed: Share
+    harder: tuple[Share, ...]
     solved: Share
     first: Share
     readings: int
@@ -72,12 +71,35 @@ class Row(Value):
 
 
 class Confusion(Value):
-    """Confusion matrix of the filter against execution in the twin, over all programs with a text."""
+    """Confusion matrix of the proof against execution in a twin, over all programs with a text.
 
+    Args:
+        scale: of the twin's errors.
+        confidences: share of the proof's runs that succeeded, and whether the execution did, of each program.
+    """
+
+    scale: float
     accepted_succeeded: int
     accepted_failed: int
     refused_succeeded: int
     refused_failed: int
+    confidences: tuple[tuple[float, bool], ...] = ()
+
+    @property
+    def wrongly_accepted(self) -> Share:
+        """Programs that failed in execution, of those accepted."""
+        return Share(self.accepted_failed, self.accepted_succeeded + self.accepted_failed)
+
+    @property
+    def wrongly_refused(self) -> Share:
+        """Programs that succeeded in execution, of those refused."""
+        return Share(self.refused_succeeded, self.refused_succeeded + self.refused_failed)
+
+    @property
+    def area(self) -> tuple[float, float, float] | None:
+        """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval (Hanley and McNeil,
+        Radiology 143, 1982); None where all executions ended alike, and nothing can be told apart."""
+        return area_under_curve(self.confidences)
 
 
 class Tables(Value):
@@ -85,14 +107,14 @@ class Tables(Value):
 
     Args:
         rows: an object each, then all together.
-        confusion: of the filter.
+        confusions: of the proof, one for each scale of errors in execution.
         reasons: why candidates failed, the most frequent first, with how many.
         lost: demonstrations without a program that succeeded, with why.
         seconds: CPU time by stage.
     """
 
     rows: tuple[Row, ...]
-    confusion: Confusion
+    confusions: tuple[Confusion, ...]
     reasons: tuple[tuple[str, int], ...]
     lost: tuple[tuple[str, str], ...]
     seconds: dict[str, float]
@@ -112,7 +134,7 @@ def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | No
     reasons = Counter(_short(c.reason) for c in tried if c.reason)
     return Tables(
         (*rows, _row(ALL, results, said.get(ALL, {}))),
-        _confusion(tried),
+        _confusions(tried),
         tuple(sorted(reasons.items(), key=lambda kv: (-kv[1], kv[0]))),
         tuple((r.name, _why(r)) for r in results if not r.solved),
         _seconds(results),
@@ -139,18 +161,52 @@ def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, t
     def share(test: Callable[[DemonstrationResult], bool], published: tuple[int, int] | None = None) -> Share:
         return Share(sum(test(r) for r in results), len(results), published)
 
-    planned, simulated, executed = (Share(sum(getattr(c, s) for c in tried), len(tried), said.get(s)) for s in STAGES)
+    planned, simulated = (Share(sum(getattr(c, s) for c in tried), len(tried), said.get(s)) for s in STAGES[:2])
+    executed = Share(sum(c.succeeded for c in tried), len(tried), said.get("executed"))
+    scales = max((len(c.executed) for c in tried), default=1)
+    harder = tuple(Share(sum(c.executed[k] for c in tried if c.executed), len(tried)) for k in range(1, scales))
     forces = [a.execution.peak_force for c in tried for a in c.attempts if a.execution and a.execution.succeeded]
     return Row(
-        name, share(lambda r: r.candidates > 0, said.get("gave")), sum(r.candidates for r in results), len(tried),
-        planned, simulated, executed, share(lambda r: r.solved), share(lambda r: r.first_solved),
+        name, share(lambda r: not r.failure), share(lambda r: r.candidates > 0, said.get("gave")),
+        sum(r.candidates for r in results), len(tried),
+        planned, simulated, executed, harder, share(lambda r: r.solved), share(lambda r: r.first_solved),
         sum(r.readings for r in results), max(forces, default=0.0),
     )  # fmt: skip
 
 
-def _confusion(tried: Iterable[CandidateResult]) -> Confusion:
-    pairs = Counter((a.accepted, a.execution.succeeded) for c in tried for a in c.attempts if a.execution is not None)
-    return Confusion(pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False])
+def _confusions(tried: Iterable[CandidateResult]) -> tuple[Confusion, ...]:
+    ran = [(a, e) for c in tried for a in c.attempts for e in a.executions]
+    return tuple(_confusion(k, [(a, e) for a, e in ran if e.scale == k]) for k in sorted({e.scale for _, e in ran}))
+
+
+def _confusion(scale: float, ran: Sequence[tuple[Attempt, Execution]]) -> Confusion:
+    pairs = Counter((a.accepted, e.succeeded) for a, e in ran)
+    confidences = tuple((a.confidence, e.succeeded) for a, e in ran)
+    return Confusion(scale, pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False], confidences)
+
+
+def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float, float] | None:
+    """Compute the area under the ROC curve of a score, with the bounds of its 95 % interval.
+
+    Source: Hanley and McNeil, The meaning and use of the area under a receiver operating characteristic (ROC) curve, Radiology
+    143, 1982: standard error from the area and the numbers of both kinds.
+
+    Args:
+        cases: score, and what it should tell, of each.
+
+    Returns:
+        The area and its bounds; None where all cases are of one kind.
+    """
+    from scipy.stats import mannwhitneyu
+
+    good, bad = ([score for score, kind in cases if kind is wanted] for wanted in (True, False))
+    if not good or not bad:
+        return None
+    n, m = len(good), len(bad)
+    area = float(mannwhitneyu(good, bad).statistic) / (n * m)
+    one, two = area / (2 - area), 2 * area**2 / (1 + area)
+    error = ((area * (1 - area) + (n - 1) * (one - area**2) + (m - 1) * (two - area**2)) / (n * m)) ** 0.5
+    return area, max(0.0, area - 1.96 * error), min(1.0, area + 1.96 * error)
 
 
 def _short(reason: str) -> str:

@@ -23,7 +23,7 @@ from .bench import Bench, Trial, bench, goal_missed
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
 from .spec import AblationSpec, Demonstration, SetSpec
 from .store import Store
-from .twins import execute_in_twin
+from .twins import doubts, execute_in_twin
 
 
 def run_trial(trial: Trial) -> DemonstrationResult:
@@ -51,7 +51,8 @@ def _demonstrated(trial: Trial, store: Store, place: Bench) -> DemonstrationResu
     one, watch, engine = trial.demonstration, place.watch, place.engine
     watch.restart()
     with watch("record"):
-        scenario = place.scenario.demonstrated_by(_recorded(one, store, place))
+        folder, failure = _recorded(one, store, place)
+        scenario = place.scenario.demonstrated_by(folder)
     reading = engine.read(scenario)
     with watch("interpret"):
         try:
@@ -59,19 +60,19 @@ def _demonstrated(trial: Trial, store: Store, place: Bench) -> DemonstrationResu
             assert found is not None
             listed = sum(1 for _ in found.sequences())
         except UserError as error:
-            return DemonstrationResult(one.name, one.object, one.seed, 0, 0, 0, (), f"interpret: {error}", watch.read())
+            return DemonstrationResult(one.name, one.object, one.seed, 0, 0, 0, (), f"interpret: {error}", watch.read(), failure)
     seconds, trace = watch.read(), Trace()
     results = tuple(_until_solved(_results(trial, store, place, reading, trace), place.experiment.choose(trial.set_name)))
     reason = "" if results else "interpret: " + "; ".join(e.reason for e in trace.entries)
     counts = (found.count(), listed, len(results))
-    return DemonstrationResult(one.name, one.object, one.seed, *counts, results, reason, seconds)
+    return DemonstrationResult(one.name, one.object, one.seed, *counts, results, reason, seconds, failure)
 
 
 def _until_solved(results: Iterable[CandidateResult], chosen: SetSpec) -> Iterator[CandidateResult]:
     """All results, or those up to the first that succeeded, as the set has it."""
     for result in results:
         yield result
-        if result.executed and chosen.until_solved:
+        if result.succeeded and chosen.until_solved:
             return
 
 
@@ -81,17 +82,18 @@ def _results(
     """What became of each candidate; one that is finished is read."""
     one, spec = trial.demonstration, place.experiment.spec
     most = place.experiment.ablation(trial.without).candidates or spec.most_candidates
-    setting = replace(place.engine.setting(reading), seed=derive_seed(one.seed, (), "resolve"))
+    setting = place.engine.setting(reading, twins=0)
+    setting = replace(setting, seed=derive_seed(one.seed, (), "resolve"), doubts=doubts(place, setting))
     budget = Budget(**{**spec.budget, "sequences": most})
     for candidate in place.engine.candidates(reading, setting=setting, budget=budget, trace=trace):
         yield store.candidate(one.name, candidate.number) or _candidate(trial, store, place, candidate)
 
 
-def _recorded(one: Demonstration, store: Store, place: Bench) -> Path:
-    """The folder of the demonstration; recorded unless it is there."""
+def _recorded(one: Demonstration, store: Store, place: Bench) -> tuple[Path, str]:
+    """The folder of the demonstration, recorded once, and what the person did not bring about."""
     name = f"demonstrations/{one.name}"
     if (store.path / name).is_dir():
-        return store.path / name
+        return store.path / name, store.failure(one.name)
     recipe = place.scenario.spec.record
     if recipe is None:
         raise UserError(f"{place.scenario.path}: has no 'record' section, so nothing can be demonstrated.")
@@ -107,8 +109,9 @@ def _recorded(one: Demonstration, store: Store, place: Bench) -> Path:
     store.path.joinpath("demonstrations").mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=store.path, prefix=".recording-") as folder:
         part = Path(folder) / one.name
-        record_episode(scenario, place.engine, seed=one.seed, out=part)
-        return store.adopt(part, name)
+        recorded = record_episode(scenario, place.engine, seed=one.seed, out=part)
+        store.save_failure(one.name, recorded.failure)
+        return store.adopt(part, name), recorded.failure
 
 
 def _candidate(trial: Trial, store: Store, place: Bench, candidate: CandidateSequence) -> CandidateResult:
@@ -122,9 +125,9 @@ def _candidate(trial: Trial, store: Store, place: Bench, candidate: CandidateSeq
         made.append((attempt, reached))
         if attempt.accepted:
             break
-    planned = any(a.execution is not None for a, _ in made)
+    planned = any(a.executions for a, _ in made)
     best = next((a for a, reached in made if a.accepted and reached), None)
-    executed = best is not None and best.execution is not None and best.execution.succeeded
+    executed = tuple(e.succeeded for e in best.executions) if best else ()
     said = [e for e in candidate.trace.entries if e.candidate == candidate.number]
     result = CandidateResult(
         candidate.number, tasks, sequence.score, planned, best is not None, executed,
@@ -138,7 +141,7 @@ def _reason(made: list[tuple[Attempt, bool]], best: Attempt | None, entries: Ite
     """Where a candidate failed, and why; empty if it did not."""
     if best is not None:
         return "" if best.execution and best.execution.succeeded else f"execution: {_of(best.execution)}"
-    texts = [(a, reached) for a, reached in made if a.execution is not None]
+    texts = [(a, reached) for a, reached in made if a.executions]
     if texts:
         attempt = texts[-1][0]
         return f"simulation: {attempt.reason or 'accepted, but the goal was not reached'}"
@@ -183,6 +186,8 @@ def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> tupl
     ablation: AblationSpec = place.experiment.ablation(trial.without)
     name = f"{judged.number}{candidate.code.suffix}"
     store.write(f"results/{trial.demonstration.name}/{name}", candidate.code.text)
-    execution = execute_in_twin(trial, store, place, judged, errors=ablation.twin)
+    scales = place.experiment.spec.scales if ablation.twin else (0.0,)
+    executions = tuple(execute_in_twin(trial, store, place, judged, scale=k) for k in scales)
     force = (candidate.rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5
-    return Attempt(verdict.passed, "" if verdict.passed else verdict.reason, execution, float(force)), reached
+    share = verdict.twins.succeeded / verdict.twins.ran if verdict.twins else float(verdict.passed)
+    return Attempt(verdict.passed, "" if verdict.passed else verdict.reason, executions, float(force), share), reached

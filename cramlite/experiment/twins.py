@@ -7,52 +7,62 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.seeds import derive_seed
+from ..engine.executor import ExecutorDied
+from ..engine.executor_group import DEATHS
+from ..engine.setting import Setting
 from ..engine.solution import Solution
+from ..model.error_model import NO_ERRORS
+from ..model.proof_doubts import ProofDoubts
 from ..model.rollout import Rollout
 from ..model.world import World
 from ..plugin.protocols import Candidate
-from .executor import ExecutorDied
+from ..scenario.twin import draw_twin
 from .results import Execution
-from .twin import twin
 
 if TYPE_CHECKING:
     from .bench import Bench, Trial
     from .store import Store
 
 PICTURE = (320, 240)
-DEATHS = 2
-"""A text whose execution ended its process this often counts as failed."""
 
 
-def execute_in_twin(trial: Trial, store: Store, place: Bench, judged: Solution, *, errors: bool) -> Execution:
+def doubts(place: Bench, setting: Setting) -> ProofDoubts:
+    """Return the doubts that programs of an experiment must stand: twins of the proof, other ones than those of executions."""
+    spec = place.experiment.spec
+    sensor = setting.robot.sensor_errors
+    errors = spec.proof.errors.errors(spec.twin.errors(NO_ERRORS, sensor), sensor)
+    return ProofDoubts(spec.proof.twins or 0, spec.proof.at_least, errors)
+
+
+def execute_in_twin(trial: Trial, store: Store, place: Bench, judged: Solution, *, scale: float) -> Execution:
     """Run a program's text where things are not quite as believed, and judge how that ended.
 
     Args:
         judged: the program; the number of its candidate names the files, and seeds the twin.
-        errors: whether the twin has any; without them it is the believed world.
+        scale: how many times the errors of the experiment's ``twin`` the world is drawn from; with 0 it is the believed world.
     """
     from .bench import goal_missed
 
     candidate, number, setting = judged.candidate, judged.number, judged.setting
     assert candidate.code is not None
-    seed = derive_seed(trial.demonstration.seed, (), f"twin {number}")
+    seed = derive_seed(trial.demonstration.seed, (("execution", "unseen"),), f"twin {number}")  # one draw, larger with the scale
     world = setting.world
-    if errors:
-        models = place.engine.knowledge.models
-        world = twin(place.scenario, world, place.experiment.spec.twin, models, seed, len(setting.robot.joints))
+    if scale:
+        twin = place.experiment.spec.twin.errors(NO_ERRORS, setting.robot.sensor_errors).scaled(scale)
+        world = draw_twin(world, setting.relations, setting.robot, twin, seed).world
     with place.watch("hand over"):
         rollout = _run(place, candidate, world, seed)
     if rollout is None:
-        return Execution(False, f"executor: the process died {DEATHS} times (out of memory, or killed)", 0.0, 0.0)
+        return Execution(scale, False, f"executor: the process died {DEATHS} times (out of memory, or killed)", 0.0, 0.0)
     with place.watch("judge"):
         episode = replace(place.engine.knowledge.episodes.detect(rollout, setting.name), extras={})
         said = goal_missed(place, replace(candidate, rollout=rollout, episode=episode, world=world))
     picture = ""
-    if trial.pictures:
+    if trial.pictures and scale == place.experiment.spec.scales[0]:
         with place.watch("picture"):
             picture = _picture(trial, store, place, number, rollout)
     force = (rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5
-    return Execution(not said, said, float(force), float(rollout.times[-1]), picture)
+    return Execution(scale, not said, said, float(force), float(rollout.times[-1]), picture)
 
 
 def _run(place: Bench, candidate: Candidate, world: World, seed: int) -> Rollout | None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
     from .entity_name import EntityName, thing_of
     from .episode import Entity, Episode, Event, Repair, Track
+    from .error_model import ErrorModel, PoseError
     from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3
     from .judging_limits import JudgingLimits
@@ -24,8 +25,10 @@ if TYPE_CHECKING:
     from .program import Code, LatePose, Program, Section
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
     from .program_safety import PROGRAM_RULES, STEP_RULES, violations
+    from .proof_doubts import ProofDoubts
     from .robot import Gripper, Platform, Robot
     from .rollout import Message, Rollout, Scene, Solid, Touch
+    from .sensor_errors import SensorErrors
     from .steps import (
         AnyStep,
         CompliantSlide,
@@ -52,9 +55,23 @@ if TYPE_CHECKING:
         uses_arm,
         walk,
     )
+    from .twin_verdict import Draw, TwinRun, TwinVerdict
     from .verdict import Cost, Finding, Verdict
     from .view import D435, Depth, Image, Intrinsics, Mask, Points, View
-    from .world import Camera, Feature, Filling, Geom, Inertia, Joint, MeshFile, Physics, RobotMount, Thing, World
+    from .world import (
+        Camera,
+        Disturbance,
+        Feature,
+        Filling,
+        Geom,
+        Inertia,
+        Joint,
+        MeshFile,
+        Physics,
+        RobotMount,
+        Thing,
+        World,
+    )
 
 _HOMES = {
     "..base.value": "Value replace",
@@ -64,6 +81,7 @@ _HOMES = {
     ".designator_name": "enclosing_names part_name is_part_of task_of",
     ".entity_name": "EntityName thing_of",
     ".episode": "Entity Episode Event Repair Track",
+    ".error_model": "ErrorModel PoseError",
     ".friction": "pair_friction",
     ".geometry": "Floats Pose Vector3",
     ".judging_limits": "JudgingLimits",
@@ -71,14 +89,17 @@ _HOMES = {
     ".program": "Code LatePose Program Section",
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
     ".program_safety": "PROGRAM_RULES STEP_RULES violations",
+    ".proof_doubts": "ProofDoubts",
     ".robot": "Gripper Platform Robot",
     ".rollout": "Message Rollout Scene Solid Touch",
+    ".sensor_errors": "SensorErrors",
     ".steps": "AnyStep CompliantSlide Control Drive Fallback ForceExtract ForceInsert ForceMove Joints"
     " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
     " SpiralSearch Step Wait ZeroSensor branch_conflict uses_arm walk",
+    ".twin_verdict": "Draw TwinRun TwinVerdict",
     ".verdict": "Cost Finding Verdict",
     ".view": "D435 Depth Image Intrinsics Mask Points View",
-    ".world": "Camera Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
+    ".world": "Camera Disturbance Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
 }
 _NAMES = LazyNames(__name__, _HOMES)
 
@@ -97,10 +118,13 @@ __all__ = [
     "Cost",
     "Depth",
     "Designator",
+    "Disturbance",
+    "Draw",
     "Drive",
     "Entity",
     "EntityName",
     "Episode",
+    "ErrorModel",
     "Estimate",
     "Event",
     "Fallback",
@@ -139,8 +163,10 @@ __all__ = [
     "Platform",
     "Points",
     "Pose",
+    "PoseError",
     "Program",
     "ProgramText",
+    "ProofDoubts",
     "Relation",
     "Repair",
     "Repeat",
@@ -149,6 +175,7 @@ __all__ = [
     "Rollout",
     "Scene",
     "Section",
+    "SensorErrors",
     "SetGripper",
     "SetPayload",
     "Solid",
@@ -158,6 +185,8 @@ __all__ = [
     "Thing",
     "Touch",
     "Track",
+    "TwinRun",
+    "TwinVerdict",
     "Value",
     "Vector3",
     "Verdict",

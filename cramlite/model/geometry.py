@@ -40,8 +40,8 @@ class Pose(Value, dict=True):
     quaternion: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        position = tuple(float(v) for v in self.position)
-        quaternion = tuple(float(v) for v in self.quaternion)
+        position = tuple(map(float, self.position))
+        quaternion = tuple(map(float, self.quaternion))
         length = math.hypot(*quaternion)
         if len(position) != 3 or len(quaternion) != 4 or not math.isfinite(sum(position) + length) or length < 1e-9:
             raise ValueError(f"not a pose: position {self.position}, quaternion {self.quaternion}")
@@ -119,7 +119,7 @@ class Pose(Value, dict=True):
             a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
             a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
         )
-        return Pose(tuple(self.apply(other.position)), quaternion)
+        return Pose(tuple(self.apply(other.position).tolist()), quaternion)
 
     def inverse(self) -> Pose:
         """Return the inverse transform: the pose of the parent frame in the child."""
@@ -145,14 +145,16 @@ class Pose(Value, dict=True):
 
 def _quaternion(r: Floats) -> Quaternion:
     """Shepperd's method: the largest of the four components is computed first, so that nothing cancels."""
-    trace = float(np.trace(r))
-    candidates = [trace, float(r[0, 0]), float(r[1, 1]), float(r[2, 2])]
-    k = int(np.argmax(candidates))
+    rows = r.tolist()
+    diagonal = [rows[0][0], rows[1][1], rows[2][2]]
+    trace = diagonal[0] + diagonal[1] + diagonal[2]
+    candidates = [trace, *diagonal]
+    k = candidates.index(max(candidates))
     if k == 0:
-        q = (1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1])
+        q = (1 + trace, rows[2][1] - rows[1][2], rows[0][2] - rows[2][0], rows[1][0] - rows[0][1])
     else:
         i, j, m = k - 1, k % 3, (k + 1) % 3
         parts = [0.0, 0.0, 0.0]
-        parts[i], parts[j], parts[m] = 1 + 2 * r[i, i] - trace, r[i, j] + r[j, i], r[i, m] + r[m, i]
-        q = (r[m, j] - r[j, m], *parts)
-    return tuple(float(v) for v in q)  # type: ignore[return-value]
+        parts[i], parts[j], parts[m] = 1 + 2 * rows[i][i] - trace, rows[i][j] + rows[j][i], rows[i][m] + rows[m][i]
+        q = (rows[m][j] - rows[j][m], *parts)
+    return q

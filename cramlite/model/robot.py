@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..base.value import Value
 from .geometry import Pose
+from .sensor_errors import SensorErrors
 
 if TYPE_CHECKING:
     from .world import RobotMount
@@ -91,6 +92,7 @@ class Robot(Value):
             no backend asks.
         force_limit: protective limit on the TCP force of its programs, unless a scenario sets another [N], up to
             ``HIGHEST_FORCE_LIMIT``.
+        sensor_errors: of its force-torque sensor: what proofs under doubt reckon with.
 
     Raises:
         ValueError: ``axis_zeros`` is not a finite angle for each joint, or ``force_limit`` is out of its range.
@@ -113,6 +115,7 @@ class Robot(Value):
     axis_zeros: tuple[float, ...] | None = None
     controller: str = ""
     force_limit: float = FORCE_LIMIT
+    sensor_errors: SensorErrors = SensorErrors()
 
     def __post_init__(self) -> None:
         zeros = self.axis_zeros

@@ -6,6 +6,7 @@ import re
 from typing import Literal
 
 from ..base.value import Value
+from .twin_verdict import TwinVerdict
 
 Cost = Literal["facts", "ik", "path", "rollout"]
 """Stage at which a validator is asked, cheapest first; "rollout" is after the program's text ran."""
@@ -40,10 +41,12 @@ class Verdict(Value):
     Args:
         findings: in the order in which validators were asked.
         left_out: names of shipped validators that were not asked, because their plugins are blocked.
+        twins: how the program fared in twins; None where it ran in none. A finding says whether that was enough.
     """
 
     findings: tuple[Finding, ...]
     left_out: tuple[str, ...] = ()
+    twins: TwinVerdict | None = None
 
     @property
     def passed(self) -> bool:

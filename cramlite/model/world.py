@@ -234,17 +234,29 @@ class Physics(Value):
 
 
 class Disturbance(Value):
-    """Errors of a real robot that a planned one has not; drawn by cramlite/experiment/twin.py, applied by the simulator.
+    """Errors of a real robot that a planned one has not; drawn by cramlite/scenario/twin.py, applied by the simulator.
 
     Args:
         force_noise: standard deviation of each raw reading of the wrist sensor [N]; torques get a twentieth [Nm].
+        force_bias: what its zero is off, sensor axes [N]; a tare takes it away.
+        force_turning: what it reads as if it were weight, base axes [N]: a tare takes it away until the wrist turns.
         force_drift: how fast its zero wanders, sensor axes [N/s].
+        latency: from a measurement to what the program and force mode are told [s].
         links: displacement of each link of the first robot from its nominal place [m].
+        joint_zeros: what each joint really stands at, less what its encoder says [rad].
+        backlash: width of each joint's play, behind its encoder [rad].
+        gripper_force: real grip force as a multiple of the commanded one.
     """
 
     force_noise: float = 0.0
+    force_bias: Vector3 = (0.0, 0.0, 0.0)
+    force_turning: Vector3 = (0.0, 0.0, 0.0)
     force_drift: Vector3 = (0.0, 0.0, 0.0)
+    latency: float = 0.0
     links: tuple[Vector3, ...] = ()
+    joint_zeros: tuple[float, ...] = ()
+    backlash: float = 0.0
+    gripper_force: float = 1.0
 
 
 class Camera(Value):

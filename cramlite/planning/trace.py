@@ -13,8 +13,8 @@ from ..base.errors import UserError
 from ..base.run_directory import read_json
 from ..base.value import Value
 
-Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven"]
-Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "proof", "budget", "stop"]
+Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven", "survived"]
+Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "twin", "proof", "budget", "stop"]
 STOPPED = "stopped by the caller"
 
 
@@ -26,14 +26,14 @@ class Entry(Value):
         parent: number of the choice that this hangs under; 0 for the root.
         candidate: which task sequence this belongs to, from 1.
         kind: what it is about: a "sequence" of tasks as a whole, a step towards a "goal", a designator ("action",
-            "compound", "object", "location", "motion"), the "proof" of a program, a "budget" that is used up, or a "stop"
-            by the caller.
+            "compound", "object", "location", "motion"), a run of a program in a "twin", the "proof" of a program, a
+            "budget" that is used up, or a "stop" by the caller.
         designator: its name; where there is none, a word for people.
         text: what is asked for, or the alternative, in words.
         outcome: "asked" (a designator is up), "chosen" (an alternative is tried), "refused" (a plugin considered and
             dropped it), "impossible" (a plugin says so for the whole designator), "failed" (tried, and what followed
             failed), "nogood" (skipped: the same combination failed before), "capped", "fault" (a plugin's bug),
-            "proven" (its text ran and was judged).
+            "proven" (its text ran and was judged), "survived" (it succeeded in a twin).
         plugin: who said it.
         reason: a clause with numbers and units.
         cost: of an alternative.

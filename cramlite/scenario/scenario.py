@@ -20,6 +20,7 @@ from ..model.robot import HIGHEST_FORCE_LIMIT
 from ..model.view import D435, Intrinsics
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
+from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
 from .task_specs import TaskEntry
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
@@ -218,6 +219,7 @@ class ScenarioSpec(_Spec):
     record: RecordSpec | None = None
     physics: PhysicsSpec = PhysicsSpec()
     limits: LimitsSpec = LimitsSpec()
+    proof: ProofSpec = ProofSpec()
     ontologies: tuple[str, ...] = ()
     backend: str | None = None
     block: tuple[str, ...] = ()
@@ -332,7 +334,12 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "objects": ObjectSpec,
         "physics": PhysicsSpec,
         "limits": LimitsSpec,
+        "proof": ProofSpec,
+        "errors": ErrorSpec,
+        "hand_eye": PoseErrorSpec,
     }
     loc = next((p["loc"] for p in error.errors() if p["type"] == "extra_forbidden"), ())
+    if "errors" in loc:
+        models["things"] = ThingErrorSpec
     holder = next((models[str(s)] for s in reversed(loc[:-1]) if str(s) in models), ScenarioSpec)
     return [field.alias or name for name, field in holder.model_fields.items()]

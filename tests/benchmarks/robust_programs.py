@@ -16,19 +16,24 @@ from pathlib import Path
 from msgspec.structs import replace
 
 from cramlite import Engine, find_scenario, read_scenario
-from cramlite.experiment.twin import OffSpec, TwinSpec, twin
+from cramlite.base.wilson import wilson_interval
 from cramlite.model import (
     AnyStep,
+    ErrorModel,
     Fallback,
     Monitor,
     Parallel,
+    PoseError,
     Program,
     Repeat,
     Rollout,
+    SensorErrors,
     SpiralSearch,
     World,
     read_program,
 )
+from cramlite.model.error_model import NO_ERRORS
+from cramlite.scenario.twin import draw_twin
 from cramlite.scenario.worlds import read_world
 from cramlite_plugins.backends.urscript.emit import emit
 
@@ -65,13 +70,6 @@ def hangs(done: Rollout, still: Rollout, world: World, believed: World) -> bool:
     return done.outcome == "finished" and math.dist(done.poses["coffee"][-1][:3], wanted) < NEAR
 
 
-def interval(successes: int, n: int) -> tuple[float, float]:
-    """Wilson's 95 % interval."""
-    z, p = 1.96, successes / n
-    middle, half = p + z * z / (2 * n), z * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
-    return (middle - half) / (1 + z * z / n), (middle + half) / (1 + z * z / n)
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--twins", type=int, default=20)
@@ -90,21 +88,22 @@ def main() -> None:
     knowledge = engine.knowledge
     program = read_program((arguments.run / "program.json").read_text()).program
     believed = read_world(str(arguments.run / "world.json"), knowledge, 0)
-    spec = TwinSpec(
-        things=(OffSpec(thing="hook", position=arguments.hook / 1000), OffSpec(thing="coffee", position=0.002, angle=0.03)),
-        friction=0.1, mass=0.1, force_noise=0.3, force_drift=0.01, kinematics=0.001,
-    )  # fmt: skip
+    things = {"hook": PoseError(arguments.hook / 1000), "coffee": PoseError(0.002, 0.03)}
+    errors: ErrorModel = replace(
+        NO_ERRORS, things=things, friction=0.1, mass=0.1, sensor=SensorErrors(0.3, 0.0, 0.01), kinematics=0.001
+    )
+    hangs_on = tuple(("hangs_on", t.name, t.hangs_on.hanger) for t in scenario.spec.things if t.hangs_on)
     both, robots = texts(program, knowledge.robots[program.robot_type]), knowledge.robots
     still = knowledge.simulator.execute(both["full"], believed, robots, mount="arm", seed=0)
     won: dict[str, list[bool]] = {name: [] for name in both}
     for seed in range(1, arguments.twins + 1):
-        world = twin(scenario, believed, spec, knowledge.models, seed, 6)
+        world = draw_twin(believed, hangs_on, robots[program.robot_type], errors, seed).world
         for name, text in both.items():
             done = knowledge.simulator.execute(text, world, robots, mount="arm", seed=seed)
             won[name].append(hangs(done, still, world, believed))
             print(f"twin {seed} {name}: {'hangs' if won[name][-1] else 'does not hang'} {done.outcome} {done.reason}", flush=True)
     for name, results in won.items():
-        low, high = interval(sum(results), len(results))
+        low, high = wilson_interval(sum(results), len(results))
         print(f"{name}: {sum(results)} of {len(results)} ({low:.2f} .. {high:.2f})")
     pairs = list(zip(won["full"], won["bare"], strict=True))
     print(f"only the full text: {sum(f and not b for f, b in pairs)}, only the bare one: {sum(b and not f for f, b in pairs)}")

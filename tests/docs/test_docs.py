@@ -29,12 +29,12 @@ from msgspec.structs import fields
 from pydantic import BaseModel
 
 from cramlite import Budget, Engine, TaskSpec, data_folder, read_scenario
-from cramlite.base.quantities import Force
+from cramlite.base.quantities import Force, Time
 from cramlite.cli.main import main, parser
 from cramlite.cli.texts import tasks_json
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
-from cramlite.scenario import scenario
+from cramlite.scenario import error_spec, scenario
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -200,8 +200,12 @@ SPECS = {
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
     "limits": scenario.LimitsSpec,
+    "proof": error_spec.ProofSpec,
+    "errors": error_spec.ErrorSpec,
+    "errors of things": error_spec.ThingErrorSpec,
+    "hand_eye": error_spec.PoseErrorSpec,
 }
-KINDS = {Length: "length", Angle: "angle", Mass: "mass", Force: "force"}
+KINDS = {Length: "length", Angle: "angle", Mass: "mass", Force: "force", Time: "time"}
 PLAIN = {str: "text", float: "number", int: "whole number", bool: "true or false", Any: "anything"}
 
 
@@ -249,8 +253,9 @@ def test_every_key_of_scenario_files_is_documented(heading: str) -> None:
 
 
 def test_no_model_of_scenario_files_is_left_out() -> None:
-    written = {m for m in vars(scenario).values() if isinstance(m, type) and issubclass(m, scenario._Spec)}
-    assert written - {scenario._Spec} == set(SPECS.values())
+    bases = (scenario._Spec, error_spec._Spec)
+    written = {m for p in (scenario, error_spec) for m in vars(p).values() if isinstance(m, type) and issubclass(m, bases)}
+    assert written - set(bases) == set(SPECS.values())
 
 
 def test_budgets_are_documented() -> None:

@@ -14,30 +14,38 @@ from cramlite.experiment.page import page
 from cramlite.experiment.report import against_baseline, baseline, missed_thresholds, share, text, to_csv, to_json
 from cramlite.experiment.results import Attempt, CandidateResult, DemonstrationResult, Execution
 from cramlite.experiment.spec import PublishedSpec, ThresholdSpec
-from cramlite.experiment.tables import Share, tables
+from cramlite.experiment.tables import Share, area_under_curve, tables
 from cramlite.plugin import UserError
 
-GOOD, BAD = Execution(True, "", 9.0, 20.0), Execution(False, "end_state: 'coffee' is 0.12 m off", 70.0, 20.0)
+OFF = "end_state: 'coffee' is 0.12 m off"
+
+
+def executions(*succeeded: bool) -> tuple[Execution, ...]:
+    return tuple(Execution(k, s, "" if s else OFF, 9.0 if s else 70.0, 20.0) for k, s in enumerate(succeeded, 1))
+
+
+GOOD, BAD = executions(True, False), executions(False, False)
 
 
 def candidate(number: int, *attempts: Attempt, reason: str = "") -> CandidateResult:
     accepted = next((a for a in attempts if a.accepted), None)
-    executed = bool(accepted and accepted.execution and accepted.execution.succeeded)
-    planned = any(a.execution for a in attempts)
+    executed = tuple(e.succeeded for e in accepted.executions) if accepted else ()
+    planned = any(a.executions for a in attempts)
     return CandidateResult(
         number, ("Grasping(tea)",), 1.0, planned, accepted is not None, executed, reason, attempts, {"plan": 2.0}
     )
 
 
-def demonstration(name: str, *results: CandidateResult, reason: str = "") -> DemonstrationResult:
-    return DemonstrationResult(name, name[:2], 1, 36, len(results), len(results), results, reason, {"record": 1.0})
+def demonstration(name: str, *results: CandidateResult, reason: str = "", failure: str = "") -> DemonstrationResult:
+    return DemonstrationResult(name, name[:2], 1, 36, len(results), len(results), results, reason, {"record": 1.0}, failure)
 
 
 RESULTS = (
-    demonstration("O1-01", candidate(1, Attempt(True, "", GOOD)), candidate(2, Attempt(True, "", BAD), reason="execution: 0.1 m")),
+    demonstration("O1-01", candidate(1, Attempt(True, "", GOOD, confidence=1.0)),
+                  candidate(2, Attempt(True, "", BAD, confidence=8 / 9), reason="execution: 0.1 m")),
     demonstration("O1-02", candidate(1, Attempt(False, "slip 13 mm", GOOD), reason="simulation: slip 13 mm")),
-    demonstration("O2-01", candidate(1, reason="plan: reach 0.9 m"), candidate(2, Attempt(True, "", GOOD))),
-    demonstration("O2-02", reason="interpret: nothing"),
+    demonstration("O2-01", candidate(1, reason="plan: reach 0.9 m"), candidate(2, Attempt(True, "", GOOD, confidence=1.0))),
+    demonstration("O2-02", reason="interpret: nothing", failure="'tea' is not in 'basket' at the end"),
 )  # fmt: skip
 PUBLISHED = PublishedSpec(
     source="a paper", gave_candidates=(10, 9), candidates=(4, 2), planned=(4, 2), simulated=(2, 1), executed=(1, 1)
@@ -64,9 +72,24 @@ def test_the_rows_count_candidates_and_demonstrations() -> None:
 
 
 def test_what_the_filter_got_right() -> None:
-    c = tables(RESULTS).confusion
+    c, harder = tables(RESULTS).confusions
     assert (c.accepted_succeeded, c.accepted_failed, c.refused_succeeded, c.refused_failed) == (2, 1, 1, 0)
+    assert (c.wrongly_accepted.hits, c.wrongly_accepted.total, c.wrongly_refused.hits, c.wrongly_refused.total) == (1, 3, 1, 1)
+    assert (harder.scale, harder.accepted_failed, harder.refused_failed, harder.area) == (2, 3, 1, None)
+    assert c.area is not None and c.area[0] == pytest.approx(2 / 3)
     assert Share(0, 0).interval == (0.0, 1.0)
+
+
+def test_a_proof_that_knows_the_outcome_has_all_the_area_and_one_that_guesses_half() -> None:
+    told = area_under_curve([(1.0, True), (0.9, True), (0.4, False), (0.1, False)])
+    assert told == (1.0, 1.0, 1.0)
+    guessed = area_under_curve([(0.5, k % 2 == 0) for k in range(40)])
+    assert guessed is not None and guessed[0] == 0.5 and guessed[1] < 0.4 and guessed[2] > 0.6
+    assert area_under_curve([(1.0, True)] * 5) is None
+
+
+def test_demonstrations_that_failed_are_counted() -> None:
+    assert [(r.came_off.hits, r.came_off.total) for r in tables(RESULTS).rows] == [(2, 2), (1, 2), (3, 4)]
 
 
 def test_reasons_that_differ_in_numbers_are_one() -> None:
@@ -80,7 +103,7 @@ def test_text_csv_and_json_say_the_same(tmp_path: Path) -> None:
     assert (
         share(found.rows[0].executed) in said
         and "2 of 6 (33%)" in said
-        and "1 refused though execution succeeds" in said
+        and "proof against execution at 1 x errors: wrongly accepted 1 of 3" in said
     )
     lines = to_csv(RESULTS).splitlines()
     assert len(lines) == 7 and lines[-1].endswith("interpret: nothing")

@@ -58,7 +58,7 @@ def page(tmp_path_factory: pytest.TempPathFactory, solution: Solution, engine: E
 def test_every_section_is_there(page: str, engine: Engine) -> None:
     sections = [section for _, section in engine.registry.collect("report_sections")]
     assert len(sections) >= 7
-    elsewhere = {"What it saw", "The first execution", "Why nothing was proven"}  # with a camera, a real world; refused
+    elsewhere = {"What it saw", "The first execution", "Proof under doubt", "Why nothing was proven"}  # camera; real world; twins; refused
     for section in sections:
         assert (f">{escape(section.title)}</h2>" in page) == (section.title not in elsewhere)
     assert not engine.registry.faults

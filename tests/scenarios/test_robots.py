@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from msgspec.structs import replace
 
-from cramlite.experiment.executor import Executor
+from cramlite.engine.executor import Executor
 from cramlite.model import MoveJoints, Program, RobotMount, World, write_program
 from cramlite.plugin import UserError
 from cramlite.plugin.catalogue import Knowledge

@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -27,6 +28,9 @@ HANDLE = "cram:Handle"
 NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
+WIDER = (0.04, 0.02)
+"""And by so much where nothing is in the way: a thing that is 4 mm from where it is believed to be, and turned by 5 deg, is pushed by a
+pad that passes it by 5 mm."""
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
 """Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
@@ -85,25 +89,27 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if not grips:
         raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
     pose = reference_pose(belief, location, context)
-    scenes: dict[float, tuple[object, object]] = {}
-    for grip in grips:
-        opening = min(grip.width + SLACK, context.robot.gripper.opening[1])
+    scenes: dict[float, tuple[Any, Any]] = {}
+
+    def unreached(at: Pose, before: Pose, opening: float) -> str:
+        """Why the hand cannot be at a grasp, or before it, with its fingers so wide; "" where it can."""
         if opening not in scenes:
-            scenes[opening] = (
-                make_scene(belief, context, [thing.name], opening),
-                make_scene(belief, context, (), opening),
-            )
+            scenes[opening] = make_scene(belief, context, [thing.name], opening), make_scene(belief, context, (), opening)
+        near, free = scenes[opening]
+        there = collision_free_ik(near, context, at, belief.joints)
+        if isinstance(there, str):
+            return f"at the grasp: {there}"
+        off = collision_free_ik(free, context, before, there)
+        return f"at the pre-grasp: {off}" if isinstance(off, str) else ""
+
+    for grip in grips:
         at = pose * grip.pose
         before = at * Pose((0, 0, -STANDOFF))
-        near, free = scenes[opening]
-        there = collision_free_ik(near, context, at, belief.joints)  # type: ignore[arg-type]
-        if isinstance(there, str):
-            yield Refused(grip.name, f"at the grasp: {there}")
+        narrow, *wider = _openings(grip, thing, context.robot.gripper)
+        if why := unreached(at, before, narrow):
+            yield Refused(grip.name, why)
             continue
-        off = collision_free_ik(free, context, before, there)  # type: ignore[arg-type]
-        if isinstance(off, str):
-            yield Refused(grip.name, f"at the pre-grasp: {off}")
-            continue
+        opening = next((wide for wide in wider if not unreached(at, before, wide)), narrow)
         place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
         yield Grounding(
             place,
@@ -112,6 +118,13 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             grip.cost,
             key=grip.name,
         )
+
+
+def _openings(grip: Grip, thing: Thing, gripper: Gripper) -> list[float]:
+    """Distances of the pads at which a grasp may be approached [m]: the least, then the widest first."""
+    shape, most = rays.body(thing.geoms), gripper.opening[1]
+    wide = (min(grip.width + slack, most) for slack in WIDER)
+    return [min(grip.width + SLACK, most), *(w for w in wide if antipodal.clear(shape, grip.pose, w, gripper))]
 
 
 def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:

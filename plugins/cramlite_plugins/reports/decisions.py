@@ -11,7 +11,7 @@ from cramlite.model import Value
 if TYPE_CHECKING:
     from cramlite import Entry, Trace
 
-WHOLE = ("proof", "budget", "stop")
+WHOLE = ("twin", "proof", "budget", "stop")
 """Kinds of entries that are about a whole candidate."""
 
 
@@ -46,7 +46,7 @@ class Decision(Value):
 
 
 class CandidateDecisions(Value):
-    """Decisions of one candidate task sequence in order, and its proofs."""
+    """Decisions of one candidate task sequence in order, and its proofs, each behind its runs in twins."""
 
     number: int
     decisions: tuple[Decision, ...]

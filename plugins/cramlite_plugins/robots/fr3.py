@@ -21,7 +21,7 @@ from itertools import pairwise
 
 from msgspec.structs import replace
 
-from cramlite.model import Robot
+from cramlite.model import Robot, SensorErrors
 
 from . import franka_hand, robotiq_2f85
 from .dh_arm import Cylinder, Link, Row, arm_mjcf
@@ -130,6 +130,7 @@ FR3 = Robot(
     payload=3.0,
     gripper=franka_hand.FRANKA_HAND,
     sensor="flange",
+    sensor_errors=SensorErrors(noise=0.1, precision=0.8, drift=0.005),  # accuracy of force: data sheet, not checked; the others are ours
     backend="typed_json",
     mjcf=mjcf,
 )

@@ -15,7 +15,7 @@ import math
 
 from cramlite.model import Robot
 
-from .axia80 import HEIGHT, MASS, with_sensor
+from .axia80 import ERRORS, HEIGHT, MASS, with_sensor
 from .dh_arm import Cylinder, Link, Row, arm_mjcf
 from .robotiq_2f85 import GRIPPER, gripper_mjcf
 
@@ -72,6 +72,7 @@ IRB1200 = Robot(
     payload=5.0,
     gripper=with_sensor(GRIPPER),
     sensor="axia80",
+    sensor_errors=ERRORS,
     backend="rapid",
     mjcf=mjcf,
     axis_zeros=AXIS_ZEROS,

@@ -6,7 +6,6 @@ through its own text and its sensors.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Protocol
 
@@ -129,11 +128,10 @@ class _Run:
         index, off = compiled.robots[mount], compiled.world.disturbance
         displace(compiled, mount, off.links)
         self.data = compiled.data()
-        self.recorder = Recorder(compiled, mount)
+        self.recorder = Recorder(compiled, mount, wrench=False)
         base = next(m.base for m in compiled.world.robots if m.name == mount)
-        noise = math.hypot(noise, off.force_noise)
         self.controller = Controller(compiled.model, self.data, index, base, safety, noise, seed, drive=drive)
-        self.controller.sensor.drift[:3] = off.force_drift
+        self.controller.disturb(off)
         self.poses = PoseServer(compiled, self.data, base, seed)
         self.machine: _Runner | None = None
         self.peaks = Peaks(self.recorder.period)

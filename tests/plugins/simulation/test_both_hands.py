@@ -102,7 +102,6 @@ def test_a_pinch_without_friction_takes_nothing_over() -> None:
         patch.setattr(
             variety, "habits", lambda _rng, distracted: Habits(False, False, False, 0.0, other_hand="hand_over")
         )
-        patch.setattr("cramlite_plugins.simulation.person.demonstrate.ATTEMPTS", 1)
         recorded = detect(demonstrate(slippery, seed=7, script=SCRIPTS["fetch_from_hanger"]), "demo")
     assert not list(handovers(recorded))
 

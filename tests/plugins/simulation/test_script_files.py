@@ -190,6 +190,27 @@ end
     assert off.outcome == "error" and "line 3: set_tool_voltage's voltage is one of 0, 12, 24" in off.reason
 
 
+@pytest.mark.parametrize(
+    ("text", "refused"),
+    [
+        ("def p():\n  normalise([1])\nend", True),
+        ("Norm([1])", True),
+        ("def p():\n  def grip(): end\n  gripp()\nend", True),
+        ("def open_1(): end\nopen_2()", False),
+        ("def open_a(): end\nopen_b()", False),
+        ("get_list_lengths_of_all([1])", False),
+        ("motion_version_set(2)", False),
+        ("a_library_of_others(2)", False),
+    ],
+)
+def test_only_a_misspelt_function_is_wrong_where_others_may_be_elsewhere(text: str, refused: bool) -> None:
+    if refused:
+        with pytest.raises(UserError, match=r"there is no function .* did you mean"):
+            examine(text, LIBRARY)
+    else:
+        assert len(examine(text, LIBRARY)[1]) == 1
+
+
 def test_every_parameter_of_the_manual_may_be_given() -> None:
     text = """
 set_tcp(p[0, 0, 0.15, 0, 0, 0], "gripper")

@@ -8,16 +8,18 @@ the gripper, like a real one; it never reads where objects are. Control runs at 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Robot
+from cramlite.model import Disturbance, Floats, Pose, Robot
 
 from ..model.compile import unstable
 from ..model.index import RobotIndex
+from .arm_errors import ArmErrors
 from .force_mode import ForceMode
 from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
@@ -68,8 +70,11 @@ class Controller:
         self.gripper.begin_as(data)
         self.gripper_center = _gripper_center(model, data, index)
         self.period = steps * float(model.opt.timestep)
-        self.servos, self.joints = list(index.actuators), list(index.joints)
-        self.dofs = list(index.dofs)
+        self.servos, self.joints, self.dofs = adjacent(index.actuators), adjacent(index.joints), adjacent(index.dofs)
+        self.wrist = adjacent([first + k for first in (index.ft_force, index.ft_torque) for k in range(3)])
+        self.counted = np.arange(1.0, steps + 1)[:, None]
+        self.ctrl, self.qpos, self.readings = data.ctrl, data.qpos, data.sensordata  # MuJoCo's own memory, looked up once
+        self.efforts = data.actuator_force
         self.lag = -model.actuator_biasprm[self.servos, 2] / model.actuator_gainprm[self.servos, 0]
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
         torques = model.actuator_forcerange[self.servos, 1].copy()
@@ -82,7 +87,18 @@ class Controller:
         self.force_gain = 1.0
         self.freedrive = False
         self.nominal = self.kinematics.forward(self.q)
+        self.errors: ArmErrors | None = None
         self._forget()
+
+    def disturb(self, off: Disturbance) -> None:
+        """Add errors that the controller does not know of: of joints, sensor and gripper. Those of links are the model's."""
+        self.sensor.disturb(off)
+        self.gripper.strength = off.gripper_force
+        if off.latency or off.backlash or any(off.joint_zeros):
+            self.errors = ArmErrors(off, self.q, self.period)
+            self.q = self.actual_joints()
+            self.nominal = self.kinematics.forward(self.q)
+            self._forget()
 
     @property
     def gripper_server(self) -> GripperServer:
@@ -167,8 +183,13 @@ class Controller:
     # What it measures
 
     def actual_joints(self) -> Floats:
-        """Return the joint encoders (n,) [rad]."""
-        return np.array(self.data.qpos[self.joints])
+        """Return the joint encoders (n,) [rad], as programs are told them."""
+        return np.array(self.qpos[self.joints]) if self.errors is None else self.errors.told
+
+    def encoders(self) -> Floats:
+        """Return the joint encoders (n,) [rad] as they are at this moment."""
+        q = np.array(self.qpos[self.joints])
+        return q if self.errors is None else self.errors.encoders(q)
 
     def actual_speeds(self) -> Floats:
         """Return the joint speeds (n,) [rad/s]."""
@@ -176,7 +197,7 @@ class Controller:
 
     def joint_torques(self) -> Floats:
         """Return the joint torques (n,) of the servos beyond those that hold the arm's own weight [Nm]."""
-        return np.array(self.data.actuator_force[self.servos])
+        return np.array(self.efforts[self.servos])
 
     def actual_tcp(self) -> Pose:
         """Return the TCP in the base frame, from the encoders and the nominal kinematics."""
@@ -192,16 +213,31 @@ class Controller:
         self._measure()
         return self._wrench
 
+    def force(self) -> float:
+        """Return the magnitude of the force of ``wrench`` [N]."""
+        self._measure()
+        return self._force
+
     def applied(self) -> Floats:
         """Return the wrench (6,) of gripper and load on their environment, world axes, at the sensor; no tare [N, Nm].
 
         As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
         """
         self._measure()
-        turn = self.base.rotation @ self._flange[:3, :3]
-        weight = -self.arm.gripper.mass * GRAVITY * turn[2]
+        turn, weight = self._gripper_weight()
         local = self.sensor.raw + np.concatenate([weight, cross(self.gripper_center, weight)])
         return np.concatenate([turn @ local[:3], turn @ local[3:]])
+
+    def applied_force(self) -> Floats:
+        """Return the force (3,) of ``applied`` alone [N]: most cycles need no more."""
+        self._measure()
+        turn, weight = self._gripper_weight()
+        return np.asarray(turn @ (self.sensor.raw[:3] + weight))
+
+    def _gripper_weight(self) -> tuple[Floats, Floats]:
+        """Orientation of the sensor (3, 3), world axes, and what the gripper's own weight is in its axes (3,) [N]."""
+        turn = self.base.rotation @ self._flange[:3, :3]
+        return turn, -self.arm.gripper.mass * GRAVITY * turn[2]
 
     def zero_sensor(self) -> None:
         """Tare the wrist sensor."""
@@ -258,7 +294,7 @@ class Controller:
             if self.time >= self.motion.duration:
                 self.motion = None
         if self.freedrive and place is None:
-            return self.actual_joints()
+            return self.encoders()
         if self.force_mode is None:
             return self.q if place is None else self._inverse(place) if isinstance(place, Pose) else place
         if place is not None:
@@ -275,18 +311,23 @@ class Controller:
 
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
-        model, data, index = self.model, self.data, self.index
+        model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
         forward_fed = self.lag * self.rate + self._payload()
-        step = (self.q - before) / self.steps
+        goal = self.q
+        if self.errors is not None:
+            before, goal = self.errors.behind + self.errors.zeros, self.errors.moved(goal)
+        step = (goal - before) / self.steps
         reading = np.zeros(6)
-        for k in range(1, self.steps + 1):
-            data.ctrl[self.servos] = before + k * step + forward_fed
-            if self.platform is not None:
-                self.platform.apply(k / self.steps)
+        for k, command in enumerate(before + self.counted * step + forward_fed, 1):
+            ctrl[servos] = command
+            if platform is not None:
+                platform.apply(k / self.steps)
             mujoco.mj_step(model, data)
-            reading[:3] += data.sensordata[index.ft_force : index.ft_force + 3]
-            reading[3:] += data.sensordata[index.ft_torque : index.ft_torque + 3]
-        self.sensor.feed(reading / self.steps, self.period)
+            reading += self.readings[self.wrist]
+        reading /= self.steps
+        if self.errors is not None:
+            reading = self.errors.measured(self.encoders(), reading)
+        self.sensor.feed(reading, self.period)
         self._forget()
 
     def _payload(self) -> Floats:
@@ -300,9 +341,9 @@ class Controller:
     def _watch(self) -> None:
         if reason := unstable(self.data):
             raise ProtectiveStop(reason)
-        effort, error = self.data.actuator_force[self.servos], np.abs(self.q - self.actual_joints())
+        error = np.abs(self.q - (self.encoders() if self.errors is None else self.errors.now))
         late = self.platform.late() if self.platform is not None else ""
-        self.watch.cycle(math.hypot(*self.wrench()[:3]), effort, error, late)
+        self.watch.cycle(self.force(), self.efforts[self.servos], error, late)
 
     def _forget(self) -> None:
         self._measured = False
@@ -314,7 +355,14 @@ class Controller:
         self._flange = self.kinematics.flange(self.actual_joints())
         self._tcp = self._flange @ self.kinematics.tcp
         self._wrench = self.sensor.wrench(self._flange, self._tcp)
+        self._force = math.hypot(*self._wrench[:3].tolist())
         self._measured = True
+
+
+def adjacent(addresses: Sequence[int]) -> slice | list[int]:
+    """Return addresses as a slice where they follow one another, which NumPy looks up in a third of the time; else as a list."""
+    first, count = addresses[0], len(addresses)
+    return slice(first, first + count) if list(addresses) == list(range(first, first + count)) else list(addresses)
 
 
 def _gripper_center(model: Any, data: Any, index: RobotIndex) -> Floats:

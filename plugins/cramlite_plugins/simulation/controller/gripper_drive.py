@@ -24,6 +24,8 @@ class GripperDrive:
     Args:
         gripper: description.
         index: where the gripper is in the model.
+
+    ``strength`` is its real grip force as a multiple of the commanded one.
     """
 
     def __init__(self, gripper: Gripper, index: RobotIndex, model: Any) -> None:
@@ -32,7 +34,7 @@ class GripperDrive:
         self.stroke = self.widest - low
         self.opening = self.goal = self.command = self.widest
         self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
-        self.still = 0.0
+        self.still, self.strength = 0.0, 1.0
         fingers = [(a, np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.fingers]
         self.fingers = [(a, self.stroke / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
 
@@ -79,5 +81,6 @@ class GripperDrive:
         ahead = abs(self.command - self.opening) > TOLERANCE * self.stroke
         self.still = self.still + period if ahead and not fast else 0.0
         # The tendon pulls both pads: twice the grip force of one (robots/parallel_gripper.py).
-        self.model.actuator_forcerange[self.index.gripper] = (-2 * self.force, 2 * self.force)
+        force = self.strength * 2 * self.force
+        self.model.actuator_forcerange[self.index.gripper] = (-force, force)
         data.ctrl[self.index.gripper] = COUNTS * (self.widest - self.command) / self.stroke

@@ -38,7 +38,9 @@ class SafetyWatch:
 
     def __init__(self, safety: Safety, arm: Robot, torques: Floats, period: float) -> None:
         self.safety, self.arm, self.torques, self.period = safety, arm, torques, period
-        self.limits, self.fastest = np.array(arm.limits).T, 1.05 * np.array(arm.velocity)
+        self.limits = np.array(arm.limits).T
+        self.fastest = [1.05 * v for v in arm.velocity]
+        self.strongest: list[float] = torques.tolist()
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}
 
     def command(self, before: Floats, goal: Floats) -> None:
@@ -47,16 +49,16 @@ class SafetyWatch:
         Raises:
             ProtectiveStop: a joint would leave its range, or move too fast.
         """
-        outside = (goal < self.limits[0]) | (goal > self.limits[1])
-        if outside.any():
-            i = int(outside.argmax())
-            low, high = self.arm.limits[i]
-            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {goal[i]:.3f} rad, outside {low:.3f} .. {high:.3f}")
-        rate = np.abs(goal - before) / self.period
-        if (rate > self.fastest).any():
-            i = int((rate / self.fastest).argmax())
+        wanted, was = goal.tolist(), before.tolist()
+        for i, (q, (low, high)) in enumerate(zip(wanted, self.arm.limits, strict=True)):
+            if q < low or q > high:
+                raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {q:.3f} rad, outside {low:.3f} .. {high:.3f}")
+        rates = [abs(q - p) / self.period for q, p in zip(wanted, was, strict=True)]
+        if any(rate > fastest for rate, fastest in zip(rates, self.fastest, strict=True)):
+            shares = [rate / fastest for rate, fastest in zip(rates, self.fastest, strict=True)]
+            i = shares.index(max(shares))
             most = self.arm.velocity[i]
-            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rate[i]:.2f} rad/s > {most:.2f} rad/s")
+            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rates[i]:.2f} rad/s > {most:.2f} rad/s")
 
     def cycle(self, force: float, effort: Floats, error: Floats, platform: str) -> None:
         """Check the measurements of a control cycle.
@@ -70,14 +72,15 @@ class SafetyWatch:
         Raises:
             ProtectiveStop: a limit was exceeded for longer than it may be.
         """
-        s, torque = self.safety, np.abs(effort) / self.torques
-        i, j = int(torque.argmax()), int(error.argmax())
+        # lists: for so few numbers NumPy takes four times as long
+        torque, errors = [abs(e) / most for e, most in zip(effort.tolist(), self.strongest, strict=True)], error.tolist()
+        s, i, j = self.safety, torque.index(max(torque)), errors.index(max(errors))
         if self._lasts("force", force > s.force, s.force_time):
             self._stop_for("force", f"force {force:.0f} N > {s.force:.0f} N")
-        if self._lasts("torque", bool(torque[i] > 0.99), s.torque_time):
+        if self._lasts("torque", torque[i] > 0.99, s.torque_time):
             self._stop_for("torque", f"joint '{self.arm.joints[i]}' at its torque limit of {self.torques[i]:.0f} Nm")
-        if self._lasts("tracking", bool(error[j] > s.tracking), s.tracking_time):
-            late = f"joint '{self.arm.joints[j]}' is {error[j]:.3f} rad off its command, more than {s.tracking} rad"
+        if self._lasts("tracking", errors[j] > s.tracking, s.tracking_time):
+            late = f"joint '{self.arm.joints[j]}' is {errors[j]:.3f} rad off its command, more than {s.tracking} rad"
             self._stop_for("tracking", late)
         if self._lasts("platform", bool(platform), s.tracking_time):
             self._stop_for("platform", platform)

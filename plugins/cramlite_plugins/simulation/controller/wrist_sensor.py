@@ -7,17 +7,18 @@ Inertia stays in: 3 to 9 N in fast free motion (docs/explanation/simulation.md).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 
 import numpy as np
 
-from cramlite.model import Floats
+from cramlite.model import Disturbance, Floats
 
 from .nominal_arm import cross
 
 # Time constant of the low-pass filter [s]: 10 Hz corner, between UR's 500 Hz sensor and its 8 ms script cycle.
 SMOOTHING = 0.016
 GRAVITY = 9.81
+SPREAD = np.array([1.0] * 3 + [0.05] * 3)  # of noise: N and Nm
 
 
 class WristSensor:
@@ -26,12 +27,13 @@ class WristSensor:
     Args:
         up: unit vector against gravity, in the base frame.
         noise: standard deviation of each raw reading [N]; torques get a twentieth of it [Nm].
-        drift: how fast the zero of the forces wanders, sensor axes [N/s].
     """
 
-    def __init__(self, up: Floats, noise: float, seed: int, drift: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
+    def __init__(self, up: Floats, noise: float, seed: int) -> None:
         self.up, self.noise = up, noise
-        self.drift, self.wandered = np.array([*drift, 0.0, 0.0, 0.0]), np.zeros(6)
+        self.drift, self.wandered = np.zeros(6), np.zeros(6)
+        self.turning: Floats | None = None
+        self.wanders = False
         self.random = np.random.default_rng(seed)
         self.raw = np.zeros(6)
         self.bias = np.zeros(6)
@@ -39,12 +41,20 @@ class WristSensor:
         self.center = np.zeros(3)
         self.started = self.tared = False
 
+    def disturb(self, off: Disturbance) -> None:
+        """Add errors: noise to what there is; a zero that is off and wanders; a force that turns with the wrist, as weight does."""
+        self.noise = math.hypot(self.noise, off.force_noise)
+        self.drift, self.wandered = np.array([*off.force_drift, 0.0, 0.0, 0.0]), np.array([*off.force_bias, 0.0, 0.0, 0.0])
+        self.turning = np.array(off.force_turning) if any(off.force_turning) else None
+        self.wanders = any(off.force_drift) or any(off.force_bias)
+
     def feed(self, reading: Floats, period: float) -> None:
         """Filter a control cycle's mean reading (6,): the wrench of the wrist on the tool, sensor axes [N, Nm]."""
-        self.wandered = self.wandered + period * self.drift
-        reading = reading + self.wandered
+        if self.wanders:
+            self.wandered = self.wandered + period * self.drift
+            reading = reading + self.wandered
         if self.noise:
-            reading = reading + self.random.normal(0.0, self.noise, 6) * ([1.0] * 3 + [0.05] * 3)
+            reading = reading + self.random.normal(0.0, self.noise, 6) * SPREAD
         share = period / (SMOOTHING + period) if self.started else 1.0
         self.started = True
         self.raw = self.raw + share * (reading - self.raw)
@@ -52,8 +62,12 @@ class WristSensor:
     def compensated(self, flange: Floats) -> Floats:
         """Return the wrench (6,) on the tool less the payload's weight, sensor axes, bias included [N, Nm]."""
         weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
-        known: Floats = np.concatenate([weight, cross(self.center, weight)])
-        return -self.raw - known
+        felt: Floats = -self.raw
+        felt[:3] -= weight
+        felt[3:] -= cross(self.center, weight)
+        if self.turning is not None:
+            felt[:3] += self.turning @ flange[:3, :3]
+        return felt
 
     def zero(self, flange: Floats) -> None:
         """Tare the sensor with the flange (4, 4) where it is in the base frame."""
@@ -66,5 +80,7 @@ class WristSensor:
             flange, tcp: (4, 4) in the base frame; the sensor sits at the flange.
         """
         local = self.compensated(flange) - self.bias
-        force, torque = flange[:3, :3] @ local[:3], flange[:3, :3] @ local[3:]
-        return np.concatenate([force, torque - cross(tcp[:3, 3] - flange[:3, 3], force)])
+        turn, out = flange[:3, :3], np.empty(6)
+        out[:3] = force = turn @ local[:3]
+        out[3:] = turn @ local[3:] - cross(tcp[:3, 3] - flange[:3, 3], force)
+        return out

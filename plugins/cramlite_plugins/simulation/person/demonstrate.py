@@ -22,12 +22,10 @@ from .hanging import hang_onto_hanger
 from .person import Person
 from .sight_of_person import Scene, half_extents, see_hanging, see_standing
 from .taking_off import PALM, take_off_hanger
-from .variety import fetch, hang, in_container, on_peg, recorded
+from .variety import fetch, hang, not_in_container, not_on_peg, recorded
 
 #: The palm's edge stays above what an object stands on: half its 56 mm (hand.py), and 7 mm for tilt and drift [m].
 FLOOR = 0.035
-#: A varied demonstration that did not come off is made anew, so often at most.
-ATTEMPTS = 5
 
 
 def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rate: float = 50.0) -> Rollout:
@@ -40,7 +38,8 @@ def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rat
         rate: samples a second.
 
     Returns:
-        The recording, whatever came of it.
+        The recording, whatever came of it; its outcome is "failed", with the reason, where the script knows what it is for and
+        that did not come about. Nobody makes another one: a person's failures are data, too.
 
     Raises:
         UserError: there is no such script, or the world lacks what it needs.
@@ -49,12 +48,11 @@ def demonstrate(world: World, *, seed: int, script: str = "take_off_hanger", rat
         raise UserError(f"there is no script '{script}' for a demonstration; {nearest(script, SCRIPTS)}")
     chosen = SCRIPTS[script]
     scene = chosen.see(world)
-    for attempt in range(ATTEMPTS):
-        rng = np.random.default_rng([seed, attempt] if attempt else seed)
-        person = perform(scene, chosen.act, rng, rate, both=chosen.both_hands)
-        if chosen.done is None or chosen.done(person, scene):
-            break
-    return chosen.after(person.rollout(), scene, rng) if chosen.after else person.rollout()
+    rng = np.random.default_rng(seed)
+    person = perform(scene, chosen.act, rng, rate, both=chosen.both_hands)
+    rollout = chosen.after(person.rollout(), scene, rng) if chosen.after else person.rollout()
+    wrong = chosen.missed(person, scene) if chosen.missed else ""
+    return replace(rollout, outcome="failed", reason=wrong) if wrong else rollout
 
 
 def perform(scene: Scene, act: Act, rng: np.random.Generator, rate: float, *, both: bool = False) -> Person:
@@ -120,14 +118,14 @@ class Script(Value):
     Args:
         see: what the person makes out in the world.
         act: how they move, given where the hand will close.
-        done: whether it came off; people throw a recording away in which they dropped the thing, and make another.
+        missed: what did not come about that it is for; "" where all did.
         after: what the recorder makes of it.
         both_hands: the person has two.
     """
 
     see: Callable[[World], Scene]
     act: Act
-    done: Callable[[Person, Scene], bool] | None = None
+    missed: Callable[[Person, Scene], str] | None = None
     after: Callable[[Rollout, Scene, np.random.Generator], Rollout] | None = None
     both_hands: bool = False
 
@@ -136,12 +134,12 @@ class Script(Value):
 SCRIPTS: Mapping[str, Script] = {
     "take_off_hanger": Script(see_hanging, take_off_hanger),
     "hang_onto_hanger": Script(see_standing, hang_onto_hanger),
-    "take_off_hanger_varied": Script(see_hanging, fetch, in_container, recorded),
-    "hang_onto_hanger_varied": Script(see_standing, hang, on_peg, recorded),
+    "take_off_hanger_varied": Script(see_hanging, fetch, not_in_container, recorded),
+    "hang_onto_hanger_varied": Script(see_standing, hang, not_on_peg, recorded),
     "take_off_hanger_distracted": Script(
-        see_hanging, partial(fetch, distracted=True), in_container, recorded, both_hands=True
+        see_hanging, partial(fetch, distracted=True), not_in_container, recorded, both_hands=True
     ),
     "hang_onto_hanger_distracted": Script(
-        see_standing, partial(hang, distracted=True), on_peg, recorded, both_hands=True
+        see_standing, partial(hang, distracted=True), not_on_peg, recorded, both_hands=True
     ),
 }

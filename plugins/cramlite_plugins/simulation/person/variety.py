@@ -95,19 +95,21 @@ def _come(person: Person, scene: Scene, grasp: Pose, own: Habits) -> None:
     pause(person, own)
 
 
-def in_container(person: Person, scene: Scene) -> bool:
-    """Check whether the object lies in the container."""
+def not_in_container(person: Person, scene: Scene) -> str:
+    """Return what is wrong where the object does not lie in the container; "" where it does."""
     opening = scene.container.pose * scene.cavity.pose
     x, y, z = opening.inverse().apply(person.pose(scene.product.name).position)
     width, depth = (scene.cavity.size[k] for k in ("width", "depth"))
-    return bool(abs(x) < width / 2 and abs(y) < depth / 2 and z < half_extents(scene.product)[2])
+    inside = abs(x) < width / 2 and abs(y) < depth / 2 and z < half_extents(scene.product)[2]
+    return "" if inside else f"'{scene.product.name}' is not in '{scene.container.name}' at the end"
 
 
-def on_peg(person: Person, scene: Scene) -> bool:
-    """Check whether the object hangs on the peg."""
+def not_on_peg(person: Person, scene: Scene) -> str:
+    """Return what is wrong where the object does not hang on the peg; "" where it does."""
     hole = (person.pose(scene.product.name) * scene.hole.pose).position
     x, y, depth = (scene.hanger.pose * scene.peg.pose).inverse().apply(hole)
-    return bool(np.hypot(x, y) < THREADED and 0 <= depth <= scene.peg.size["length"])
+    threaded = np.hypot(x, y) < THREADED and 0 <= depth <= scene.peg.size["length"]
+    return "" if threaded else f"'{scene.product.name}' does not hang on '{scene.hanger.name}' at the end"
 
 
 def recorded(rollout: Rollout, scene: Scene, rng: np.random.Generator) -> Rollout:

@@ -29,11 +29,14 @@ class Recorder:
         compiled: the model.
         effector: name of the mount, or "hand"; by default the hand if there is one, else the first robot.
         rate: samples a second.
+        wrench: whether samples have the effector's wrench; not where ``Peaks`` are kept, whose wrenches stand for them.
     """
 
-    def __init__(self, compiled: Compiled, effector: str | None = None, rate: float = 50.0) -> None:
-        self.compiled = compiled
+    def __init__(self, compiled: Compiled, effector: str | None = None, rate: float = 50.0, wrench: bool = True) -> None:
+        self.compiled, self._wrench = compiled, wrench
         self.index = effector_of(compiled, effector)
+        self._bodies = [i.body for i in compiled.things.values()]
+        self._pairs = Pairs(compiled, self.index.name)
         self.period = 1.0 / rate
         self.messages: list[Message] = []
         self._samples: list[dict[str, Any]] = []
@@ -58,10 +61,10 @@ class Recorder:
             world=self.compiled.world,
             effector=self.index.name,
             times=np.array([i * self.period for i in range(len(samples))]),
-            poses={n: np.array([s["poses"][n] for s in samples]) for n in names},
+            poses=self._things() | {n: np.array([s["poses"][n] for s in samples]) for n in names},
             touches=tuple(s["touches"] for s in samples),
             joints=np.array([s["joints"] for s in samples]).reshape(len(samples), -1),
-            wrench=np.array([s["wrench"] for s in samples]).reshape(-1, 6),
+            wrench=np.array([s["wrench"] for s in samples]).reshape(-1, 6) if self._wrench else np.zeros((len(samples), 6)),
             opening=np.array([s["opening"] for s in samples]),
             lines=np.array([s["line"] for s in samples], dtype=float),
             messages=tuple(self.messages),
@@ -73,14 +76,21 @@ class Recorder:
             seen=self._sight.seen,
         )
 
+    def _things(self) -> dict[str, Floats]:
+        """Thing -> (N, 7) its poses."""
+        if not self._samples or not self._bodies:
+            return {}
+        rows = np.concatenate([np.array([s["things"][k] for s in self._samples]) for k in (0, 1)], axis=2)
+        return {name: rows[:, k].copy() for k, name in enumerate(self.compiled.things)}
+
     def _sizes(self) -> dict[str, Vector3]:
         platform = self.index.robot.platform if isinstance(self.index, RobotIndex) else None
         return {str(EntityName(self.index.name, "base")): platform.size} if platform else {}
 
     def _sample(self, data: Data, line: int) -> dict[str, Any]:
         model, index = self.compiled.model, self.index
-        poses = {t: (*data.xpos[i.body], *data.xquat[i.body]) for t, i in self.compiled.things.items()}
-        frames = {"effector": index.pose(data), **finger_poses(data, index)}
+        effector = index.pose(data)
+        frames = {"effector": effector, **finger_poses(data, index, at=effector)}
         frames |= camera_poses(self.compiled, data)
         for hand in self.compiled.hands:
             if hand.name != index.name:
@@ -89,10 +99,11 @@ class Recorder:
             frames[str(EntityName(index.name, "base"))] = index.platform.pose(data)
         joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
         return {
-            "poses": poses | {n: (*p.position, *p.quaternion) for n, p in frames.items()},
-            "touches": touches(self.compiled, data, index.name),
+            "things": (data.xpos[self._bodies], data.xquat[self._bodies]),
+            "poses": {n: (*p.position, *p.quaternion) for n, p in frames.items()},
+            "touches": touches(self.compiled, data, index.name, self._pairs),
             "joints": joints,
-            "wrench": wrench(model, data, index),
+            "wrench": wrench(model, data, index) if self._wrench else (),
             "opening": index.opening(model, data),
             "line": line,
             "values": {t: float(data.qpos[i.joint]) for t, i in self.compiled.things.items() if i.joint is not None},
@@ -114,11 +125,16 @@ def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
     return choices[name]
 
 
-def finger_poses(data: Data, index: EffectorIndex, name: str = "effector") -> dict[str, Pose]:
-    """Return the poses of both finger tips in the world: the middle of the pads, with the tool frame's orientation."""
-    turn = index.pose(data).quaternion
-    middle = {"left": data.geom_xpos[list(index.left)], "right": data.geom_xpos[list(index.right)]}
-    return {str(EntityName(name, side)): Pose(tuple(points.mean(axis=0)), turn) for side, points in middle.items()}
+def finger_poses(data: Data, index: EffectorIndex, name: str = "effector", at: Pose | None = None) -> dict[str, Pose]:
+    """Return the poses of both finger tips in the world: the middle of the pads, with the tool frame's orientation.
+
+    Args:
+        at: the tool frame, where it is known already.
+    """
+    turn = (at or index.pose(data)).quaternion
+    places, sides = data.geom_xpos, (("left", index.left), ("right", index.right))
+    middle = {str(EntityName(name, side)): places[list(pads)].sum(axis=0) / len(pads) for side, pads in sides}
+    return {finger: Pose(tuple(place), turn) for finger, place in middle.items()}
 
 
 def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
@@ -131,28 +147,57 @@ def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
     }
 
 
-def touches(compiled: Compiled, data: Data, effector: str) -> tuple[Touch, ...]:
+class Pairs:
+    """Names of pairs of geoms in contact, each looked up once: a contact lasts for many samples.
+
+    Args:
+        effector: whose fingers are "effector/left" and "effector/right".
+    """
+
+    def __init__(self, compiled: Compiled, effector: str) -> None:
+        self._owners, self._effector = compiled.owners, effector
+        self._known: dict[tuple[int, int], tuple[tuple[str, str], bool] | None] = {}
+
+    def of(self, first: int, second: int) -> tuple[tuple[str, str], bool] | None:
+        """Return the names as a ``Touch`` has them, and whether they are the other way round; None for contacts that are left out."""
+        if (first, second) not in self._known:
+            self._known[first, second] = self._named(self._owners[first], self._owners[second])
+        return self._known[first, second]
+
+    def _named(self, one: Owner, two: Owner) -> tuple[tuple[str, str], bool] | None:
+        if one.name == two.name or "grain" in (one.kind, two.kind):
+            return None
+        first, second = _name(one, self._effector), _name(two, self._effector)
+        flip = (one.kind == "thing", first) > (two.kind == "thing", second)
+        return ((second, first) if flip else (first, second)), flip
+
+
+def touches(compiled: Compiled, data: Data, effector: str, pairs: Pairs | None = None) -> tuple[Touch, ...]:
     """List the contacts of a state, summed over the points of each pair.
 
     Contacts within an arm or an effector, and those of grains, are left out. In each pair ``a`` is the effector or robot if one takes part,
     else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
+
+    Args:
+        pairs: names that are known already.
     """
+    pairs = pairs or Pairs(compiled, effector)
     sums: dict[tuple[str, str], list[float]] = {}
-    force, geoms, frames = np.zeros(6), data.contact.geom.tolist(), data.contact.frame
-    for i in range(data.ncon):
-        one, two = compiled.owners[geoms[i][0]], compiled.owners[geoms[i][1]]
-        if one.name == two.name or "grain" in (one.kind, two.kind):
+    force, contact = np.zeros(6), data.contact
+    frames, normal = contact.frame, force[:3]
+    for i, (first, second) in enumerate(contact.geom.tolist()):
+        named = pairs.of(first, second)
+        if named is None:
             continue
         mujoco.mj_contactForce(compiled.model, data, i, force)
-        if force[0] < WEAKEST:
+        pushed = float(force[0])
+        if pushed < WEAKEST:
             continue
         # the frame's rows are the contact axes; the force is the one of the first geom on the second
-        lift = float(frames[i, 2::3] @ force[:3])
-        first, second = _name(one, effector), _name(two, effector)
-        flip = (one.kind == "thing", first) > (two.kind == "thing", second)
-        pair = (second, first) if flip else (first, second)
+        pair, flip = named
+        lift = float(frames[i, 2::3] @ normal)
         total = sums.setdefault(pair, [0.0, 0.0])
-        total[0] += float(force[0])
+        total[0] += pushed
         total[1] += -lift if flip else lift
     return tuple(Touch(a, b, f, u) for (a, b), (f, u) in sorted(sums.items()))
 
@@ -191,14 +236,15 @@ class Peaks:
         self.wrenches: list[Floats] = []
         self.forces: list[float] = []
         self.commanded: list[float] = []
-        self._wrench, self._force, self._wanted = np.zeros(6), 0.0, 0.0
+        self._wrench, self._force, self._wanted, self._strongest = np.zeros(6), 0.0, 0.0, 0.0
 
     def see(self, time: float, arm: Controller) -> None:
         """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
-        wrench = arm.applied()
-        force = math.hypot(*(arm.wrench() if arm.sensor.tared else wrench)[:3])
-        if np.linalg.norm(wrench[:3]) > np.linalg.norm(self._wrench[:3]):
-            self._wrench = wrench
+        applied = arm.applied_force()
+        strong = math.sqrt(applied @ applied)  # numpy's norm takes three times as long for three numbers
+        force = arm.force() if arm.sensor.tared else math.hypot(*applied)
+        if strong > self._strongest:
+            self._wrench, self._strongest = arm.applied(), strong
         self._force = max(self._force, force)
         mode = arm.force_mode
         wanted = 0.0 if mode is None else float(np.linalg.norm((mode.selection * mode.wrench)[:3]))
@@ -207,7 +253,7 @@ class Peaks:
             self.wrenches.append(self._wrench)
             self.forces.append(self._force)
             self.commanded.append(self._wanted)
-            self._wrench, self._force, self._wanted = wrench, force, wanted
+            self._wrench, self._force, self._wanted, self._strongest = arm.applied(), force, wanted, strong
 
     def arrays(self) -> dict[str, Floats]:
         """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""

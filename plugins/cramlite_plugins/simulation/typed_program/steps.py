@@ -8,7 +8,6 @@ compares them.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Iterable
 from typing import Protocol
 
@@ -44,7 +43,7 @@ class Running(Protocol):
 
 def force(arm: Controller) -> float:
     """Return the magnitude of the measured force [N]."""
-    return math.hypot(*arm.wrench()[:3])
+    return arm.force()
 
 
 def follow(arm: Controller) -> Cycles:

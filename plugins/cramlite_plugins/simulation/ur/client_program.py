@@ -81,7 +81,7 @@ class _Run:
 
     def __init__(self, world: World, robots: Mapping[str, Robot], mount: str, seed: int, time_limit: float) -> None:
         self.robot = VirtualRobot(world, robots, mount, self.say, seed=seed)
-        self.recorder = Recorder(self.robot.compiled, mount)
+        self.recorder = Recorder(self.robot.compiled, mount, wrench=False)
         self.time_limit = time_limit
         self.process: subprocess.Popen[str] | None = None
         self.said: queue.SimpleQueue[str] = queue.SimpleQueue()

@@ -6,7 +6,6 @@ A method that is a generator blocks the calling thread. Wrong arguments raise ``
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Generator
 from typing import Any
 
@@ -153,7 +152,7 @@ class Functions:
 
     def force(self) -> float:
         """Return the magnitude of the force at the TCP [N]."""
-        return math.hypot(*self.arm.wrench()[:3])
+        return self.arm.force()
 
     def get_actual_tcp_pose(self) -> PoseValue:
         """Return the TCP pose in the base frame, from the encoders."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -51,9 +50,8 @@ class VirtualRobot:
         base = next(m.base for m in world.robots if m.name == mount)
         index = compiled.robots[mount]
         self.model_name = index.robot.type.split("_")[0].upper()
-        noise = math.hypot(noise, off.force_noise)
         self.arm = Controller(compiled.model, self.data, index, base, Safety(), noise, seed, steps=1)
-        self.arm.sensor.drift[:3] = off.force_drift
+        self.arm.disturb(off)
         self.registers = Registers(lambda: self.time)
         self.machine: Machine | None = None
         self.secondary: Machine | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from difflib import get_close_matches
 
 from msgspec.structs import astuple
@@ -19,6 +19,7 @@ from .syntax import Assign, Call, Function, Method, Name, Run, Statement
 Arity = tuple[tuple[str, ...], int]  # names of all parameters, how many of them are required
 MISSPELT = 0.8  # share of letters in order (difflib) from which an unknown function is taken for another one misspelt
 _STARTS = "A program is one 'def' without parameters in column 0 up to its 'end' in column 0; or call one of them after its 'end'"
+_NAMING = (Call, Name, Method, Run)
 
 
 class Lack(Value):
@@ -54,7 +55,7 @@ def check(program: Function, library: Library) -> list[Lack]:
             name. What a script file does not assign may be assigned by the program that it is read into, and is a lack.
     """
     names = _Names(program, library)
-    return [lack for node in nodes(program) for lack in names.lacks(node)]
+    return [lack for node in nodes(program) if isinstance(node, _NAMING) for lack in names.lacks(node)]
 
 
 def refuse_lacks(program: Function, library: Library) -> None:
@@ -91,8 +92,9 @@ class _Names:
     """The functions and variables that a program can name."""
 
     def __init__(self, program: Function, library: Library) -> None:
-        self.own = functions(program)
-        self.arities = {name: _built_in(f) for name, f in library.items()} | {n: _own(f) for n, f in self.own.items() if n}
+        self.own, self.library = functions(program), library
+        self.functions = library.keys() | (self.own.keys() - {""})
+        self.arities: dict[str, Arity] = {}
         self.variables = _assigned(program)
         self.whole = bool(program.name)
 
@@ -109,19 +111,34 @@ class _Names:
 
     def call(self, call: Call) -> Iterator[Lack]:
         name = call.function
-        if name in self.arities:
-            _check_call(call, self.arities)
+        if name in self.functions:
+            _check_call(call, self.arity(name))
         elif name in CONTROLLER_NAMES:
             yield Lack(call.line, f"the controller model does not have UR's function '{name}'")
-        elif get_close_matches(name.lower(), [n.lower() for n in self.arities], 1, MISSPELT):
-            raise complaint(call.line, f"there is no function '{name}'; {nearest(name, self.arities)}")
+        elif self.misspelt(name):
+            raise complaint(call.line, f"there is no function '{name}'; {nearest(name, self.functions)}")
         else:
-            there_is = f"there is no function '{name}' here; {did_you_mean(name, self.arities)}"
+            there_is = f"there is no function '{name}' here; {did_you_mean(name, self.functions)}"
             yield Lack(call.line, f"{there_is}a URCap, another script or a controller of another version may have it")
+
+    def arity(self, name: str) -> Arity:
+        """Return the parameters of a function; those of a built-in one take a while to find, so once."""
+        if name not in self.arities:
+            self.arities[name] = _own(self.own[name]) if name in self.own else _built_in(self.library[name])
+        return self.arities[name]
+
+    def misspelt(self, name: str) -> bool:
+        """Whether it is a letter or two off a name that there is; numbers at its end tell names apart.
+
+        A script file may well call a relative of its own functions that another one defines.
+        """
+        valid = (n.lower() for n in self.functions if self.whole or n not in self.own)
+        close = [n for n in valid if abs(len(n) - len(name)) < 2 and _digits(n) == _digits(name)]
+        return bool(get_close_matches(name.lower(), close, 1, MISSPELT))
 
     def variable(self, node: Name) -> Iterator[Lack]:
         name = node.name
-        if name in self.arities:
+        if name in self.functions:
             raise complaint(node.line, f"'{name}' is a function: call it with ()")
         if name in CONTROLLER_VARIABLES:
             yield Lack(node.line, f"the controller model does not have UR's variable '{name}'")
@@ -133,8 +150,12 @@ class _Names:
 
     def run(self, node: Run) -> None:
         name = node.call.function
-        if name in self.arities and getattr(self.own.get(name), "word", "") != "thread":
+        if name in self.functions and getattr(self.own.get(name), "word", "") != "thread":
             raise complaint(node.line, f"'run' needs a thread, and '{name}' is none")
+
+
+def _digits(name: str) -> str:
+    return "".join(filter(str.isdigit, name))
 
 
 def _reached(program: Function) -> Iterator[object]:
@@ -166,13 +187,14 @@ def _names(body: tuple[Statement, ...]) -> str:
 
 def nodes(node: object) -> Iterator[object]:
     """Walk a node and all below it, in the order of the text."""
-    if isinstance(node, tuple):
-        for part in node:
-            yield from nodes(part)
-    elif hasattr(node, "line"):
-        yield node
-        for value in astuple(node):  # type: ignore[arg-type]
-            yield from nodes(value)
+    waiting = [node]
+    while waiting:
+        here = waiting.pop()
+        if isinstance(here, tuple):
+            waiting += here[::-1]
+        elif hasattr(here, "line"):
+            yield here
+            waiting += astuple(here)[::-1]  # type: ignore[arg-type]
 
 
 def _assigned(program: Function) -> set[str]:
@@ -185,8 +207,8 @@ def _assigned(program: Function) -> set[str]:
     return names
 
 
-def _check_call(call: Call, arities: Mapping[str, Arity]) -> None:
-    names, required = arities[call.function]
+def _check_call(call: Call, arity: Arity) -> None:
+    names, required = arity
     given = [*names[: len(call.arguments)], *(name for name, _ in call.named)]
     for name, _ in call.named:
         if name not in names:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -14,8 +16,8 @@ import numpy as np
 import pytest
 
 from cramlite import Engine
+from cramlite.engine.executor import Executor, ExecutorDied
 from cramlite.experiment import twins
-from cramlite.experiment.executor import Executor, ExecutorDied
 from cramlite.experiment.stopwatch import Stopwatch
 from cramlite.model import RobotMount, World
 from cramlite.plugin import UserError
@@ -50,9 +52,8 @@ def test_what_is_no_program_is_said_and_the_next_one_runs(executor: Executor) ->
 
 def test_a_dead_one_is_replaced(executor: Executor) -> None:
     executor.run(TEXT, WORLD, 0)
-    assert executor._pool is not None
-    for process in executor._pool._processes.values():
-        process.kill()
+    assert executor.pid is not None
+    os.kill(executor.pid, signal.SIGKILL)
     with pytest.raises(ExecutorDied, match="process that executes programs ended"):
         executor.run(TEXT, WORLD, 0)
     assert executor.run(TEXT, WORLD, 0)[0].outcome == "finished"
@@ -60,14 +61,13 @@ def test_a_dead_one_is_replaced(executor: Executor) -> None:
 
 PARENT = """
 import time
-from cramlite.experiment.executor import Executor
+from cramlite.engine.executor import Executor
 from cramlite.model import RobotMount, World
 
-if __name__ == "__main__":
-    executor = Executor()
-    executor.run("def p():\\nend\\np()\\n", World((), (RobotMount("arm", "ur5"),)), 0)
-    print(*executor._pool._processes, flush=True)
-    time.sleep(60)
+executor = Executor()
+executor.run("def p():\\nend\\np()\\n", World((), (RobotMount("arm", "ur5"),)), 0)
+print(executor.pid, flush=True)
+time.sleep(60)
 """
 
 

@@ -1,0 +1,157 @@
+"""Execution of program texts in a process of its own, which is given a text, a world and a seed, and nothing else.
+
+It does what ``cramlite execute`` does, for one text after another, so that a process need not be started for each (1 s of CPU
+time, measured; the execution itself takes 1 to 3 s). It is started as a module, so that the caller's own script is not
+imported again, as ``multiprocessing`` would.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from msgspec import Struct
+
+from ..base.errors import UserError
+from ..plugin.selection import INSTALLED, PluginChoice
+
+if TYPE_CHECKING:
+    from ..model.rollout import Rollout
+    from ..model.world import World
+    from ..plugin.catalogue import Knowledge
+
+
+class ExecutorDied(Exception):
+    """The executing process died during an execution: killed, out of memory, or a crash."""
+
+
+class Executor(Struct):
+    """Executing process; started when it is first asked, and again when it died.
+
+    Args:
+        plugins: of its engine.
+    """
+
+    plugins: PluginChoice = INSTALLED
+    _process: subprocess.Popen[bytes] | None = None
+    _spent: float = 0.0
+
+    @property
+    def pid(self) -> int | None:
+        """Number of the process; None while there is none."""
+        return None if self._process is None else self._process.pid
+
+    def start(self) -> None:
+        """Start the process, unless it runs; it loads its plugins meanwhile."""
+        if self._process is None:
+            path = os.pathsep.join(p for p in sys.path if p)
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", __name__], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                env={**os.environ, "PYTHONPATH": path},
+            )  # fmt: skip
+            self._say(self.plugins)
+
+    def run(self, text: str, world: World, seed: int) -> tuple[Rollout, float]:
+        """Run a text in a world; return what happened, and the CPU time it took [s].
+
+        The first run's time includes the start of the process.
+
+        Raises:
+            ExecutorDied: the process did; the next call starts another one.
+            UserError: the text is no program for the world's robot.
+        """
+        self.start()
+        self._say((text, world, seed))
+        answer = self._hear()
+        if isinstance(answer, UserError):
+            raise UserError(f"The execution of a program broke: {answer}") from answer
+        if isinstance(answer, Exception):
+            raise answer
+        rollout, now = answer
+        seconds, self._spent = now - self._spent, now
+        return rollout, seconds
+
+    def close(self) -> None:
+        """End the process when it has done what it was asked; the next run starts another one."""
+        if self._process is not None:
+            self._process.communicate()
+        self._process, self._spent = None, 0.0
+
+    def kill(self) -> None:
+        """End the process at once; a run that is under way raises ExecutorDied in its thread."""
+        if self._process is not None:
+            self._process.kill()
+
+    def _say(self, what: object) -> None:
+        assert self._process is not None and self._process.stdin is not None
+        try:
+            pickle.dump(what, self._process.stdin)
+            self._process.stdin.flush()
+        except OSError:  # it died: seen when it does not answer
+            pass
+
+    def _hear(self) -> Any:
+        process = self._process
+        assert process is not None and process.stdout is not None
+        try:
+            return pickle.load(process.stdout)
+        except (EOFError, pickle.UnpicklingError) as error:
+            process.kill()
+            process.wait()
+            self._process, self._spent = None, 0.0
+            raise ExecutorDied("the process that executes programs ended") from error
+
+
+def _serve(asked: BinaryIO, answers: BinaryIO) -> None:
+    """In the other process: answer until nobody asks any more."""
+    try:
+        knowledge = _loaded(pickle.load(asked))
+        while True:
+            text, world, seed = pickle.load(asked)
+            pickle.dump(_execute(knowledge, text, world, seed), answers)
+            answers.flush()
+    except (EOFError, OSError):  # whoever asked is gone
+        return
+
+
+def _loaded(plugins: PluginChoice) -> Knowledge | Exception:
+    """The plugins, and what the simulator imports when it is first asked."""
+    from ..model.world import World
+    from ..plugin.catalogue import Knowledge
+
+    try:
+        knowledge = Knowledge(plugins.registry())
+        knowledge.simulator.check(World(()), knowledge.robots)
+    except Exception as error:
+        return error
+    return knowledge
+
+
+def _execute(knowledge: Knowledge | Exception, text: str, world: World, seed: int) -> object:
+    """The rollout, and all CPU seconds of the process so far; or what went wrong."""
+    try:
+        if isinstance(knowledge, Exception):
+            raise knowledge
+        rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
+    except UserError as error:
+        return error
+    except Exception as error:  # one that cannot be sent would leave the caller waiting
+        return RuntimeError(f"{type(error).__name__}: {error}")
+    return rollout, time.process_time()
+
+
+def _main() -> None:
+    """Ctrl-C is left to whoever asks; what plugins print is no answer."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with os.fdopen(os.dup(0), "rb") as asked, os.fdopen(os.dup(1), "wb") as answers:
+        os.dup2(2, 1)
+        _serve(asked, answers)
+
+
+if __name__ == "__main__":
+    _main()

@@ -1,0 +1,167 @@
+"""Proof under doubt: a program that was accepted in the believed world runs in twins of it, and most of these runs must succeed.
+
+Each twin is drawn around what is believed; the real world of a setting is entered here no more than in the nominal proof. Runs are
+judged by the same judges, in the order in which the twins were drawn, until those that are left can change nothing any more; so the
+verdict is the same for any number of processes. Where a program is refused, each source of error is tried by itself, with the numbers
+of the first twin that failed, so that the reason names what broke it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.seeds import derive_seed
+from ..base.value import Value
+from ..model.error_model import NO_ERRORS, SOURCES, ErrorModel
+from ..model.geometry import Pose
+from ..model.twin_verdict import TwinRun, TwinVerdict
+from ..model.verdict import Finding, Verdict
+from ..plugin.selection import PluginChoice
+from ..scenario.twin import Sight, Twin, draw_twin
+from .executor_group import ExecutorGroup, processes_here
+from .late_poses import flange
+from .proof import judge_run, text_that_runs
+
+if TYPE_CHECKING:
+    from ..model.program import Code
+    from ..model.rollout import Rollout
+    from ..model.world import World
+    from ..plugin.catalogue import Knowledge
+    from ..plugin.protocols import Candidate
+    from .setting import Setting
+
+FINDING = "twins"
+Progress = Callable[[str], None]
+
+
+class Doubtful(Value):
+    """Program that was accepted in the believed world, and what runs of it in twins take.
+
+    Args:
+        candidate, text: the program, and what of it runs here.
+        setting: what is believed, and which doubts it must stand.
+    """
+
+    candidate: Candidate
+    text: Code
+    setting: Setting
+    knowledge: Knowledge
+    group: ExecutorGroup
+
+    def twin(self, seed: int, errors: ErrorModel) -> Twin:
+        """Draw a twin of what is believed."""
+        setting = self.setting
+        return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
+
+    def runs(self, places: Iterator[tuple[World, int]]) -> Iterator[Finding | None]:
+        """Run the program in worlds, lazily; yield the first objection to each run, or None."""
+        for rollout in self.group.runs(self.text.text, places):
+            yield self._objection(rollout)
+
+    def _objection(self, rollout: Rollout | str) -> Finding | None:
+        if isinstance(rollout, str):
+            return Finding("execution", False, rollout)
+        _, findings = judge_run(self.candidate, self.text, rollout, self.knowledge)
+        return next((f for f in findings if not f.passed), None)
+
+
+def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
+    """Make the processes that runs in twins take; None where there are no twins."""
+    registry = knowledge.registry
+    if not setting.doubts.twins:
+        return None
+    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
+    return ExecutorGroup(plugins, min(processes_here(), setting.doubts.twins))
+
+
+def doubt(
+    candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: ExecutorGroup, progress: Progress,
+    stop: Callable[[], bool] = lambda: False,
+) -> Verdict | None:  # fmt: skip
+    """Return the verdict about a program that was accepted in the believed world, after its runs in twins.
+
+    A program that does not run here is returned as it was judged.
+
+    Args:
+        stop: asked before each run is waited for.
+
+    Returns:
+        None if it was stopped before it was decided.
+    """
+    text = text_that_runs(candidate, setting.backend)
+    if text is None or candidate.rollout is None:
+        return verdict
+    found = _in_twins(Doubtful(candidate, text, setting, knowledge, group), progress, stop)
+    if found is None:
+        return None
+    progress(f"twins: {found.text}")
+    finding = Finding(
+        FINDING, found.passed, found.reason, value=found.succeeded / found.ran, limit=setting.doubts.at_least, origin=found.weakest
+    )
+    return replace(verdict, findings=(*verdict.findings, finding), twins=found)
+
+
+def twin_seed(seed: int, text: str, number: int, family: str = "proof") -> int:
+    """Derive the seed of a program's twin.
+
+    Args:
+        seed: of the setting.
+        text: of the program.
+        number: of the twin, from 1.
+        family: "proof" for what a search uses; rates that are published come from another one, which no search has seen.
+    """
+    return derive_seed(seed, ((family, hashlib.blake2b(text.encode(), digest_size=8).hexdigest()),), f"twin {number}")
+
+
+def sight_of(setting: Setting) -> Sight | None:
+    """Return where the camera was when it last looked, and what it saw; None where poses are known."""
+    look = setting.look
+    if look is None or look.camera is None:
+        return None
+    camera, mount = look.camera, setting.world.robots[0]
+    at = camera.pose
+    if camera.mount is not None:
+        at = setting.robot.arm_at(mount.base) * flange(setting.robot, camera.joints or setting.robot.start(mount)[0]) * camera.pose
+    return Sight(Pose(at.position, at.quaternion), frozenset(look.estimates))
+
+
+def _in_twins(doubtful: Doubtful, progress: Progress, stop: Callable[[], bool]) -> TwinVerdict | None:
+    doubts = doubtful.setting.doubts
+    seeds = [twin_seed(doubtful.setting.seed, doubtful.text.text, k) for k in range(1, doubts.twins + 1)]
+    twins: list[Twin] = []
+    found = TwinVerdict(doubts, ())
+    runs = doubtful.runs(_places(doubtful, seeds, twins))
+    while not doubts.decided(found.succeeded, found.ran):
+        if stop():
+            return None
+        said, number = next(runs), found.ran
+        run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None)
+        if said is not None:
+            run = replace(run, reason=f"{said.validator}: {said.reason}", origin=said.origin)
+        found = replace(found, twins=(*found.twins, run))
+        progress(f"twin {number} of {doubts.twins}: {run.reason or 'succeeded'}")
+    return found if found.passed else _explained(found, doubtful, progress)
+
+
+def _places(doubtful: Doubtful, seeds: list[int], twins: list[Twin]) -> Iterator[tuple[World, int]]:
+    """World and seed of one twin after another; each is drawn when there is a process for it."""
+    for seed in seeds:
+        twins.append(doubtful.twin(seed, doubtful.setting.doubts.errors))
+        yield twins[-1].world, seed
+
+
+def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> TwinVerdict:
+    """The first run that failed with the sources of error that break the program by themselves."""
+    first = found.failed[0]
+    progress(f"twin {first.number}: which error it was")
+    errors, seen = doubtful.setting.doubts.errors, sight_of(doubtful.setting) is not None
+    none = NO_ERRORS.scaled(errors.scale)
+    sources = [s for s in SOURCES if errors.only(s) != none and (seen or s != "hand-eye")]
+    worlds = ((doubtful.twin(first.seed, errors.only(s)).world, first.seed) for s in sources)
+    broken = tuple(s for s, said in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
+    told = replace(first, causes=broken, looked_for=True)
+    return replace(found, twins=tuple(told if t.number == first.number else t for t in found.twins))

@@ -1,0 +1,133 @@
+"""Verdict of a program's runs in twins: each with what was drawn, whether it succeeded, and why not."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+from ..base.value import Value
+from ..base.wilson import wilson_interval
+from .proof_doubts import ProofDoubts
+
+
+class Draw(Value):
+    """Number that was drawn for a twin.
+
+    Args:
+        source: of error, a key of ``SOURCES``.
+        name: for people: of what, and which.
+        value: in ``unit``.
+        size: the largest that could have been drawn, in ``unit``.
+    """
+
+    source: str
+    name: str
+    value: float
+    size: float
+    unit: str
+
+    @property
+    def share(self) -> float:
+        """Value as a share of the largest possible, -1 to 1."""
+        return self.value / self.size if self.size else 0.0
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.value:+.3g} {self.unit}"
+
+
+class TwinRun(Value):
+    """Run of a program in a twin.
+
+    Args:
+        number: from 1.
+        seed: that the twin was drawn from.
+        draws: how the twin differs from the believed world.
+        succeeded: no judge objects.
+        reason: of the first objection; "" where there is none.
+        origin: the task or step that it is about.
+        causes: sources of error that break the program by themselves; empty where that was not tried, or where no source does.
+        looked_for: whether it was tried.
+    """
+
+    number: int
+    seed: int
+    draws: tuple[Draw, ...]
+    succeeded: bool
+    reason: str = ""
+    origin: str = ""
+    causes: tuple[str, ...] = ()
+    looked_for: bool = False
+
+    def largest(self, count: int = 3) -> str:
+        """Name the draws that are largest for their range; those of the causes, where there are any."""
+        asked = [d for d in self.draws if not self.causes or d.source in self.causes]
+        return ", ".join(map(str, sorted(asked, key=lambda d: -abs(d.share))[:count]))
+
+    @property
+    def text(self) -> str:
+        """Outcome, in one clause."""
+        if self.succeeded:
+            return "succeeded"
+        alone = f"; broken by {' or '.join(self.causes)} alone" if self.causes else "; no source of error breaks it alone" * self.looked_for
+        return f"{self.reason}{alone} ({self.largest()})"
+
+
+class TwinVerdict(Value):
+    """Verdict of the nominal run, which succeeded, and of the runs in twins.
+
+    Args:
+        doubts: what was asked for.
+        twins: runs in twins, in the order in which they were drawn; fewer than asked for, where the others could change nothing.
+    """
+
+    doubts: ProofDoubts
+    twins: tuple[TwinRun, ...]
+
+    @property
+    def ran(self) -> int:
+        """Runs, the nominal one counted."""
+        return 1 + len(self.twins)
+
+    @property
+    def succeeded(self) -> int:
+        """Runs that succeeded, the nominal one counted."""
+        return 1 + sum(t.succeeded for t in self.twins)
+
+    @property
+    def failed(self) -> tuple[TwinRun, ...]:
+        """Runs in twins that failed."""
+        return tuple(t for t in self.twins if not t.succeeded)
+
+    @property
+    def passed(self) -> bool:
+        """Whether as many succeeded as were asked for."""
+        return self.succeeded >= self.doubts.needed
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Bounds of the 95 % Wilson interval of the probability of success."""
+        return wilson_interval(self.succeeded, self.ran)
+
+    @property
+    def weakest(self) -> str:
+        """Task or step in which most failed; "" where none did."""
+        return next((origin for origin, _ in Counter(t.origin for t in self.failed).most_common(1)), "")
+
+    @property
+    def text(self) -> str:
+        """Share with its interval, for people."""
+        low, high = self.interval
+        left = self.doubts.runs - self.ran
+        spared = f"; {left} not run, since they could change nothing" if left else ""
+        return f"{self.succeeded} of {self.ran}, interval {share_text(low)} to {share_text(high)}{spared}"
+
+    @property
+    def reason(self) -> str:
+        """What is said of it as a finding: the share, what was asked for, and why runs failed."""
+        asked = f"{share_text(self.doubts.at_least)} of {self.doubts.runs} asked for"
+        why = "; ".join(f"twin {t.number}: {t.text}" for t in self.failed)
+        return f"{self.text}; {asked}" + (f"; {why}" if why else "")
+
+
+def share_text(share: float) -> str:
+    """Return a share in two digits, ".57"; "1.00" for all."""
+    return f"{share:.2f}".removeprefix("0")
