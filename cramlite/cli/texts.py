@@ -5,6 +5,8 @@ from __future__ import annotations
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,7 @@ from ..ontology.foundation import ACTION
 if TYPE_CHECKING:
     from ..engine.solution import Solution
     from ..interpretation.interpretation import Interpretation, Interpreted
+    from ..interpretation.matching import Match
     from ..model.episode import Repair
     from ..model.rollout import Rollout
     from ..model.verdict import Verdict
@@ -92,28 +95,65 @@ def _label(action: Interpreted) -> str:
     return f"  {action.label or event.type}{f' of {whom}' if whom else ''}, {source}"
 
 
-def _repair_lines(repairs: Sequence[Repair], most: int = 20) -> list[str]:
-    """A line for each; a flickering log has hundreds, so only the first are shown."""
-    lines = [f"  repaired  {r.when[0]:7.2f} to {r.when[1]:7.2f} s  {r.what}: {r.why}" for r in repairs[:most]]
-    more = [f"  repaired  {len(repairs) - most} more; --json lists them all"]
-    return lines + (more if len(repairs) > most else [])
+def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> list[str]:
+    """A line for each; of many for one reason the first, and how many: a flickering log has hundreds."""
+    groups: dict[str, list[Repair]] = {}
+    for r in repairs:
+        groups.setdefault(r.why, []).append(r)
+    shown = [r for of_one in groups.values() for r in of_one[: most if len(of_one) <= ALIKE else 1]]
+    lines = []
+    for r in shown[:most]:
+        others = len(groups[r.why]) - 1 if len(groups[r.why]) > ALIKE else 0
+        start, end = (max(t - zero, 0.0) for t in r.when)
+        lines.append(f"  repaired  {start:7.2f} to {end:7.2f} s  {r.what}: {r.why}" + (f"; {others} more like it" if others else ""))
+    left = len(shown) - most
+    return lines + ([f"  repaired  {left} more; --json lists them all"] if left > 0 else [])
+
+
+EPOCH = 1e8
+"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
+ALIKE = 3
+"""Repairs for one reason that are shown each."""
+SHOWN = 3
+"""Candidates that are shown with the terms of their length."""
 
 
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
-    """Return every action with the tasks it may execute, and before them what was repaired, as text."""
+    """Return every action with the tasks it may execute, before them what was repaired, and behind them the best candidates."""
     lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} readings"]
-    lines += _repair_lines(list(repairs))
+    zero = _zero(found)
+    if zero:
+        lines.append(f"  times are from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
+    lines += _repair_lines(list(repairs), zero)
     for k, action in enumerate(found.actions):
-        lines.append(f"  {k}  {action.start:7.2f} to {action.end:7.2f} s{_label(action)}")
-        lines += [
-            f"       {m.task}({', '.join(f'{r}={e}' for r, e in m.roles.items())}): {m.explanation}"
-            for m in action.matches
-        ]
+        lines.append(f"  {k}  {action.start - zero:7.2f} to {action.end - zero:7.2f} s{_label(action)}")
+        lines += [f"       {_match(m)}" for m in action.matches]
         if action.unexplained:
             lines.append(
                 f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
             )
-    return "\n".join(lines)
+    return "\n".join(lines + _candidates(found))
+
+
+def _zero(found: Interpretation) -> float:
+    """The start, where stamps are seconds since 1970; else 0."""
+    start = found.actions[0].start if found.actions else 0.0
+    return start if start > EPOCH else 0.0
+
+
+def _match(match: Match) -> str:
+    roles = ", ".join(f"{r}={e}" for r, e in match.roles.items())
+    unknown = f" (not known: {'; '.join(match.unknown)})" if match.unknown else ""
+    return f"{match.task}({roles}): {match.explanation}{unknown}"
+
+
+def _candidates(found: Interpretation) -> list[str]:
+    lines = []
+    for k, sequence in enumerate(islice(found.sequences(), SHOWN), 1):
+        lines.append(f"  {'best' if k == 1 else f'no. {k}'}: {sequence.reason}")
+        explained = [n for n, action in enumerate(found.actions) if not action.unexplained]
+        lines += [f"       {explained[n]}  {m.task}: {m.explanation}" for n, m in zip(sequence.actions, sequence.matches, strict=True)]
+    return lines
 
 
 def rollout_json(rollout: Rollout) -> dict[str, Any]:

@@ -14,16 +14,20 @@ and ends (no reach, path or physics is asked):
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import islice
+from typing import Protocol
 
 from ..base.value import Value
 from ..model.entity_name import thing_of
 from ..ontology.taxonomy import Taxonomy
 from .conditions import Atom, Every, Not, Variable, atoms
+from .fluents import PLAIN, Fluent
 from .matching import Match
-from .ranking import DEFAULT_CAP, TaskSequence, best_first
+from .ranking import CHANGE, DEFAULT_CAP, LABEL, MOVED, DescriptionLength, Option, TaskSequence, said, shortest_first
 from .rules import Rule
 from .timeline import PhaseName
 
@@ -38,6 +42,7 @@ class Claims(Value):
         needs, denies: relations that must hold, or must not, just before it.
         begins, ends: relations that it makes hold, or makes no longer hold.
         passive: whether it says that nothing happens.
+        changes: all relations that begin or end by it, those also that do by what ``Fluent`` declares of others.
     """
 
     needs: frozenset[Fact]
@@ -45,22 +50,54 @@ class Claims(Value):
     begins: frozenset[Fact]
     ends: frozenset[Fact]
     passive: bool
+    changes: frozenset[Fact] = frozenset()
 
 
 NOTHING = Claims(frozenset(), frozenset(), frozenset(), frozenset(), passive=False)
 """What is said of a task that no rule speaks about."""
 
-LOOKED_AT = 5000
-"""Readings that are looked at, most of which contradict themselves."""
+OFFERED = 256
+"""Candidates offered: a person reads a few, and a search that failed with so many readings fails with the others."""
+LOOKED_AT = 20_000
+"""Beginnings of sequences that are looked at, some of which turn out to contradict themselves."""
+
+
+class Read(Protocol):
+    """Action with its readings."""
+
+    @property
+    def matches(self) -> tuple[Match, ...]:
+        """The tasks that it may be."""
+
+    @property
+    def label(self) -> str | None:
+        """The task that the recording names."""
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Things that are elsewhere in the end."""
 
 
 def claims(rule: Rule, match: Match) -> Claims:
     """Return the preconditions and effects that a rule claims of the entities that fill its roles."""
-    said = partial(_facts, rule, match)
-    needs, denies, after, gone = said("pre", False), said("pre", True), said("post", False), said("post", True)
+    of = partial(_facts, rule, match)
+    needs, denies, after, gone = of("pre", False), of("pre", True), of("post", False), of("post", True)
+    fluents = {a.predicate.name: a.predicate.fluent for c in rule.clauses for a in atoms(c.condition)}
     begins = frozenset(f for f in after if any(d[0] == f[0] for d in denies))
     ends = frozenset(f for f in needs if any(g[0] == f[0] for g in gone))
-    return Claims(needs, denies, begins, ends, _passive(rule))
+    changes = begins | ends | _implied(needs, denies, after, gone, fluents)
+    return Claims(needs, denies, begins, ends, _passive(rule), changes)
+
+
+def _implied(
+    needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
+) -> frozenset[Fact]:
+    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it."""
+    meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
+    denied = {f[0] for f in denies}
+    of = {f: fluents.get(f[0], PLAIN) for f in after}
+    follows = {(p, *f[1:]) for f, fluent in of.items() for p in (*fluent.implies, *fluent.implies_when_carried)}
+    return frozenset({f for f in needs if f[0] in meant} | {f for f in follows if f[0] in denied})
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
@@ -96,26 +133,73 @@ def same(a: Fact, b: Fact) -> bool:
 
 
 def candidates(
-    actions: Sequence[Sequence[Match]], rules: Iterable[Rule], taxonomy: Taxonomy, cap: int = DEFAULT_CAP
+    actions: Sequence[Read], rules: Sequence[Rule], taxonomy: Taxonomy, cap: int = DEFAULT_CAP
 ) -> Iterator[TaskSequence]:
-    """Yield the coherent task sequences of some actions, best first: those among the first ``LOOKED_AT`` by ``best_first``.
+    """Yield the coherent task sequences of some actions, the shortest description first, ``OFFERED`` at most.
 
     Args:
-        actions: the matches of each action, none of them empty.
+        actions: with at least one match each.
         rules: that matched.
         cap: unfinished sequences kept.
     """
     by_task = {rule.task: rule for rule in rules}
-    readings = [[_said(by_task, m) for m in matches] for matches in actions]
-    numbers = [{id(m): r for r, m in enumerate(matches)} for matches in actions]
-    honest = [
-        [m for m, claim in zip(matches, said, strict=True) if explains_ends(claim, said)]
-        for matches, said in zip(actions, readings, strict=True)
-    ]
-    asked = demands(readings)
-    for sequence in islice(best_first(honest, taxonomy, cap), LOOKED_AT) if all(honest) else ():
-        if coherent([n[id(m)] for n, m in zip(numbers, sequence.matches, strict=True)], asked):
-            yield sequence
+    readings = [[_said(by_task, m) for m in action.matches] for action in actions]
+    options = _options(actions, readings, taxonomy, math.log2(max(len(rules), 2)))
+    if not all(options):
+        return
+    settled: dict[int, list[Demand]] = defaultdict(list)
+    for demand in demands(readings):
+        settled[max(k for k, _ in (*demand.any_of, *([demand.of] if demand.of else ())))].append(demand)
+
+    def allowed(chosen: Sequence[int]) -> bool:
+        asked = settled.get(len(chosen) - 1)
+        return not asked or coherent(chosen, asked)
+
+    yield from islice(shortest_first(options, allowed, cap, LOOKED_AT), OFFERED)
+
+
+def _options(
+    actions: Sequence[Read], readings: Sequence[Sequence[Claims]], taxonomy: Taxonomy, name: float
+) -> list[list[Option]]:
+    """What may be said of each action. Where something happens in some action, others in which nothing does are left out."""
+    something = any(c.changes for said_ in readings for c in said_) or any(a.label for a in actions)
+    found = []
+    for action, claimed in zip(actions, readings, strict=True):
+        idle = something and not any(c.begins or c.ends for c in claimed)
+        honest = [
+            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name), k)
+            for k, (m, claim) in enumerate(zip(action.matches, claimed, strict=True))
+            if explains_ends(claim, claimed) and not (idle and not m.roles and not _is_label(m, action, taxonomy))
+        ]
+        nothing = [Option(None, _untold(action, claimed, None, NOTHING, taxonomy, name))] if idle else []
+        found.append([*nothing, *honest])
+    return found
+
+
+def _untold(
+    action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float
+) -> DescriptionLength:
+    """What must be told of an action beside a reading of it, or beside none."""
+    changes = _distinct(f for c in claimed for f in c.changes)
+    left = sum(not _among(f, claim.changes) for f in changes)
+    spoken_of = {thing_of(f) for m in action.matches for f in m.roles.values()}
+    mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
+    moved = len((set(action.moved) & spoken_of) - mine)
+    unnamed = action.label is not None and not (match is not None and _is_label(match, action, taxonomy))
+    return DescriptionLength(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed))
+
+
+def _is_label(match: Match, action: Read, taxonomy: Taxonomy) -> bool:
+    """Whether a reading is what the recording calls the action, or more special."""
+    return action.label is not None and taxonomy.is_a(match.task, action.label)
+
+
+def _distinct(facts: Iterable[Fact]) -> list[Fact]:
+    found: list[Fact] = []
+    for fact in facts:
+        if not _among(fact, found):
+            found.append(fact)
+    return found
 
 
 def _said(rules: Mapping[str, Rule], match: Match) -> Claims:
@@ -157,9 +241,9 @@ def demands(readings: Sequence[Sequence[Claims]]) -> tuple[Demand, ...]:
     """Return conditions 1 to 3 as constraints on a choice among the readings of each action."""
     begins, ends = _sayers(readings, lambda c: c.begins), _sayers(readings, lambda c: c.ends)
     found: list[Demand] = []
-    for k, said in enumerate(readings):
-        found += _lasting(k, said, begins, ends)
-        for r, claim in enumerate(said):
+    for k, claimed in enumerate(readings):
+        found += _lasting(k, claimed, begins, ends)
+        for r, claim in enumerate(claimed):
             found += _presupposed((k, r), claim, begins, ends)
             found += _closed((k, r), claim, ends)
     return tuple(found)

@@ -186,7 +186,7 @@ def binds(condition: Condition) -> frozenset[str]:
 def mentions(condition: Condition) -> frozenset[str]:
     """Return every variable that is written in the condition."""
     found: frozenset[str] = frozenset().union(*(a.binds() for a in atoms(condition)))
-    for part in _comparisons(condition):
+    for part in comparisons(condition):
         found |= {t.name for t in (part.left, part.right) if isinstance(t, Variable)}
     return found
 
@@ -202,15 +202,16 @@ def tests(condition: Condition) -> frozenset[str]:
             return mentions(condition)
 
 
-def _comparisons(condition: Condition) -> Iterator[Compare]:
+def comparisons(condition: Condition) -> Iterator[Compare]:
+    """Yield every comparison in a condition."""
     match condition:
         case Compare():
             yield condition
         case Not(inner):
-            yield from _comparisons(inner)
+            yield from comparisons(inner)
         case Every(given, then):
-            yield from _comparisons(given)
-            yield from _comparisons(then)
+            yield from comparisons(given)
+            yield from comparisons(then)
         case Or(parts) | And(parts):
             for part in parts:
-                yield from _comparisons(part)
+                yield from comparisons(part)

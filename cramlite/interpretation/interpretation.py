@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 
 from msgspec import field
@@ -14,7 +15,7 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError, nearest
 from ..base.value import Value
-from ..model.episode import Episode
+from ..model.episode import Episode, Event
 from ..ontology.foundation import ACTION, TELLS_APART
 from ..ontology.taxonomy import Taxonomy
 from .coherence import candidates
@@ -23,7 +24,13 @@ from .decision_tree import DecisionTree
 from .matching import Match, Rejection, matches_of, reject
 from .ranking import DEFAULT_CAP, TaskSequence
 from .rules import Rule
+from .three_values import possible_matches
 from .timeline import PADDING, Segment, Timeline
+
+LISTED = 3
+"""Candidates in the JSON data."""
+ELSEWHERE = 0.05
+"""Distance from which on a thing counts as elsewhere [m]: ten times what a tracker errs, half of what a hand is wide."""
 
 
 class Interpreted(Value, dict=True, eq=False):
@@ -44,6 +51,7 @@ class Interpreted(Value, dict=True, eq=False):
     evidence: str = ""
     label: str | None = None
     _reject: Callable[[], tuple[Rejection, ...]] = tuple
+    _moved: Callable[[], tuple[str, ...]] = tuple
 
     @property
     def unexplained(self) -> bool:
@@ -54,6 +62,11 @@ class Interpreted(Value, dict=True, eq=False):
     def rejections(self) -> tuple[Rejection, ...]:
         """For every task that the action is not: the condition that failed; computed when first asked for."""
         return self._reject()
+
+    @cached_property
+    def moved(self) -> tuple[str, ...]:
+        """Things that are elsewhere in the end than they were at the start (``ELSEWHERE``)."""
+        return self._moved()
 
     @cached_property
     def readings(self) -> frozenset[tuple[str, tuple[tuple[str, str], ...]]]:
@@ -96,12 +109,12 @@ class Interpretation(Value, eq=False):
         return total
 
     def sequences(self, cap: int = DEFAULT_CAP) -> Iterator[TaskSequence]:
-        """Yield the candidate task sequences, best first: the coherent readings (coherence.py), in the order of ranking.py.
+        """Yield the candidate task sequences, best first: the coherent ones (coherence.py), the shortest description first (ranking.py).
 
         Args:
             cap: how many unfinished sequences are kept in memory; beyond it the worst are forgotten.
         """
-        return candidates([a.matches for a in self.actions if not a.unexplained], self.rules, self.taxonomy, cap)
+        return candidates([a for a in self.actions if not a.unexplained], self.rules, self.taxonomy, cap)
 
     def why(self, task: str, action: int) -> str:
         """Explain in words why an action is, or is not, a task.
@@ -129,15 +142,28 @@ class Interpretation(Value, eq=False):
         return f"{when} is {refused[name].sentence}\n  rule: {refused[name].where}"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the JSON data of ``cramlite interpret --json``."""
-        return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count()}
+        """Return the JSON data of ``cramlite interpret --json``: actions, how many readings there are, and the best candidates."""
+        best = [_sequence_json(s, self.actions) for s in islice(self.sequences(), LISTED)]
+        return {"actions": [_action_json(a) for a in self.actions], "sequences": self.count(), "candidates": best}
+
+
+def _sequence_json(sequence: TaskSequence, actions: Sequence[Interpreted]) -> dict[str, Any]:
+    explained = [k for k, a in enumerate(actions) if not a.unexplained]
+    tasks = [
+        {"action": explained[k], "task": m.task, "roles": m.roles, "not_known": list(m.unknown)}
+        for k, m in zip(sequence.actions, sequence.matches, strict=True)
+    ]
+    return {"bits": -sequence.score, "terms": sequence.reason, "tasks": tasks}
 
 
 def _action_json(action: Interpreted) -> dict[str, Any]:
     data: dict[str, Any] = {
         "start": action.start,
         "end": action.end,
-        "tasks": [{"task": m.task, "roles": m.roles, "explanation": m.explanation} for m in action.matches],
+        "named": action.label,
+        "tasks": [
+            {"task": m.task, "roles": m.roles, "explanation": m.explanation, "not_known": list(m.unknown)} for m in action.matches
+        ],
         "rejections": [
             {
                 "task": r.task,
@@ -198,6 +224,10 @@ class _Judge(Value):
         matches = tuple([m for task in sorted(solved) for m in self.matches(task, solved[task])])
         label = segment.event.type if segment.event is not None else None
         label = self.timeline.taxonomy.resolve(label) if label else None
+        if label and label != ACTION:
+            matches += tuple(self.named(segment, label, {m.task for m in matches}))
+        elif self.effector_unseen and not any(m.roles for m in matches):
+            matches += tuple(self.unseen(segment))
         return Interpreted(
             segment.start,
             segment.end,
@@ -206,7 +236,33 @@ class _Judge(Value):
             "",
             None if label == ACTION else label,
             lambda: self.reject(segment, {m.task for m in matches}),
+            lambda: self.moved(segment),
         )
+
+    def named(self, segment: Segment, label: str, known: set[str]) -> Iterator[Match]:
+        """What the recording says that the action is, where no condition refutes it but some cannot be judged."""
+        for task, rule in self.rules.items():
+            if task not in known and segment.event is not None and self.timeline.taxonomy.is_a(task, label):
+                yield from possible_matches(rule, self.timeline.phases(segment, self.padding), _fillers(rule, segment.event))
+
+    @property
+    def effector_unseen(self) -> bool:
+        """Whether poses were recorded, and none of who acts."""
+        episode = self.timeline.episode
+        return bool(episode.tracks) and episode.effector is not None and episode.effector not in episode.tracks
+
+    def unseen(self, segment: Segment) -> Iterator[Match]:
+        """What an action may be of which one condition cannot be judged, because nobody saw who acts."""
+        for rule in self.rules.values():
+            found = possible_matches(rule, self.timeline.phases(segment, self.padding), [{}])
+            yield from (m for m in found if m.roles and len(m.unknown) == 1)
+
+    def moved(self, segment: Segment) -> tuple[str, ...]:
+        """The tracked wholes that are ``ELSEWHERE`` at the end of an action."""
+        whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks)
+        tracks = {n: self.timeline.episode.tracks[n] for n in whole}
+        ends = {n: (t.at(segment.start), t.at(segment.end)) for n, t in tracks.items() if len(t.times)}
+        return tuple(n for n, (a, b) in ends.items() if math.dist(a.position, b.position) > ELSEWHERE)
 
     def matches(self, task: str, bindings: list[Binding]) -> tuple[Match, ...]:
         """What the bindings of a task mean; the same for all actions with the same bindings."""
@@ -284,6 +340,16 @@ class _Judge(Value):
         if key not in self.wholes:
             self.wholes[key] = self.tree.solve(self.timeline.phases(segment, self.padding))
         return self.judged(segment, segments, self.wholes[key])
+
+
+def _fillers(rule: Rule, event: Event) -> Iterator[Binding]:
+    """What a named action says of the roles of a rule: by the names of roles, else its object for the first one; or nothing."""
+    said: Binding = {role: event.roles[role] for role in rule.roles if role in event.roles}
+    if not said and rule.roles and "object" in event.roles:
+        said = {next(iter(rule.roles)): event.roles["object"]}
+    if said:
+        yield said
+    yield {}
 
 
 @contextmanager

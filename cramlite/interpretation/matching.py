@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping
 
 from ..base.value import Value
-from .conditions import Atom, Binding, Compare, Not, atoms
+from .conditions import Atom, Binding, Compare, Not, atoms, comparisons
 from .rules import Clause, Rule
 from .timeline import Phase, PhaseName
 
@@ -22,10 +23,11 @@ class Match(Value):
 
     Args:
         task: class of the task.
-        roles: role -> entity.
+        roles: role -> entity; without those that nobody knows the filler of.
         explanation: one sentence.
         conditions: how many conditions held.
         changes: how many relations began or ended by it, as its rule says.
+        unknown: why conditions could not be judged, e.g. "no pose of 'cup'"; the recording itself says that it was this task.
     """
 
     task: str
@@ -33,6 +35,7 @@ class Match(Value):
     explanation: str
     conditions: int = 0
     changes: int = 0
+    unknown: tuple[str, ...] = ()
 
 
 class Rejection(Value):
@@ -64,13 +67,26 @@ def matches_of(rule: Rule, bindings: list[Binding]) -> tuple[Match, ...]:
     first: dict[tuple[str | float, ...], Binding] = {}
     for binding in bindings:
         first.setdefault(tuple([binding[role] for role in rule.roles]), binding)
-    return tuple(_match(rule, first[fillers]) for fillers in sorted(first, key=str))
+    return tuple(match_of(rule, first[fillers]) for fillers in sorted(first, key=str))
 
 
-def _match(rule: Rule, binding: Binding) -> Match:
-    roles = {role: str(binding[role]) for role in rule.roles}
-    explanation = rule.explain.format_map({k: _shown(v) for k, v in binding.items()})
-    return Match(rule.task, roles, explanation, rule.conditions, rule.changes)
+def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Match:
+    """Return the match of a rule under a binding; a variable that is not bound is something that nobody knows."""
+    roles = {role: str(binding[role]) for role in rule.roles if role in binding}
+    shown = defaultdict(lambda: "something", {k: _shown(v) for k, v in binding.items()})
+    explanation = rule.explain.format_map(shown)
+    return Match(rule.task, roles, explanation, rule.conditions - len(unknown), rule.changes, unknown)
+
+
+def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, float]:
+    """Return the largest value of each value predicate that the rule compares, of the fillers of its roles: what was seen of it."""
+    found: dict[str, float] = {}
+    for clause in rule.clauses:
+        for compare in comparisons(clause.condition):
+            if isinstance(compare.left, Atom):
+                values = [v for v in compare.values(phases[clause.phase], dict(roles)) if not isinstance(v, str)]
+                found |= {compare.left.predicate.name: max(values)} if values else {}
+    return found
 
 
 def reject(rule: Rule, phases: Phases) -> Rejection | None:

@@ -1,109 +1,158 @@
-"""Ranking of task sequences, and why one is better than another.
+"""Ranking of task sequences by description length: the best is the shortest that explains all that changed, and nothing else.
 
-A sequence's score is a sum, so that the best ones can be found without listing all:
+A sequence's length is a sum over the actions of a demonstration, in bits, so that the best ones can be found without listing
+all. A *name* costs as much as naming one task among all that there are rules for.
 
-- *specificity* of each task: depth of its class below dul:Task, and a quarter for every condition that
-  held. The more an interpretation claims (and the more of it was checked), the more it says.
-- *changes explained*: 4 for every relation that the task's rule says begins or ends (a grasp, a support): what
-  became of the world is what the action was for. 4 outweighs the depth of any class below another.
-- *roles that carry over*: between neighbours, 2 if both handle the same thing (Patient, Locatum
-  or Goal), 1 for each other shared filler. People finish with one thing before they turn to the next.
-- *consistency between neighbours*: -2 if both are the same task on the same fillers: one of the two
-  boundaries then tells nothing apart.
+- *tasks*: a name for each task that the sequence has.
+- *choices*: for each role, which of the things that would fit it as well, log2 of their number; none where it is known.
+- *not known*: ``UNKNOWN`` for each condition that could not be judged.
+- *unexplained*: what the sequence does not say must be told beside it: a relation that began or ended, three names; what the
+  recording itself calls the action, two; a thing that is elsewhere in the end and that some reading speaks of, one.
+- *checked*: ``CHECKED`` less for each condition that held and each class above the task's: of two readings that say the same,
+  the one that claims more, and was right.
+
+An action in which nothing changed may be left out, at no cost: no idle motion is part of a best sequence.
 """
 
 from __future__ import annotations
 
 import heapq
 import itertools
-from collections.abc import Iterator, Sequence
+import math
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
 
 from ..base.value import Value
+from ..model.entity_name import thing_of
 from ..ontology.foundation import TASK
 from ..ontology.taxonomy import Taxonomy
 from .matching import Match
 
-PER_CONDITION = 0.25
-PER_CHANGE = 4.0
-SAME_THING, SHARED, REPEATED = 2.0, 1.0, -2.0
-_HANDLED = ("Patient", "Locatum", "Goal", "Source")
+UNKNOWN = 1.0
+"""Bits: one of two answers."""
+CHECKED, MOST_CHECKED = 0.25, 0.9
+"""Bits, and the share of a name that they may save: what explains nothing is never worth being said."""
+CHANGE, LABEL, MOVED = 3.0, 2.0, 1.0
+"""Names that tell what was left unexplained."""
 
 DEFAULT_CAP = 100_000
 """Unfinished sequences kept: about 20 MB."""
 
 
+class DescriptionLength(Value):
+    """Description length of a sequence, or of what it says of one action [bits].
+
+    Args:
+        tasks, choices, unknown, unexplained, checked: see the module; ``checked`` is subtracted.
+    """
+
+    tasks: float = 0.0
+    choices: float = 0.0
+    unknown: float = 0.0
+    unexplained: float = 0.0
+    checked: float = 0.0
+
+    @property
+    def bits(self) -> float:
+        """The sum."""
+        return self.tasks + self.choices + self.unknown + self.unexplained - self.checked
+
+    def __add__(self, other: DescriptionLength) -> DescriptionLength:
+        return DescriptionLength(
+            self.tasks + other.tasks, self.choices + other.choices, self.unknown + other.unknown,
+            self.unexplained + other.unexplained, self.checked + other.checked,
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        return (
+            f"{self.bits:.1f} bits: tasks {self.tasks:.1f}, choices {self.choices:.1f}, not known {self.unknown:.1f}, "
+            f"unexplained {self.unexplained:.1f}, checked {-self.checked:.1f}"
+        )
+
+
+class Option(Value):
+    """What a sequence may say of one action: a reading, or nothing.
+
+    Args:
+        match: the task; None to leave the action out.
+        length: what it adds to the description.
+        number: of the reading, counted from 0; -1 for none.
+    """
+
+    match: Match | None
+    length: DescriptionLength
+    number: int = -1
+
+
 class TaskSequence(Value):
-    """Sequence with one task for every explained action.
+    """Sequence of tasks that a demonstration may have shown.
 
     Args:
         matches: the tasks with their roles, in order.
-        score: higher is better.
-        reason: what the score is made of.
+        score: higher is better: the description length with its sign changed [bits].
+        reason: what the length is made of.
+        actions: number of the action that each task is a reading of, among those that some task explains.
     """
 
     matches: tuple[Match, ...]
     score: float
     reason: str
+    actions: tuple[int, ...] = ()
 
 
-def specificity(match: Match, taxonomy: Taxonomy) -> float:
-    """Return the score of how specific one interpretation of an action is."""
-    depth = taxonomy.depth(match.task) - taxonomy.depth(TASK)
-    return depth + PER_CONDITION * match.conditions + PER_CHANGE * match.changes
-
-
-def affinity(before: Match, after: Match) -> float:
-    """Return the score of how well two neighbours go together."""
-    if before.task == after.task and before.roles == after.roles:
-        return REPEATED
-    handled = {before.roles.get(r) for r in _HANDLED} & {after.roles.get(r) for r in _HANDLED} - {None}
-    shared = set(before.roles.values()) & set(after.roles.values()) - handled
-    return SAME_THING * bool(handled) + SHARED * len(shared)
-
-
-def best_first(
-    choices: Sequence[Sequence[Match]], taxonomy: Taxonomy, cap: int = DEFAULT_CAP
-) -> Iterator[TaskSequence]:
-    """Yield all sequences in order of falling score: A* over the actions, with the exact best rest as its bound.
+def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
+    """Return the length of naming a reading.
 
     Args:
-        choices: the matches of each action, none of them empty.
-        cap: unfinished sequences kept; beyond it the worst half is forgotten.
+        fellows: all readings of the action.
+        name: bits of a name.
     """
-    if not choices:
-        return
-    unary = [[specificity(m, taxonomy) for m in matches] for matches in choices]
-    pairs = [[[affinity(a, b) for b in after] for a in before] for before, after in itertools.pairwise(choices)]
-    rest = _best_rest(unary, pairs)
-    tick = itertools.count()  # equal scores keep the order in which the rules are sorted
-    heap: list[tuple[float, int, float, int, tuple[int, ...]]] = []
-    for k, value in enumerate(unary[0]):
-        heapq.heappush(heap, (-(value + rest[0][k]), next(tick), value, k, (k,)))
-    while heap:
-        _, _, score, last, path = heapq.heappop(heap)
-        at = len(path)
-        if at == len(choices):
-            yield _sequence(choices, path, score, unary)
+    fillers: dict[str, set[str]] = defaultdict(set)
+    for other in fellows:
+        if other.task == match.task:
+            for role, filler in other.roles.items():
+                fillers[role].add(thing_of(filler))
+    choices = sum(math.log2(len(fillers[role])) for role in match.roles)
+    depth = taxonomy.depth(match.task) - taxonomy.depth(TASK)
+    checked = min(CHECKED * (max(match.conditions, 0) + depth), MOST_CHECKED * name)
+    return DescriptionLength(name, choices, UNKNOWN * len(match.unknown), checked=checked)
+
+
+def shortest_first(
+    options: Sequence[Sequence[Option]], allowed: Callable[[Sequence[int]], bool], cap: int = DEFAULT_CAP, most: int = DEFAULT_CAP
+) -> Iterator[TaskSequence]:
+    """Yield the sequences by rising length: A* over the actions, with the exact shortest rest as its bound.
+
+    Args:
+        options: for each action what may be said of it; none of them empty.
+        allowed: whether a beginning of a sequence, the numbers of its readings, may go on.
+        cap: unfinished sequences kept; beyond it the worst half is forgotten.
+        most: unfinished sequences looked at.
+    """
+    rest = [0.0]
+    for choices in reversed(options):
+        rest.append(rest[-1] + min(o.length.bits for o in choices))
+    rest.reverse()
+    tick = itertools.count()  # of equal lengths the one that is nearer to its end, then in the order of the rules
+    heap: list[tuple[float, int, int, float, tuple[Option, ...]]] = [(rest[0], 0, next(tick), 0.0, ())]
+    for _ in range(most):
+        if not heap:
+            return
+        *_, length, path = heapq.heappop(heap)
+        if len(path) == len(options):
+            if any(o.match for o in path):
+                yield _sequence(path)
             continue
-        for k, value in enumerate(unary[at]):
-            reached = score + pairs[at - 1][last][k] + value
-            heapq.heappush(heap, (-(reached + rest[at][k]), next(tick), reached, k, (*path, k)))
+        for option in options[len(path)]:
+            if allowed([*(o.number for o in path), option.number]):
+                reached = length + option.length.bits
+                bound = round(reached + rest[len(path) + 1], 9)
+                heapq.heappush(heap, (bound, -len(path), next(tick), reached, (*path, option)))
         if len(heap) > cap:
             heap = heapq.nsmallest(max(cap // 2, 1), heap)
 
 
-def _best_rest(unary: list[list[float]], pairs: list[list[list[float]]]) -> list[list[float]]:
-    """For every choice, the most that all later actions can add."""
-    rest = [[0.0] * len(unary[-1])]
-    for values, links in zip(reversed(unary[1:]), reversed(pairs), strict=True):
-        below = rest[0]
-        rest.insert(0, [max(link + v + b for link, v, b in zip(row, values, below, strict=True)) for row in links])
-    return rest
-
-
-def _sequence(
-    choices: Sequence[Sequence[Match]], path: tuple[int, ...], score: float, unary: list[list[float]]
-) -> TaskSequence:
-    claimed = sum(unary[i][k] for i, k in enumerate(path))
-    tasks = tuple(choices[i][k] for i, k in enumerate(path))
-    return TaskSequence(tasks, score, f"specificity {claimed:g}, neighbours {score - claimed:+g}")
+def _sequence(path: Sequence[Option]) -> TaskSequence:
+    total = sum((o.length for o in path), DescriptionLength())
+    chosen = [(k, o.match) for k, o in enumerate(path) if o.match is not None]
+    return TaskSequence(tuple(m for _, m in chosen), -total.bits, str(total), tuple(k for k, _ in chosen))

@@ -54,6 +54,8 @@ class Predicate(Value):
             or where tasks change it.
         fluent: for planning: how it behaves where tasks change it, and the goals that ask for it.
         cost: rough cost, 1 for a look at the states; cheaper conditions are checked first.
+        unknown: ``unknown(phase, *arguments)`` gives the reason why nobody can tell whether it holds of the arguments, such as
+            "no pose of 'cup'"; None where it can be told: then what does not hold is false. Without it, it can always be told.
         doc: one sentence for people.
     """
 
@@ -70,6 +72,7 @@ class Predicate(Value):
     doc: str = ""
     static: Callable[..., bool | float] | None = None
     fluent: Fluent = PLAIN
+    unknown: Callable[..., str | None] | None = None
 
 
 class Segment(Value):

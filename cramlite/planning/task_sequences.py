@@ -12,8 +12,11 @@ from ..base.errors import UserError
 
 if TYPE_CHECKING:
     from ..interpretation.fluents import SymbolicWorld
-    from ..interpretation.interpretation import Interpretation
+    from ..interpretation.interpretation import Interpretation, Interpreted
+    from ..interpretation.matching import Match
     from ..interpretation.ranking import TaskSequence
+    from ..interpretation.rules import Rule
+    from ..interpretation.timeline import Timeline
     from ..model.episode import Episode
     from ..model.plan import Plan
     from ..plugin.catalogue import Knowledge
@@ -39,6 +42,7 @@ def plans_from_interpretation(
     from .plan import TaskCall, plan_from_episode
 
     listed, rules, timeline = 0, {r.task: r for r in found.rules}, Timeline(episode, found.taxonomy)
+    explained = [a for a in found.actions if not a.unexplained]
     for listed, sequence in enumerate(islice(found.sequences(), LISTED), 1):  # noqa: B007  read behind the loop
         unknown = [m.task for m in sequence.matches if m.task not in tasks]
         if unknown:
@@ -46,12 +50,27 @@ def plans_from_interpretation(
             why = f"no plugin offers the task type {unknown[0]}"
             trace.add(0, "sequence", names, "refused", "engine", why, kind="sequence")
             continue
-        calls = [TaskCall(tasks[m.task], m.roles) for m in sequence.matches]
+        calls = [
+            TaskCall(tasks[m.task], m.roles, _shown(tasks[m.task], m, rules.get(m.task), explained[k], timeline))
+            for k, m in zip(sequence.actions, sequence.matches, strict=True)
+        ]
         plan = plan_from_episode(name, calls, episode)
         yield replace(plan, lasting=tuple(lasting_of(sequence.matches, plan.actions, rules, timeline))), sequence
     if not listed:
         said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
+
+
+def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted, timeline: Timeline) -> dict[str, float]:
+    """What the demonstration shows of a task's parameters: those that are named like a value that its rule compares."""
+    from ..interpretation.matching import measured
+    from ..interpretation.timeline import Segment
+
+    names = {p.name for p in task.parameters}
+    if rule is None or not names:
+        return {}
+    segment = Segment(action.start, action.end, action.segments[0].event if action.segments else None)
+    return {k: v for k, v in measured(rule, match.roles, timeline.phases(segment)).items() if k in names}
 
 
 def plans_for_goal(

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     )
     from ..interpretation.goal_literal import GoalLiteral
     from ..interpretation.interpretation import Interpreted
-    from ..interpretation.matching import Match
+    from ..interpretation.matching import Match, measured
     from ..interpretation.ranking import TaskSequence
     from ..interpretation.rules import Clause, Rule
     from ..interpretation.timeline import PADDING, Phase, PhaseName, Predicate, Row, Segment, Timeline
@@ -51,7 +51,7 @@ _HOMES = {
     " contents",
     "..interpretation.goal_literal": "GoalLiteral",
     "..interpretation.interpretation": "Interpreted",
-    "..interpretation.matching": "Match",
+    "..interpretation.matching": "Match measured",
     "..interpretation.ranking": "TaskSequence",
     "..interpretation.rules": "Clause Rule",
     "..interpretation.timeline": "PADDING Phase PhaseName Predicate Row Segment Timeline",
@@ -128,6 +128,7 @@ __all__ = [
     "hookimpl",
     "html_template",
     "load_yaml",
+    "measured",
     "nearest",
     "parse_quantity",
 ]

@@ -38,6 +38,7 @@ REFUSED = {
     "reaching": "during 1.Reaching 'approaches(Goal) or labelled(soma:Reaching, Goal)' does not hold",
     "releasing": "3.Releasing/PuttingDown/lower: no contact within 0.09 m",
     "retracting": "before 1.Retracting 'touches(Locatum, Relatum) or between_fingers(Relatum)' does not hold",
+    "shaking": "during 3.Shaking 'swings(Patient) >= 5 or labelled(cram:Shaking, Patient)' does not hold",
     "sliding_gripper": "2.SlidingGripper/stroke: no contact for",
     "sliding_object": "2.SlidingObject/stroke: force",
     "transporting": "before 3.Transporting 'grasps(Gripper, Patient)' does not hold",

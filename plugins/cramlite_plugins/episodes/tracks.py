@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,12 @@ from cramlite.model import Floats, Repair, Track, Value
 UNIT = 1e-5
 #: Numbers beyond this [m] are no positions: the earth's radius. Their squares would overflow.
 FARTHEST = 6.4e6
+#: A link that stays within this of its place in its parent [m, or 1 - cosine of half the angle] is a rigid part of it.
+STILL = 1e-4
+#: Nearly identity [m, or 1 - cosine of half the angle], and this long before and after any other pose [s].
+NEARLY, ALONE = 0.03, 10.0
+#: How frames are called in which free things are recorded.
+_ROOT = re.compile(r"(^|_)(root|map|world|odom|odom_combined|room_link)$", re.IGNORECASE)
 
 
 class Rows(Value):
@@ -51,6 +58,17 @@ def world_tracks(rows: dict[str, Rows]) -> tuple[dict[str, Track], tuple[Repair,
     return {name: tracks[name] for name in clean if len(tracks[name].times)}, tuple(repairs)
 
 
+def rigid_links(rows: dict[str, Rows]) -> dict[str, str]:
+    """Return the frames that never move in their one parent, with it; what hangs from the root of the tree is free."""
+    links = {}
+    for name, recorded in rows.items():
+        if len(set(recorded.names)) == 1 and recorded.names[0] in rows and not _ROOT.search(recorded.names[0]):
+            still = np.ptp(recorded.poses[:, :3], axis=0).max(initial=0.0) < STILL
+            if still and np.abs(recorded.poses[:, 3:] @ recorded.poses[0, 3:]).min() > 1 - STILL:
+                links[name] = recorded.names[0]
+    return links
+
+
 def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
     """Without rows that are no poses, in order, with quaternions of length 1."""
     near: NDArray[np.bool_] = np.asarray(np.all(np.abs(rows.poses) < FARTHEST, axis=1))
@@ -60,7 +78,7 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
         _repair(name, "dropped", "not finite, beyond all measure, or a quaternion without length", rows, ~good)
     ]
     rows, length = rows.where(good), length[good]
-    identity = np.all(rows.poses == [0, 0, 0, 1, 0, 0, 0], axis=1)
+    identity = np.all(rows.poses == [0, 0, 0, 1, 0, 0, 0], axis=1) | _alone_near_identity(rows)
     if not (rows.trusted or inner) and identity.any():
         repairs.append(_repair(name, "dropped", "an identity pose means that the tracker saw nothing", rows, identity))
         rows, length = rows.where(~identity), length[~identity]
@@ -74,6 +92,13 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
         order = np.argsort(rows.times, kind="stable")
         rows = Rows(rows.times[order], rows.poses[order], rows.parents[order], rows.names, rows.trusted)
     return rows, [r for r in repairs if r is not None]
+
+
+def _alone_near_identity(rows: Rows) -> NDArray[np.bool_]:
+    """Poses of a recorder that has just started, or of a noisy one: nearly identity, and long before or after any other."""
+    near = (np.linalg.norm(rows.poses[:, :3], axis=1) < NEARLY) & (np.abs(rows.poses[:, 3]) > 1 - NEARLY)
+    gaps = np.abs(np.diff(np.concatenate([[-np.inf], rows.times, [np.inf]])))
+    return np.asarray(near & (np.minimum(gaps[:-1], gaps[1:]) > ALONE))
 
 
 def _repair(name: str, done: str, why: str, rows: Rows, which: NDArray[np.bool_]) -> Repair | None:

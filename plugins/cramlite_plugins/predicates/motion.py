@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from cramlite.model import Floats
 from cramlite.plugin import Phase, PhaseName, Predicate, Row, Timeline
 
-from . import fluents
+from . import fluents, unknowns
 from .samples import Motion, Range
 
 ARM_MOVED = 0.001
@@ -28,6 +29,10 @@ CLOSED, OPENED = 0.25, 0.75
 """Share of the widest opening that counts as closed, and as open."""
 JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
 """Share of a joint's range up to which a door counts as closed, and from which as open."""
+SWUNG, SWING = 0.016, 1.0
+"""[m] from one turn to the next, three times what trackers err, and the longest time that it may take [s]."""
+TREMOR = 0.1
+"""[s] over which positions are averaged before turns are looked for: a quarter of the shortest swing that is looked for."""
 PARKED = 0.05
 """[rad] a joint may be off the park state."""
 
@@ -38,12 +43,16 @@ def all_predicates() -> tuple[Predicate, ...]:
     """Return the predicates of this module."""
     of_joints = partial(Predicate, possible=_has_joints)
     return (
-        Predicate("arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm."),
         Predicate(
-            "gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm."
+            "arm_moves", 0, arm_moves, _RUN, cost=3, doc="The effector leaves its place by more than 1 mm.", unknown=unknowns.no_hand
         ),
         Predicate(
-            "moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad."
+            "gripper_moves", 0, gripper_moves, _RUN, cost=3, doc="The finger tips' distance changes by more than 20 mm.",
+            unknown=unknowns.no_fingers,
+        ),
+        Predicate(
+            "moves", 1, moves, _RUN, cost=4, doc="A thing leaves its place by more than 5 mm, or turns by 0.1 rad.",
+            unknown=unknowns.no_pose_of,
         ),
         Predicate(
             "driven",
@@ -52,10 +61,21 @@ def all_predicates() -> tuple[Predicate, ...]:
             _RUN,
             cost=4,
             doc="A thing ends more than 5 mm from where it began, the way the effector went.",
+            unknown=unknowns.no_pose,
         ),
-        Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg."),
-        Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest."),
-        Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest."),
+        Predicate("tilts", 1, tilts, _RUN, cost=4, doc="A thing turns its upward axis by more than 30 deg.", unknown=unknowns.no_pose_of),
+        Predicate(
+            "swings",
+            1,
+            swings,
+            _RUN,
+            value=True,
+            cost=6,
+            doc="How often a thing goes to or fro in turn, by 16 mm at least and within 1 s each.",
+            unknown=unknowns.no_pose_of,
+        ),
+        Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest.", unknown=unknowns.no_fingers),
+        Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest.", unknown=unknowns.no_fingers),
         of_joints("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
         of_joints(
             "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."
@@ -137,6 +157,46 @@ def tilts(phase: Phase, thing: str | None) -> Iterator[Row]:
         up = np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
         if len(w) and float((upright @ up).min()) < np.cos(TILTED):
             yield (name,)
+
+
+def swings(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """Evaluate swings(Thing) = count: the most turns in a row, along any axis of the world."""
+    for name in _candidates(phase, thing):
+        track = phase.episode.tracks[name]
+        times, points = (_within(track.times, v, phase) for v in (track.times, track.poses[:, :3]))
+        yield name, float(max(_swings(times, _smoothed(times, points[:, axis])) for axis in range(3)))
+
+
+def _smoothed(times: Floats, values: Floats) -> Floats:
+    """Averaged over TREMOR, which leaves 2 mm of 5 mm of a tracker's noise at 45 Hz; slow recordings as they are."""
+    count = round(TREMOR / float(np.median(np.diff(times)))) if len(times) > 2 else 1
+    half = count // 2
+    padded = np.pad(values, half, mode="edge")
+    return np.convolve(padded, np.ones(2 * half + 1) / (2 * half + 1), mode="valid")
+
+
+def _swings(times: Floats, values: Floats) -> int:
+    """The longest row of stretches between turns, each of SWUNG at least (by how turns are found) and within SWING."""
+    best = row = 0
+    for one, other in pairwise(_turns(values.tolist())):
+        row = row + 1 if times[other] - times[one] <= SWING else 0
+        best = max(best, row)
+    return best
+
+
+def _turns(values: list[float]) -> list[int]:
+    """Where a signal turns: its extremes from which it goes back by SWUNG, with the first and the last."""
+    found: list[int] = []
+    way = low = high = 0
+    for k, value in enumerate(values):
+        low, high = (k if value < values[low] else low), (k if value > values[high] else high)
+        if way <= 0 and value - values[low] >= SWUNG:
+            found.append(low)
+            way, high = 1, k
+        elif way >= 0 and values[high] - value >= SWUNG:
+            found.append(high)
+            way, low = -1, k
+    return [*found, high if way > 0 else low] if found else found
 
 
 def gripper_closed(phase: Phase) -> Iterator[Row]:

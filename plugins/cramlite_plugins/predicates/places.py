@@ -12,7 +12,7 @@ from cramlite.model import Floats, Pose, Vector3, thing_of
 from cramlite.plugin import Phase, Predicate, Row
 
 from ..shapes.ray_casting import body, crossed
-from . import fluents
+from . import fluents, unknowns
 from .phase_poses import Box, box_of, distance_to_box, pose_of, relative_position, things, tips
 
 REACH = 0.15
@@ -21,6 +21,8 @@ RIM = 0.05
 """[m] over a container's rim: a product that stands in the shallow basket here has its middle there."""
 NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
+UNSIZED = 0.15
+"""[m] about the origin of a place of which no size is known: half the width of a large bowl or plate."""
 VIEW = np.deg2rad(30.0)
 """[rad] from the camera's axis: half the 60 deg that common depth cameras see."""
 DRAWN_IN = 0.9
@@ -35,9 +37,10 @@ def all_predicates() -> tuple[Predicate, ...]:
     """Return the predicates of this module."""
     return (
         Predicate(
-            "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing."
+            "approaches", 1, approaches, frozenset({"run"}), cost=5, doc="The effector comes 10 mm nearer to a thing.",
+            unknown=unknowns.no_pose,
         ),
-        Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing."),
+        Predicate("within_reach", 1, within_reach, cost=5, doc="The effector is within 0.15 m of a thing.", unknown=unknowns.no_pose),
         Predicate(
             "between_fingers",
             1,
@@ -45,6 +48,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             cost=5,
             possible=lambda timeline: len(tips(timeline)) > 1,
             doc="The way from one finger tip to another leads through a thing.",
+            unknown=unknowns.no_fingers,
         ),
         Predicate(
             "in_or_above",
@@ -53,11 +57,12 @@ def all_predicates() -> tuple[Predicate, ...]:
             cost=5,
             doc="A thing is over the footprint of another, not below its floor.",
             fluent=fluents.IN_OR_ABOVE,
+            unknown=unknowns.no_box,
         ),
         Predicate(
             "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
         ),
-        Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m."),
+        Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
             "in_view",
@@ -178,11 +183,11 @@ def _within(point: Vector3, size: Mapping[str, float]) -> bool:
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box."""
+    """Evaluate near(Thing, Place): by the distance of Thing's origin from Place's box; a place of unknown size is taken as UNSIZED wide."""
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
             gap = distance_to_box(phase, other, one, phase.end)
-            if one != other and gap is not None and gap < NEAR:
+            if one != other and gap is not None and gap < NEAR + (UNSIZED if box_of(phase, other) is None else 0.0):
                 yield one, other
 
 

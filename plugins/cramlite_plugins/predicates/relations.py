@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from cramlite.plugin import Predicate, hookimpl
 
-from . import fluents
+from . import fluents, unknowns
 from . import motion as motion_predicates
 from . import places as place_predicates
 
@@ -27,9 +27,9 @@ def all_predicates() -> tuple[Predicate, ...]:
         *_of_states(),
         Predicate(
             "effector", 1, effector, doc="The hand or gripper that acts.", cost=0, timeless=True, complete=True,
-            static=fluents.is_effector,
+            static=fluents.is_effector, unknown=unknowns.no_effector,
         ),
-        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True, static=fluents.is_a),
+        Predicate("isa", 2, isa, doc="Thing is of a class.", cost=3, timeless=True, static=fluents.is_a, unknown=unknowns.no_class),
         Predicate(
             "has",
             2,
@@ -38,6 +38,7 @@ def all_predicates() -> tuple[Predicate, ...]:
             cost=3,
             timeless=True,
             static=fluents.has,
+            unknown=unknowns.no_class,
         ),
         Predicate(
             "part", 2, part, doc="Thing has part.", cost=3, timeless=True, complete=True, static=fluents.is_part
@@ -60,15 +61,15 @@ def _of_states() -> tuple[Predicate, ...]:
     """Relations that change only where a state begins or ends."""
     known = partial(Predicate, steady=True, complete=True)
     return (
-        known("grasps", 2, grasps, doc="Gripper holds thing.", fluent=fluents.GRASPS),
-        known("supports", 2, supports, doc="Supporter carries supportee.", fluent=fluents.SUPPORTS),
+        known("grasps", 2, grasps, doc="Gripper holds thing.", fluent=fluents.GRASPS, unknown=unknowns.no_grasps),
+        known("supports", 2, supports, doc="Supporter carries supportee.", fluent=fluents.SUPPORTS, unknown=unknowns.no_supports),
         known(
             "touches", 2, touches, doc="Two things, or their parts, are in contact; symmetric.", cost=2,
-            fluent=fluents.TOUCHES,
+            fluent=fluents.TOUCHES, unknown=unknowns.no_contacts,
         ),
         known(
             "collides", 2, collides, doc="A member of the kinematic chain touches what is not.", cost=2,
-            fluent=fluents.COLLIDES,
+            fluent=fluents.COLLIDES, unknown=unknowns.no_contacts,
         ),
         known(
             "chain", 1, chain, doc="The effector, its parts, what it grasps, and the parts of that.",
@@ -81,6 +82,7 @@ def _of_states() -> tuple[Predicate, ...]:
             doc="Container holds content.",
             possible=lambda timeline: bool(timeline.boundaries("soma:ContainmentState")),
             fluent=fluents.CONTAINS,
+            unknown=unknowns.no_contents,
         ),
         known(
             "on_container", 1, on_container, cost=3, doc="A thing touches or rests on a container that is not its own."

@@ -86,8 +86,8 @@ def _actions(done: Finished, begin: float, end: float) -> list[Bar]:
     bars, number = [], 0
     for action, match in pairs:
         number += match is not None
-        label = short(match.task) if match else "unexplained"
-        text = match.explanation if match else "no task explains it"
+        label = short(match.task) if match else "unexplained" if action.unexplained else "left out"
+        text = match.explanation if match else "no task explains it" if action.unexplained else "nothing changed in it"
         left, width = _place(action.start, action.end, begin, end)
         colour = f"t{(number - 1) % 8 + 1}" if match else "t0"
         bars.append(Bar(left, width, label, f"{_when(action)}: {label}, {text}", colour))

@@ -28,6 +28,7 @@ def chosen_sequence(done: Finished) -> TaskSequence | None:
 
 
 def pair_up(found: Interpretation, sequence: TaskSequence | None) -> list[tuple[Interpreted, Match | None]]:
-    """Pair each action with the task that the reading gives it; None where no task explains it."""
-    matches = iter(sequence.matches if sequence is not None else ())
-    return [(action, None if action.unexplained else next(matches, None)) for action in found.actions]
+    """Pair each action with the task that the reading gives it; None where it leaves the action out, or no task explains it."""
+    explained = [a for a in found.actions if not a.unexplained]
+    given = {} if sequence is None else {id(explained[k]): m for k, m in zip(sequence.actions, sequence.matches, strict=True)}
+    return [(action, given.get(id(action))) for action in found.actions]

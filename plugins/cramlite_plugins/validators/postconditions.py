@@ -156,7 +156,9 @@ class TaskRules(Value):
                 yield Finding(self.name, False, missing, origin=action.name)
             elif action.task in rules:
                 already = _already(candidate, action) if ran else NO_STEPS if now > candidate.rollout.times[0] else ""
-                yield _judged(rules[action.task], action, timeline, ran or Span(now, now), self.name, already)
+                done = ran or Span(now, now)
+                yield _judged(rules[action.task], action, timeline, done, self.name, already)
+                yield from _as_many(rules[action.task], action, timeline, done, self.name)
 
 
 def _already(candidate: Candidate, action: Action) -> str:
@@ -244,6 +246,18 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
     held = "" if _binds(clause) else said_times(held_times(clause, bindings, timeline))
     then = f"; {action.name} ran from {ran.start:.2f} to {ran.end:.2f} s"
     return Finding(name, False, said + (f": {held}{then}" if held else ""), origin=action.name)
+
+
+def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str) -> Iterator[Finding]:
+    """Where a parameter is named like a value that the rule compares, the run reached it: as many swings as were shown."""
+    from cramlite.plugin import Segment, measured
+
+    roles = {r: o.entity for r, o in action.roles.items() if o.entity}
+    for value, count in measured(rule, roles, timeline.phases(Segment(*ran))).items():
+        wanted = action.parameters.get(value)
+        if isinstance(wanted, int | float):
+            said = f"{action.name}: {value} {count:g}, {wanted:g} are wanted"
+            yield Finding(name, count >= wanted, said, count, float(wanted), "", action.name)
 
 
 def _asked(clause: Clause, action: Action, rule: Rule) -> bool:

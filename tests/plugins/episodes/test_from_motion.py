@@ -53,24 +53,24 @@ def test_lifting_shaking_and_putting_back() -> None:
     found = infer(recording(path, path))
     assert set(types(found)) == {
         "soma:ContactState",
+        "soma:SupportState",
         "cram:GraspState",
-        "soma:PickingUp",
         "cram:Shaking",
-        "soma:PuttingDown",
     }
     assert all(e.inferred for e in found.events)
     (grasp,) = found.of("state", ["cram:GraspState"])
     assert (grasp.start, grasp.end) == pytest.approx((2.0, 7.0), abs=0.2)
     (shaking,) = found.of("action", ["cram:Shaking"])
     assert (shaking.start, shaking.end) == pytest.approx((3.0, 6.0), abs=0.6)
-    order = [e.type for e in found.events if e.roles.get("object") == "cup"]
-    assert order == ["soma:PickingUp", "cram:GraspState", "cram:Shaking", "soma:PuttingDown"]
+    stood = found.of("state", ["soma:SupportState"])
+    assert [(e.start, e.end) for e in stood] == [(0.0, pytest.approx(2.2, abs=0.2)), (pytest.approx(6.9, abs=0.2), found.span[1])]
+    assert {e.roles["supporter"] for e in stood} == {"support(cup)"}
 
 
 def test_lifting_alone_is_no_shaking() -> None:
     found = types(infer(recording(poses(lifted), poses(lifted))))
     assert "cram:Shaking" not in found
-    assert "soma:PickingUp" in found
+    assert "cram:GraspState" in found and "soma:SupportState" in found
 
 
 def test_a_hand_that_waves_beside_holds_nothing() -> None:
@@ -83,7 +83,7 @@ def test_what_moves_otherwise_is_not_held() -> None:
 
 def test_pushing_along_is_held_but_not_lifted() -> None:
     path = poses(lambda t: 0 * t, lifted)
-    assert types(infer(recording(path, path))) == ["cram:GraspState", "soma:ContactState"]
+    assert set(types(infer(recording(path, path)))) == {"cram:GraspState", "soma:ContactState"}
 
 
 def test_tilting_far_is_pouring() -> None:
@@ -100,7 +100,8 @@ def test_tilting_far_is_pouring() -> None:
 def test_shapes_tell_what_it_stood_on() -> None:
     found = infer(recording(poses(lifted), poses(lifted), table=True)).of("state", ["soma:SupportState"])
     assert [(e.roles["supporter"], e.inferred) for e in found] == [("table", True)] * 2
-    assert infer(recording(poses(lifted), poses(lifted))).of("state", ["soma:SupportState"]) == ()
+    unknown = infer(recording(poses(lifted), poses(lifted))).of("state", ["soma:SupportState"])
+    assert [(e.roles["supporter"], e.inferred) for e in unknown] == [("support(cup)", True)] * 2
 
 
 def in_a_box(geoms: tuple[Geom, ...], height: float = 0.02) -> list[tuple[str, ...]]:
@@ -141,5 +142,5 @@ def test_a_real_container_is_grasped_lifted_shaken_and_put_back() -> None:
     found = read_neem(SAMPLES / "pouring_shaking")
     assert found is not None
     order = [e.type for e in found.events if e.roles.get("object") == "salt_container"]
-    assert order == ["soma:PickingUp", "cram:GraspState", "soma:Pouring", "cram:Shaking", "soma:PuttingDown"]
+    assert order == ["cram:GraspState", "cram:Shaking"]  # tilted all the while, which is how it is shaken
     assert {e.roles.get("object", "salt_container") for e in found.events} == {"salt_container"}

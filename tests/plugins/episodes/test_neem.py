@@ -277,7 +277,10 @@ def test_a_hand_that_the_tracker_never_saw_is_said_to_be_missing(tmp_path: Path)
     assert found is not None
     assert found.effector == "SK_RightHand" and len(found.tracks["SK_RightHand"].times) == 4
     assert "SK_LeftHand" not in found.tracks
-    assert [r.what for r in found.repairs] == ["dropped 1 of 1 poses of 'SK_LeftHand'", "dropped 1 of 5 poses of 'SK_RightHand'"]
+    assert [r.what for r in found.repairs] == [
+        "dropped 1 of 1 poses of 'SK_LeftHand'", "dropped 1 of 5 poses of 'SK_RightHand'",
+        "read 'SK_LeftHand' as a hand", "read 'SK_RightHand' as a hand",
+    ]  # fmt: skip
 
 
 @needs_samples

@@ -180,3 +180,48 @@ def test_the_log_is_believed_about_its_own_action_only() -> None:
     during = timeline.phases(Segment(1, 2, label))["run"]
     assert ("soma:Reaching", "product") in rows("labelled", during, "soma:Reaching", None)
     assert rows("labelled", Phase(timeline, 0.0, 10.0), "soma:Reaching", None) == set()
+
+
+def swung(count: int, height: float, period: float) -> dict[str, Track]:
+    """A product that goes up and down so often, and rests before and after."""
+    turns = [(1 + k * period, 0.5, 0.0, 1.0 + height * (k % 2)) for k in range(count + 1)]
+    return {"product": line((0, 0.5, 0, 1.0), *turns, (9, *turns[-1][1:]))}
+
+
+@pytest.mark.parametrize(
+    ("count", "height", "period", "seen"),
+    [(6, 0.04, 0.4, 6), (1, 0.04, 0.4, 1), (6, 0.01, 0.4, 0), (6, 0.04, 1.2, 0), (0, 0.0, 0.4, 0)],
+    ids=["six swings", "lifted once", "trembling", "slowly", "at rest"],
+)
+def test_swings_are_counted(count: int, height: float, period: float, seen: int) -> None:
+    found = rows("swings", phase(start=0.5, end=9.0, tracks=swung(count, height, period)), "product")
+    assert found == {("product", float(seen))}
+
+
+def test_what_is_near_a_place_of_unknown_size() -> None:
+    at = {n: phase(start=0.0, tracks={"product": line((0, x, 3, 0), (3, x, 3, 0))}) for n, x in (("near", 0.28), ("far", 0.32))}
+    assert rows("near", at["near"], "product", "shelf") == {("product", "shelf")}
+    assert rows("near", at["far"], "product", "shelf") == set()
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "reason"),
+    [
+        ("within_reach", ("product",), "no pose of 'product'"),
+        ("near", ("product", "table"), "no pose of 'product'"),
+        ("in_or_above", ("table", "shelf"), "no shape of 'shelf'"),
+        ("in_or_above", ("shelf", "table"), None),
+        ("gripper_open", (), "no fingers of the hand"),
+        ("grasps", ("hand", "product"), "no grasps were recorded"),
+        ("touches", ("hand", "product"), "no contacts were recorded"),
+        ("isa", ("hanger", "vrps:Peg"), None),
+    ],
+)
+def test_what_cannot_be_told_says_why(name: str, arguments: tuple[str, ...], reason: str | None) -> None:
+    unknown = TABLE[name].unknown
+    assert unknown is not None and unknown(phase(), *arguments) == reason
+
+
+def test_who_records_contacts_would_have_recorded_grasps() -> None:
+    unknown = TABLE["grasps"].unknown
+    assert unknown is not None and unknown(phase(state("soma:ContactState", a="hand", b="product")), "hand", "product") is None

@@ -1,194 +1,339 @@
 """Event detection from poses alone, for recordings without contacts.
 
-Without contacts, a grasp can only be concluded: an object that moves, and keeps its place in a moving hand, is held by
-it. From the held object's path follow lifting, putting back, shaking and pouring; from shapes, where they are known,
-what an object at rest stands on. Every event is marked ``inferred``.
-
-Recordings are sparse and often written on change only, so the last pose is held between documents.
+Without contacts, a grasp can only be concluded: a thing that moves, and keeps its place in a moving hand, is held by it.
+Of several that move with one hand, one is held and the others lie on it or in it. From the held thing's path follow when it
+left what it stood on and when it stood again, swings and tilts; from shapes, where they are known, what a thing at rest
+stands on. Every event is marked ``inferred``. The actions are what lies between the boundaries of the states; only what no
+state shows, shaking and tilting, is an action here.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+
 import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
 from cramlite.model import Entity, Episode, Event, Floats, Repair, Track, Value
 
-from ..tracks import compose
+from .co_motion import STEP, Grid, Span, at_its_place, carried_spans, grid_of, travel
+from .gestures import shaking, tilting
+from .loose_things import Loose, carried_along, find_contents, with_contents
+from .signals import close_gaps, runs
 from .standing import resting
 
-#: Everything is looked at on a common time grid of this step [s]; recordings have 5 to 60 samples a second.
-STEP = 0.02
-#: Speeds are taken over this window [s]; an object moves above this speed [m/s].
-WINDOW, MOVING = 0.3, 0.02
-#: A held object stays within this of its place in the hand [m]: VR hands are compliant (1.5 cm on a real recording).
-STEADY = 0.025
-#: A held object travels this far at least [m]. Pauses in which it also keeps its place in the hand are bridged.
-TRAVEL = 0.05
 #: Lifted: this much higher than where it stood [m].
 LIFTED = 0.02
-#: Shaking: this many swings to and fro, each of this amplitude [m] and shorter than this [s] (0.7 Hz and faster).
-SWINGS, AMPLITUDE, SWING = 5, 0.008, 0.75
-#: Pouring: tilted this far [rad] from how it stood, for this long [s]; a full cup spills from about 60 degrees.
-TILT, POURED = np.radians(60), 0.5
+#: A hand this near to where it holds a thing [m] is at the thing.
+AT_HAND = 0.05
+#: Stands again where it stood: seen from above within the first, in height within the second [m].
+SAME_PLACE = (0.4, 0.03)
+#: Who holds a thing this much longer than another hand takes it over, else it steadies it [s].
+HANDED_OVER = 0.5
 
+#: The hand that acts where none that was recorded moves farther than this [m].
+NOBODY, IDLE = "unseen_hand", 0.1
+#: Of a hand that nobody saw: pauses up to the first belong to one motion; it is at the thing for the second before and
+#: after it moves; a thing that pauses in the air up to the third is still in it [s].
+UNSEEN = (0.5, 0.3, 5.0)
 #: Longest recording looked at [s]: a grid of STEP over six hours takes 0.2 GB. One wrong stamp can make a recording
 #: of 50 years out of one of a minute.
 LONGEST = 6 * 3600.0
 
-Flags = NDArray[np.bool_]
 
-
-class _Motion(Value):
-    """Hand and object on one grid.
+class Grip(Value):
+    """Grasp that was concluded from co-motion.
 
     Args:
-        times: (N,) [s].
-        hand, thing: (N, 7) poses.
+        hand, thing: who holds what.
+        span: from when the thing begins to move until it rests.
+        near: from when the hand is at the thing until it leaves it.
+        lift, down: when it leaves what it stands on, and when it stands again; None if never.
     """
 
-    times: Floats
-    hand: Floats
-    thing: Floats
+    hand: str
+    thing: str
+    span: Span
+    near: Span
+    lift: int | None
+    down: int | None
 
 
 def infer(episode: Episode) -> Episode:
     """Infer the events of an episode from its tracks; unchanged if it has states, or nothing that acts.
 
-    Adds ContactState and GraspState of the effector with each object that moves along with it; SupportState, ContactState
-    and ContainmentState of objects at rest where shapes are known; and the actions soma:PickingUp, soma:PuttingDown,
-    cram:Shaking and soma:Pouring.
+    Adds ContactState and GraspState of hands with what moves along with them; SupportState, ContactState and
+    ContainmentState of things at rest; contents in place of many things alike; and the actions cram:Shaking and
+    soma:Pouring (tilting). A thing at rest stands on something: where no shape says on what, on an entity ``support(thing)``.
     """
-    if episode.of("state") or episode.effector not in episode.tracks:
+    if episode.of("state") or not hands_of(episode) or not episode.tracks:
         return episode
     first, last = episode.span
     if last - first > LONGEST:
         why = f"it lasts {last - first:.0f} s, and up to {LONGEST:.0f} s are looked at; is a stamp wrong?"
         return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), why)))
-    effector = str(episode.effector)
-    found: list[Event] = []
-    for name, track in episode.tracks.items():
-        own = name == effector or _whole(episode, name) == effector
-        if not own and len(track.times) > 1:
-            motion = _motion(episode.tracks[effector], track)
-            for start, end in _held(motion):
-                found += _events(effector, name, motion, start, end)
-    held = [(e.roles["object"], e.start, e.end) for e in found if e.type == "cram:GraspState"]
-    found += resting(episode, held)
-    found.sort(key=lambda e: (e.start, e.end, e.type))
-    numbered = (replace(e, id=f"inferred_{k}") for k, e in enumerate(found, 1))
-    return replace(episode, events=(*episode.events, *numbered))
+    return _inferred(episode, _grid(episode))
 
 
-def _whole(episode: Episode, name: str) -> str | None:
-    entity: Entity | None = next((e for e in episode.entities if e.name == name), None)
-    return None if entity is None else entity.part_of
+def hands_of(episode: Episode) -> tuple[str, ...]:
+    """Return the effector, and what else is a hand and no part of one."""
+    others = (e.name for e in episode.entities if "soma:Hand" in e.types and e.part_of is None)
+    return tuple(dict.fromkeys([*([episode.effector] if episode.effector else []), *others]))
 
 
-def _motion(hand: Track, thing: Track) -> _Motion:
-    """Both, while both are known."""
-    start, end = max(hand.times[0], thing.times[0]), max(hand.times[-1], thing.times[-1])
-    times = np.arange(start, end + STEP / 2, STEP) if end > start else np.array([start])
-    return _Motion(times, _sampled(hand, times), _sampled(thing, times))
+def _grid(episode: Episode) -> Grid:
+    """Tracks and, of things that were recorded once, their poses."""
+    grid = grid_of(episode.tracks)
+    still = {e.name: e.pose for e in episode.entities if e.part_of is None and e.name not in grid.poses and e.pose is not None}
+    poses = {n: np.tile([*p.position, *p.quaternion], (len(grid.times), 1)) for n, p in still.items()}
+    return Grid(grid.times, {**grid.poses, **poses})
 
 
-def _sampled(track: Track, times: Floats) -> Floats:
-    """The last pose at or before each time."""
-    return track.poses[np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, None)]
+def _inferred(episode: Episode, grid: Grid) -> Episode:
+    hands = [h for h in hands_of(episode) if h in episode.tracks]
+    things = [n for n in grid.poses if n not in hands and episode.whole(n) == n]
+    loose = find_contents(episode, grid, things, hands)
+    grains = {m for one in loose for m in one.members}
+    moving = [n for n in things if n not in grains and n in episode.tracks and len(episode.tracks[n].times) > 1]
+    grips, riders = _all_grips(episode, grid, hands, moving)
+    episode = _with_nobody(episode, grips)
+    handled = {g.thing for g in grips}
+    vessels = [n for n in things if n not in grains.union(*riders.values())]
+    laid = [carried_along(episode, grid, c, r, vessels) for c, names in riders.items() if (r := names - handled)]
+    last = episode.span[1]
+    episode = with_contents(episode, grid, _merged([*loose, *laid]))
+    acting = _acting(episode, grips, grid)
+    steadied = [g for g in grips if g.hand != acting and any(_steadies(g, m) for m in grips if m.hand == acting)]
+    doing = [g for g in grips if g not in steadied]
+    episode = replace(episode, repairs=(*episode.repairs, *(_left_out(g, grid) for g in steadied)))
+    episode, doing = _one_after_the_other(episode, doing, acting, grid)
+    events = [*_of_grips(doing, grid), *_labels(doing, grid)]
+    supports, grounds = _standing(episode, doing, grid)
+    events = sorted([*episode.events, *events, *supports], key=lambda e: (e.start, e.end, e.type))
+    numbered = tuple(replace(e, id=f"inferred_{k}", end=min(e.end, last)) for k, e in enumerate(events, 1))
+    return replace(episode, entities=(*episode.entities, *grounds), events=numbered, effector=acting)
 
 
-def _held(motion: _Motion) -> list[tuple[int, int]]:
-    """Index ranges in which the thing moves and keeps its place in the hand."""
-    place = _in_hand(motion)
-    runs = [run for s, e in _runs(_speed(motion.thing) > MOVING) for run in _steady(place, s, e)]
-    merged: list[tuple[int, int]] = []
-    for start, end in runs:
-        if merged and _steady(place, merged[-1][0], end) == [(merged[-1][0], end)]:
-            merged[-1] = (merged[-1][0], end)
+def _all_grips(
+    episode: Episode, grid: Grid, hands: Sequence[str], moving: Sequence[str]
+) -> tuple[list[Grip], dict[str, set[str]]]:
+    """The grasps of all hands, then those of one that nobody saw, and what rides on what they hold."""
+    grips: list[Grip] = []
+    riders: dict[str, set[str]] = defaultdict(set)
+    for hand in [*hands, None]:
+        if hand is not None:
+            held, along = _held(episode, grid, hand, moving)
         else:
-            merged.append((start, end))
-    return [(s, e) for s, e in merged if _travel(motion.thing[s:e]) > TRAVEL and _travel(motion.hand[s:e]) > TRAVEL]
+            free = [n for n in moving if n not in {g.thing for g in grips} | set().union(*riders.values())]
+            held, along = _held_unseen(episode, grid, _unseen_hand(episode, grid, hands), free)
+        grips += held
+        for carrier, names in along.items():
+            riders[carrier] |= names
+    return grips, riders
 
 
-def _in_hand(motion: _Motion) -> Floats:
-    """The thing's position in the hand's frame."""
-    inverse = motion.hand * [0, 0, 0, 1, -1, -1, -1]
-    shifted = np.hstack([motion.thing[:, :3] - motion.hand[:, :3], motion.thing[:, 3:]])
-    return compose(inverse, shifted)[:, :3]
+def _merged(found: Sequence[Loose]) -> list[Loose]:
+    """One contents for each vessel."""
+    by_name: dict[str, Loose] = {}
+    for one in found:
+        other = by_name.get(one.name)
+        if other is None:
+            by_name[one.name] = one
+            continue
+        where = {v: one.where.get(v, 0.0) + other.where.get(v, 0.0) for v in {**one.where, **other.where}}
+        by_name[one.name] = Loose(one.name, (*other.members, *one.members), where)  # type: ignore[arg-type]
+    return list(by_name.values())
 
 
-def _steady(place: Floats, start: int, end: int) -> list[tuple[int, int]]:
-    """The parts of a range in which a place differs little from the range's median."""
-    near = np.linalg.norm(place[start:end] - np.median(place[start:end], axis=0), axis=1) < STEADY
-    return [(start + s, start + e) for s, e in _runs(near)]
+def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
+    """The grasps of one hand, and what rides on what it holds: of things that move with it at one time, it holds one."""
+    spans = [(s, e, n) for n in things for s, e in carried_spans(grid, n, hand)]
+    held: list[Grip] = []
+    riding: dict[str, set[str]] = defaultdict(set)
+    for s, e, name in sorted(spans, key=lambda span: _carries(episode, grid, hand, span)):
+        over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
+        if over is None:
+            held.append(_grip(grid, hand, name, (s, e)))
+        elif over.thing != name:
+            riding[over.thing].add(name)
+    return held, riding
 
 
-def _speed(poses: Floats) -> Floats:
-    """Speed over WINDOW, centred [m/s]."""
-    half = max(round(WINDOW / STEP / 2), 1)
-    padded = np.pad(poses[:, :3], ((half, half), (0, 0)), mode="edge")
-    return np.asarray(np.linalg.norm(padded[2 * half :] - padded[: -2 * half], axis=1) / (2 * half * STEP))
+def _steadies(grip: Grip, acting: Grip) -> bool:
+    """Whether a hand holds what the acting one holds all the while; who takes over a thing holds it longer."""
+    both = _overlap(grip.span, acting.span)
+    return grip.thing == acting.thing and both > 0 and (grip.span[1] - grip.span[0]) - both < HANDED_OVER / STEP
 
 
-def _travel(poses: Floats) -> float:
-    """The largest distance from where it began [m]."""
-    return float(np.max(np.linalg.norm(poses[:, :3] - poses[0, :3], axis=1), initial=0.0))
+def _left_out(grip: Grip, grid: Grid) -> Repair:
+    events = tuple(_of_grips([grip], grid))
+    when = (grid.time(grip.span[0]), grid.time(grip.span[1]))
+    why = "it only steadies what the other hand holds; a robot with one arm does without"
+    return Repair(f"left out that '{grip.hand}' holds '{grip.thing}'", when, why, removed=events)
 
 
-def _runs(on: Flags) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
-    return [(int(s), int(e)) for s, e in edges.reshape(-1, 2)]
+def _one_after_the_other(
+    episode: Episode, grips: list[Grip], acting: str | None, grid: Grid
+) -> tuple[Episode, list[Grip]]:
+    """What hands do in turn, as done by one: the acting hand, that is where the one is that does something."""
+    mine = [g for g in grips if g.hand == acting]
+    turns = [g for g in grips if g.hand == acting or not any(_overlap(g.near, m.near) > 0 for m in mine)]
+    turns.sort(key=lambda g: g.span)
+    if len({g.hand for g in turns}) < 2 or any(_overlap(a.near, b.near) > 0 for a, b in pairwise(turns)):
+        return episode, grips
+    middles = [grid.time((a.near[1] + b.near[0]) // 2) for a, b in pairwise(turns)]
+    bounds = list(pairwise([-np.inf, *middles, np.inf]))
+    tracks = [(episode.tracks[g.hand], a, b) for g, (a, b) in zip(turns, bounds, strict=True) if g.hand in episode.tracks]
+    within = [(t, (t.times >= a) & (t.times < b)) for t, a, b in tracks]
+    joined = Track(np.concatenate([t.times[w] for t, w in within]), np.concatenate([t.poses[w] for t, w in within]))
+    names = " and ".join(f"'{h}'" for h in sorted({g.hand for g in turns}))
+    why = "they hold things one after the other, never at once, and a robot with one arm can do so, too"
+    repair = Repair(f"read {names} as one hand", (grid.time(turns[0].span[0]), grid.time(turns[-1].span[1])), why)
+    episode = replace(episode, tracks={**episode.tracks, str(acting): joined}, repairs=(*episode.repairs, repair))
+    return episode, [replace(g, hand=str(acting)) if g in turns else g for g in grips]
 
 
-def _events(effector: str, name: str, motion: _Motion, start: int, end: int) -> list[Event]:
-    """The grasp, and what was done with the object in it."""
-    times = np.append(motion.times, motion.times[-1] + STEP)
-    span = (float(times[start]), float(times[end]))
-    roles = {"performer": effector, "object": name}
-    states = [
-        Event("", "soma:ContactState", "state", *span, {"a": effector, "b": name}, True),
-        Event("", "cram:GraspState", "state", *span, {"gripper": effector, "object": name}, True),
-    ]
-    height = motion.thing[start:end, 2]
-    up = np.flatnonzero(height > height[0] + LIFTED)
-    if not len(up):
-        return states
-    above = np.flatnonzero(height > height[-1] + LIFTED)
-    lift, down = start + int(up[0]), start + int(above[-1]) + 1 if len(above) else end
-    spans = [("soma:PickingUp", start, lift), *_shaking(motion, lift, down), *_pouring(motion, start, lift, down)]
-    if end < len(motion.times) and down < end:
-        spans.append(("soma:PuttingDown", down, end))
-    return states + [Event("", t, "action", float(times[s]), float(times[e]), roles, True) for t, s, e in spans]
+def _overlap(one: Span, other: Span) -> int:
+    return min(one[1], other[1]) - max(one[0], other[0])
 
 
-def _shaking(motion: _Motion, start: int, end: int) -> list[tuple[str, int, int]]:
-    """Swings to and fro about the moving mean, along the direction in which there are most."""
-    half = round(SWING / STEP)
-    path = motion.thing[start:end, :3]
-    if len(path) <= 2 * half:
-        return []
-    kernel = np.ones(2 * half + 1) / (2 * half + 1)
-    padded = np.pad(path, ((half, half), (0, 0)), mode="edge")
-    swing = path - np.column_stack([np.convolve(padded[:, i], kernel, mode="valid") for i in range(3)])
-    axis = np.linalg.svd(swing, full_matrices=False)[2][0]
-    turns = _crossings(swing @ axis)
-    chains = np.split(turns, np.flatnonzero(np.diff(turns) > SWING / STEP) + 1)
-    return [("cram:Shaking", start + int(c[0]), start + int(c[-1])) for c in chains if len(c) >= SWINGS]
+def _carries(episode: Episode, grid: Grid, hand: str, span: tuple[int, int, str]) -> tuple[float, float, float]:
+    """Order of what is held: the larger, the steadier in the hand (by 5 mm), the nearer to it."""
+    start, end, name = span
+    place = grid.place(name, hand)[start:end]
+    spread = float(np.linalg.norm(place.std(axis=0)))
+    return _size(episode, name), round(spread / 0.005), float(np.linalg.norm(np.median(place, axis=0)))
 
 
-def _crossings(signal: Floats) -> NDArray[np.intp]:
-    """Where a signal goes from one side to the other, AMPLITUDE beyond zero at least."""
-    outside = np.flatnonzero(np.abs(signal) > AMPLITUDE)
-    flips = np.flatnonzero(np.diff(np.sign(signal[outside])) != 0)
-    return np.asarray(outside[flips + 1])
+def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = None) -> Grip:
+    """A grasp; ``near`` is when the hand is at the thing, where that does not follow from the hand's poses."""
+    start, end = span
+    near = near or at_its_place(grid, thing, hand, span, AT_HAND)
+    height = grid.poses[thing][start:end, 2]
+    up, above = np.flatnonzero(height > height[0] + LIFTED), np.flatnonzero(height > height[-1] + LIFTED)
+    lift = start + int(up[0]) if len(up) else None
+    down = start + int(above[-1]) + 1 if len(above) and end < len(grid.times) else None
+    return Grip(hand, thing, span, near, lift, down if lift is not None else None)
 
 
-def _pouring(motion: _Motion, stood: int, start: int, end: int) -> list[tuple[str, int, int]]:
-    """Tilted away from how it stood."""
-    upright = motion.thing[stood] * [1, 1, 1, 1, -1, -1, -1]
-    axis = compose(upright[None] * [0, 0, 0, 1, 1, 1, 1], np.array([[0, 0, 1, 1, 0, 0, 0.0]]))[0, :3]
-    turned = motion.thing[start:end] * [0, 0, 0, 1, 1, 1, 1]
-    up = compose(turned, np.tile([*axis, 1, 0, 0, 0], (end - start, 1)))[:, 2]
-    tilted = np.arccos(np.clip(up, -1, 1)) > TILT
-    return [("soma:Pouring", start + s, start + e) for s, e in _runs(tilted) if (e - s) * STEP >= POURED]
+def _unseen_hand(episode: Episode, grid: Grid, tracked: Sequence[str]) -> str | None:
+    """The hand of which no pose was recorded, the right one first; ``NOBODY`` where all that were recorded are idle."""
+    lost = sorted((h for h in hands_of(episode) if h not in tracked), key=_right_first)
+    idle = all(travel(grid.poses[h]) < IDLE for h in tracked)
+    return lost[0] if lost else NOBODY if idle else None
+
+
+def _with_nobody(episode: Episode, held: Sequence[Grip]) -> Episode:
+    if not any(g.hand == NOBODY for g in held):
+        return episode
+    why = "things rise and stay up, and no hand that was recorded moves"
+    repairs = (*episode.repairs, Repair(f"added the hand '{NOBODY}'", episode.span, why))
+    return replace(episode, entities=(*episode.entities, Entity(NOBODY, ("soma:Hand",))), repairs=repairs)
+
+
+def _held_unseen(episode: Episode, grid: Grid, hand: str | None, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
+    """Grasps by a hand of which no pose was recorded: a thing that rises and stays up was held by somebody. Of things that
+    rise together the larger is held, else the lower."""
+    spans = [(s, e, n) for n in things for s, e in _flights(grid, n)] if hand is not None else []
+    held: list[Grip] = []
+    riding: dict[str, set[str]] = defaultdict(set)
+    margin = round(UNSEEN[1] / STEP)
+    for s, e, name in sorted(spans, key=lambda span: (_size(episode, span[2]), float(grid.poses[span[2]][span[0], 2]))):
+        over = next((g for g in held if _overlap((s, e), g.span) > 0.5 * min(e - s, g.span[1] - g.span[0])), None)
+        if over is None:
+            held.append(_grip(grid, str(hand), name, (s, e), (max(s - margin, 0), e + margin)))
+        elif over.thing != name:
+            riding[over.thing].add(name)
+    return held, riding
+
+
+def _flights(grid: Grid, thing: str) -> list[Span]:
+    """Spans in which a thing moves and is up, pauses up in the air included."""
+    found: list[Span] = []
+    height = grid.poses[thing][:, 2]
+    for start, end in runs(close_gaps(grid.moving(thing), grid.times, UNSEEN[0])):
+        pause = (start - found[-1][1]) * STEP if found else np.inf
+        if pause < UNSEEN[2] and height[found[-1][1] : start].min(initial=np.inf) > height[found[-1][0]] + LIFTED:
+            found[-1] = (found[-1][0], end)
+        else:
+            found.append((start, end))
+    return [(s, e) for s, e in found if s > 0 and np.sum(height[s:e] > height[s] + LIFTED) * STEP > UNSEEN[0]]
+
+
+def _size(episode: Episode, name: str) -> float:
+    """Minus the diagonal of a thing [m]; 0 where it is not known."""
+    entity = episode.known(name)
+    return -float(np.linalg.norm(entity.size)) if entity is not None and entity.size is not None else 0.0
+
+
+def _acting(episode: Episode, grips: Sequence[Grip], grid: Grid) -> str | None:
+    """The hand that moves things farthest (by 0.1 m); of two that do the same the right one, as with most people."""
+    ways: dict[str, float] = defaultdict(float)
+    for g in grips:
+        ways[g.hand] += float(np.sum(np.linalg.norm(np.diff(grid.poses[g.thing][slice(*g.span), :3], axis=0), axis=1)))
+    return min(sorted(ways), key=lambda h: (-round(ways[h], 1), _right_first(h))) if ways else episode.effector
+
+
+def _right_first(hand: str) -> bool:
+    return "right" not in hand.lower()
+
+
+def _of_grips(grips: Sequence[Grip], grid: Grid) -> Iterator[Event]:
+    for g in grips:
+        near, span = ((grid.time(s), grid.time(e)) for s, e in (g.near, g.span))
+        yield Event("", "soma:ContactState", "state", *near, {"a": g.hand, "b": g.thing}, True)
+        yield Event("", "cram:GraspState", "state", *span, {"gripper": g.hand, "object": g.thing}, True)
+
+
+def _labels(grips: Sequence[Grip], grid: Grid) -> Iterator[Event]:
+    """What was done with held things that no state shows. A thing that is shaken is shaken, however it is tilted meanwhile."""
+    for g in grips:
+        if g.lift is None:
+            continue
+        roles = {"performer": g.hand, "object": g.thing}
+        start, end = g.lift, g.down if g.down is not None else g.span[1]
+        swung = shaking(grid.poses[g.thing], start, end)
+        tilted = [t for t in tilting(grid.poses[g.thing], g.span[0], start, end) if not any(s < t[1] and t[0] < e for s, e in swung)]
+        for type_, found in (("cram:Shaking", swung), ("soma:Pouring", tilted)):
+            yield from (Event("", type_, "action", grid.time(s), grid.time(e), roles, True) for s, e in found)
+
+
+def _standing(episode: Episode, grips: Sequence[Grip], grid: Grid) -> tuple[list[Event], list[Entity]]:
+    """What things that were lifted stand on before and after: by shapes, or on something that has none."""
+    free = [(g.thing, grid.time(g.lift), grid.time(g.down if g.down is not None else g.span[1])) for g in grips if g.lift is not None]
+    known = resting(episode, free)
+    carried = {e.roles["supportee"] for e in known if e.type == "soma:SupportState"}
+    events, grounds = list(known), list[Entity]()
+    for thing in dict.fromkeys(n for n, _, _ in free if n not in carried):
+        found, made = _on_something(episode, thing, [(s, e) for n, s, e in free if n == thing], grid)
+        events += found
+        grounds += made
+    return events, grounds
+
+
+def _on_something(
+    episode: Episode, thing: str, free: list[tuple[float, float]], grid: Grid
+) -> tuple[list[Event], list[Entity]]:
+    """Support between the spans in which a thing is free, by one entity for each place that it stands at."""
+    first, last = episode.span
+    rests = [(s, e) for s, e in zip([first, *(e for _, e in free)], [*(s for s, _ in free), last], strict=True) if e - s > STEP]
+    places: list[tuple[str, Floats]] = []
+    events = []
+    for start, end in rests:
+        within = (grid.times >= start) & (grid.times <= end)
+        at = np.median(grid.poses[thing][within, :3], axis=0)
+        name = next((n for n, p in places if _same_place(at, p)), None)
+        if name is None:
+            name = f"support({thing})" + (f"_{len(places) + 1}" if places else "")
+            places.append((name, at))
+        events += [
+            Event("", "soma:SupportState", "state", start, end, {"supporter": name, "supportee": thing}, True),
+            Event("", "soma:ContactState", "state", start, end, {"a": thing, "b": name}, True),
+        ]
+    return events, [Entity(name, ("cram:Support",)) for name, _ in places]
+
+
+def _same_place(one: Floats, other: Floats) -> bool:
+    return bool(np.linalg.norm(one[:2] - other[:2]) < SAME_PLACE[0] and abs(one[2] - other[2]) < SAME_PLACE[1])

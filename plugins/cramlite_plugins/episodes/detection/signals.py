@@ -52,11 +52,11 @@ def hysteresis(signal: Floats, high: float, low: float) -> Flags:
     return np.asarray(decided[last] == 1)
 
 
-def close_gaps(on: Flags, times: Floats) -> Flags:
-    """Close gaps shorter than GAP."""
+def close_gaps(on: Flags, times: Floats, gap: float = GAP) -> Flags:
+    """Close gaps shorter than ``gap`` [s]."""
     filled = on.copy()
     for (_, end), (start, _) in pairwise(runs(on)):
-        if times[start] - times[end - 1] < GAP:
+        if times[start] - times[end - 1] < gap:
             filled[end:start] = True
     return filled
 

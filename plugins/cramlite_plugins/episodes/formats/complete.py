@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Entity, Episode, Event, Repair, Track, thing_of
 
 from ..detection.from_motion import infer
-from ..tracks import world_tracks
+from ..repair.names import FINGER, HAND, one_namespace
+from ..tracks import rigid_links, world_tracks
 from .parts import Parts
-
-#: How hands and grippers are called in recordings that do not say which frame acts.
-_EFFECTOR = re.compile(r"hand|gripper|ee_link|tool0|effector", re.IGNORECASE)
 
 
 def episode_of(parts: Parts) -> Episode:
@@ -25,7 +21,37 @@ def episode_of(parts: Parts) -> Episode:
     entities = _complete(parts, events, tracks)
     effector = parts.effector or _guess_effector(events, tracks)
     episode = Episode(parts.name, entities, events, tracks, effector, tuple(parts.repairs), parts.extras)
-    return infer(episode) if parts.foreign and not events else episode
+    if not parts.foreign:
+        return episode
+    episode = one_namespace(_with_hands(one_namespace(_with_links(episode, parts)), parts))
+    return episode if events else infer(episode)
+
+
+def _with_hands(episode: Episode, parts: Parts) -> Episode:
+    """What is named like a hand is one, also where no pose of it was seen."""
+    unseen = [Entity(n, ()) for n in parts.rows if _is_hand(n) and episode.known(n) is None]
+    known = (*episode.entities, *unseen)
+    named = {e.name for e in known if not e.types and e.part_of is None and _is_hand(e.name)}
+    entities = tuple(replace(e, types=("soma:Hand",)) if e.name in named else e for e in known)
+    repairs = [Repair(f"read '{n}' as a hand", episode.span, "it is named so") for n in sorted(named)]
+    return replace(episode, entities=entities, repairs=(*episode.repairs, *repairs))
+
+
+def _is_hand(name: str) -> bool:
+    return HAND.search(name) is not None and FINGER.search(name) is None and thing_of(name) == name
+
+
+def _with_links(episode: Episode, parts: Parts) -> Episode:
+    """Links that never move in their parent are its parts, and what was recorded at one instant is where it was: no track."""
+    links = {n: p for n, p in rigid_links(parts.rows).items() if n in episode.tracks and p in episode.tracks}
+    tracks = {n: t for n, t in episode.tracks.items() if len(t.times) > 1}
+    entities = []
+    for e in episode.entities:
+        if e.name in links and e.part_of is None:
+            whole, own = (episode.tracks[n].at(np.inf) for n in (links[e.name], e.name))
+            e = replace(e, part_of=links[e.name], pose=whole.inverse() * own)
+        entities.append(e)
+    return replace(episode, entities=tuple(entities), tracks=tracks)
 
 
 def _sound(parts: Parts) -> tuple[Event, ...]:
@@ -85,5 +111,5 @@ def _guess_effector(events: tuple[Event, ...], tracks: dict[str, Track]) -> str 
     acting = [r for e in events for k, r in e.roles.items() if k in ("gripper", "performer")]
     if acting:
         return max(sorted(set(acting)), key=acting.count)
-    hands = [n for n in tracks if _EFFECTOR.search(n) and thing_of(n) == n]
+    hands = [n for n in tracks if _is_hand(n)]
     return max(hands, key=lambda n: len(tracks[n].times), default=None)

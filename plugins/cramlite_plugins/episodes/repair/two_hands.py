@@ -20,6 +20,9 @@ from cramlite.plugin import EpisodeRepair, hookimpl
 
 from .dropouts import signature
 
+#: Who takes over holds on for longer than the other one, by this at least [s]; else both only put it down together.
+HELD_ON = 0.1
+
 
 class Handover(Value):
     """Handover: a thing that two hands hold for a while.
@@ -77,7 +80,7 @@ def handovers(episode: Episode) -> Iterator[Handover]:
     for given in grasps:
         for taken in grasps:
             same = given.roles["object"] == taken.roles["object"] and given.roles["gripper"] != taken.roles["gripper"]
-            if same and given.start < taken.start < given.end < taken.end:
+            if same and given.start < taken.start < given.end < taken.end - HELD_ON:
                 yield Handover(given.roles["object"], given, taken)
 
 

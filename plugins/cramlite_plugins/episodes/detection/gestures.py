@@ -1,0 +1,77 @@
+"""Gestures with held things that no state shows: swings to and fro, and tilts; found in a path on the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from cramlite.model import Floats
+
+from ..tracks import compose
+from .co_motion import STEP, Flags, Span
+from .signals import runs
+
+#: Shaking: this many swings to and fro, each of this amplitude [m] and shorter than this [s] (0.7 Hz and faster).
+SWINGS, AMPLITUDE, SWING = 5, 0.008, 0.75
+#: A thing is shaken at one place: its moving mean stays within this [m].
+SHAKEN_AT = 0.05
+#: Pouring: tilted this far [rad] from how it stood, for this long [s]; a full cup spills from about 60 degrees.
+TILT, POURED = np.radians(60), 0.5
+
+
+def shaking(poses: Floats, start: int, end: int) -> list[Span]:
+    """Return the spans of swings to and fro about the moving mean, along the direction in which there are most."""
+    half = round(SWING / STEP)
+    path = poses[start:end, :3]
+    if len(path) <= 2 * half:
+        return []
+    kernel = np.ones(2 * half + 1) / (2 * half + 1)
+    padded = np.pad(path, ((half, half), (0, 0)), mode="edge")
+    mean = np.column_stack([np.convolve(padded[:, i], kernel, mode="valid") for i in range(3)])
+    swing = path - mean
+    axes = np.linalg.svd(swing, full_matrices=False)[2]
+    chains = max((_chains(swing @ axis) for axis in axes), key=lambda found: sum(map(len, found)))
+    return [(start + s, start + e) for s, e in (_arrived(mean, int(c[0]), int(c[-1])) for c in chains)]
+
+
+def _arrived(mean: Floats, start: int, end: int) -> Span:
+    """A range without the ways there and back: it begins and ends where the moving mean is near its median."""
+    near = np.flatnonzero(np.linalg.norm(mean[start:end] - np.median(mean[start:end], axis=0), axis=1) < SHAKEN_AT)
+    return (start + int(near[0]), start + int(near[-1]) + 1) if len(near) else (start, end)
+
+
+def _chains(signal: Floats) -> list[NDArray[np.intp]]:
+    """Turns that follow each other within SWING, SWINGS of them at least."""
+    turns = _crossings(signal)
+    chains = np.split(turns, np.flatnonzero(np.diff(turns) > SWING / STEP) + 1)
+    return [c for c in chains if len(c) >= SWINGS]
+
+
+def _crossings(signal: Floats) -> NDArray[np.intp]:
+    """Where a signal goes from one side to the other, AMPLITUDE beyond zero at least."""
+    outside = np.flatnonzero(np.abs(signal) > AMPLITUDE)
+    flips = np.flatnonzero(np.diff(np.sign(signal[outside])) != 0)
+    return np.asarray(outside[flips + 1])
+
+
+def tilting(poses: Floats, stood: int, start: int, end: int) -> list[Span]:
+    """Return the spans in which a thing is tilted away from how it stood at an index."""
+    upright = poses[stood] * [1, 1, 1, 1, -1, -1, -1]
+    axis = compose(upright[None] * [0, 0, 0, 1, 1, 1, 1], np.array([[0, 0, 1, 1, 0, 0, 0.0]]))[0, :3]
+    turned = poses[start:end] * [0, 0, 0, 1, 1, 1, 1]
+    up = compose(turned, np.tile([*axis, 1, 0, 0, 0], (end - start, 1)))[:, 2]
+    tilted: Flags = np.arccos(np.clip(up, -1, 1)) > TILT
+    return [(start + s, start + e) for s, e in _joined(runs(tilted)) if (e - s) * STEP >= POURED]
+
+
+def _joined(spans: Sequence[Span]) -> list[Span]:
+    """Spans with less than POURED between them are one."""
+    found: list[Span] = []
+    for start, end in spans:
+        if found and (start - found[-1][1]) * STEP < POURED:
+            found[-1] = (found[-1][0], end)
+        else:
+            found.append((start, end))
+    return found

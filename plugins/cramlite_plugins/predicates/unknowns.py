@@ -1,0 +1,75 @@
+"""Reasons why predicates cannot be judged: what a recorder did not record, of which closed world would say "false"."""
+
+from __future__ import annotations
+
+from cramlite.plugin import Phase
+
+from .phase_poses import box_of, pose_of, tips
+
+
+def no_pose(phase: Phase, *names: str | None) -> str | None:
+    """Return "no pose of ..." if the pose of an entity, or of the effector, is not known in a phase; None otherwise."""
+    for name in (*names, phase.episode.effector or ""):
+        if name is not None and pose_of(phase, name, phase.end) is None:
+            return f"no pose of '{name}'" if name else "no pose of a hand"
+    return None
+
+
+def no_pose_of(phase: Phase, *names: str | None) -> str | None:
+    """Return "no pose of ..." if the pose of an entity is not known; None otherwise."""
+    lost = next((n for n in names if n is not None and pose_of(phase, n, phase.end) is None), None)
+    return None if lost is None else f"no pose of '{lost}'"
+
+
+def no_hand(phase: Phase, *_names: str | None) -> str | None:
+    """Return why nobody knows where the hand was."""
+    return no_pose(phase)
+
+
+def no_box(phase: Phase, name: str | None, place: str | None) -> str | None:
+    """Return why nobody knows whether a thing is within, or over, a place: no pose of either, or no shape of the place."""
+    if place is not None and pose_of(phase, place, phase.end) is not None and box_of(phase, place) is None:
+        return f"no shape of '{place}'"
+    without = any(box_of(phase, n) is None for n, e in phase.timeline.entities.items() if e.part_of is None)
+    return no_pose_of(phase, name, place) or ("no shape of what it was over" if place is None and without else None)
+
+
+def no_fingers(phase: Phase, *_names: str | None) -> str | None:
+    """Return "no fingers of the hand" where neither finger tips nor an opening were recorded."""
+    return None if len(tips(phase.timeline)) > 1 or "opening" in phase.episode.extras else "no fingers of the hand"
+
+
+def no_effector(phase: Phase, _name: str | None) -> str | None:
+    """Return "who acts" where nothing in the recording is known to act."""
+    known = phase.episode.effector is not None or phase.timeline.entities_of("soma:PrehensileEffector")
+    return None if known else "who acts"
+
+
+def no_class(phase: Phase, name: str | None, _class: str | None) -> str | None:
+    """Return "what ... is" for an entity of which no class is known."""
+    unknown = name in phase.timeline.entities and not phase.timeline.types(name or "")
+    return f"what '{name}' is" if unknown else None
+
+
+def no_contacts(phase: Phase, *_names: str | None) -> str | None:
+    """Return why nobody knows what touched: no contact was recorded or inferred, at any time."""
+    return _none_of(phase, "soma:ContactState", "no contacts were recorded")
+
+
+def no_supports(phase: Phase, *_names: str | None) -> str | None:
+    """Return why nobody knows what stood on what."""
+    return _none_of(phase, "soma:SupportState", "no supports were recorded")
+
+
+def no_grasps(phase: Phase, *_names: str | None) -> str | None:
+    """Return why nobody knows what was held: no states were recorded at all. Who records contacts records grasps, if there are any."""
+    return None if phase.episode.of("state") else "no grasps were recorded"
+
+
+def no_contents(phase: Phase, *_names: str | None) -> str | None:
+    """Return why nobody knows what was in what."""
+    return _none_of(phase, "soma:ContainmentState", "no contents were recorded")
+
+
+def _none_of(phase: Phase, type_: str, reason: str) -> str | None:
+    return None if phase.timeline.boundaries(type_) else reason
