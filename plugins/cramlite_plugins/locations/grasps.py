@@ -18,7 +18,7 @@ from cramlite.model import Belief, Floats, Geom, Gripper, Location, Place, Pose,
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import volume
+from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
@@ -119,7 +119,7 @@ def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
         friction: of the pads; contacts must lie within its cone.
     """
     handles = tuple(f.pose for f in thing.features if f.type == HANDLE)
-    return list(_ranked(thing.geoms, tuple(_centre(thing)), handles, gripper, friction))
+    return list(_ranked(thing.geoms, tuple(centre_of_mass(thing)), handles, gripper, friction))
 
 
 @lru_cache(maxsize=64)
@@ -212,16 +212,6 @@ def _checked(shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, con
     lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
     covered = antipodal.coverage(shape, pose, found.width, gripper)
     return Grip(pose, found.width, lever, grip.name, found.slant, covered, grip.ahead)
-
-
-def _centre(thing: Thing) -> Floats:
-    """The centre of mass in the thing's frame: the stated one, else of the body's geoms with an even density."""
-    if thing.inertia is not None:
-        return np.asarray(thing.inertia.centre)
-    body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
-    volumes = np.array([volume(g) for g in body])
-    centre: Floats = volumes @ np.array([g.pose.position for g in body]) / volumes.sum()
-    return centre
 
 
 def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
