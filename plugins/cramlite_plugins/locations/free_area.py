@@ -15,6 +15,8 @@ Offset = tuple[float, float]
 """x and y in the frame of a surface [m]."""
 FIRST = 16
 """How many positions the first round has; each further one has twice as many."""
+SMALL = 1e-6
+"""Of parts of an area that are smaller only the middle is tried [m2]."""
 
 
 def free_area(core: Any, obstacles: Iterable[Any], radius: float) -> Any:
@@ -56,8 +58,10 @@ def positions(area: Any, anchor: Offset) -> Iterator[Offset]:
     nearest = shapely.shortest_line(shapely.Point(anchor), area).coords[-1]
     middles = [shapely.maximum_inscribed_circle(p).coords[0] for p in shapely.get_parts(area) if p.area > 0]
     yield from dict.fromkeys([_rounded(nearest), *sorted(map(_rounded, middles), key=lambda p: (math.dist(p, anchor), p))])
-    for points in _rounds(area):
-        yield from sorted(map(_rounded, points.tolist()), key=lambda p: (round(math.dist(p, anchor), 4), p))
+    rounds = [_rounds(p) for p in shapely.get_parts(area) if p.area > SMALL]
+    for parts in zip(*rounds, strict=True) if rounds else ():
+        points = [_rounded(p) for part in parts for p in part.tolist()]
+        yield from sorted(points, key=lambda p: (round(math.dist(p, anchor), 4), p))
 
 
 def _rounded(point: Iterable[float]) -> Offset:
@@ -70,8 +74,6 @@ def _rounds(area: Any) -> Iterator[Floats]:
     import shapely
     from scipy.stats import qmc
 
-    if area.area <= 0:
-        return
     low, high = np.reshape(area.bounds, (2, 2))
     sequence = qmc.Halton(2, scramble=False)
     sequence.fast_forward(1)  # its first point is a corner
