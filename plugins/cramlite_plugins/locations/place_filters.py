@@ -101,14 +101,13 @@ def inside(spot: Spot, wanted: Wanted) -> str:
     if wanted.target.area.covers(outline):
         return ""
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, wanted.target.area.bounds
-    out, across, room = max(
-        (max(x - low, high - x1), high - low, x1 - x), (max(y - left, right - y1), right - left, y1 - y)
+    out, across, room, side = max(
+        (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
     )
     if out <= 0:
         return f"{1e4 * float(outline.difference(wanted.target.area).area):.1f} cm2 of it would be beside the opening of '{wanted.entity}'"
     return (
-        f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm that '{wanted.entity}'"
-        " is open"
+        f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{wanted.entity}'"
     )
 
 

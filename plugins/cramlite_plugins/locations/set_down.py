@@ -25,6 +25,7 @@ FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 GAP = 0.006  # between outlines seen from above [m]: a little more than paths keep
+ROUNDED = 0.0002  # twice what positions are rounded by [m]
 PER_PLACE = 0.5  # cost of each position that comes before: more than any turn and height
 YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # turns about the vertical that are tried first [deg]
 ONTO = ((0.02, 0.06), (0.01, 0.015))
@@ -46,7 +47,8 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Positions, best first; at each every turn, at the lowest height at which hand and thing are free."""
-    targets, now, work, found = _targets(location, belief, context), held_now(belief, context), context.samples, False
+    targets, now, because = _targets(location, belief, context), held_now(belief, context), (location.of or "",)
+    work, found = context.samples, False
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         for yaw in (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ())):
             for answer in _turned(wanted, now, offset, yaw, location.relation):
@@ -54,7 +56,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
                 found = found or isinstance(answer, Grounding)
                 yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
         if work <= 0:
-            raise Unresolvable(f"{k + 1} positions were looked at, as many as the budget of {context.samples} samples allows")
+            raise Unresolvable(f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow", because)
     if not found:
         yield from _no_room(targets, now, location)
 
@@ -67,11 +69,14 @@ def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterat
 
 
 def _no_room(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
-    """Why there is not one position: what objects in the middle of each surface, and how much of it is free."""
+    """Why there is not one position: what objects at the best one of each surface."""
     for wanted in targets:
-        spot = _spot(wanted, now, _anchor(wanted), 0.0, *_heights(wanted, now, location.relation)[0])
-        reason = _refusal(spot, wanted, CHEAP[location.relation]) or (f"a disc of {2000 * _radius(wanted, now):.0f} mm has no room", 0)
-        yield Refused(f"'{wanted.entity}', {spot.name}", *reason)
+        bare = replace(wanted, where={}, obstacles=())
+        offset = next(positions(_free(bare, now, location), _anchor(wanted)), (0.0, 0.0))
+        spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
+        reason = _refusal(spot, wanted, CHEAP[location.relation])
+        said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
+        yield Refused(spot.name, *(reason or (said, 0)))
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
@@ -155,10 +160,11 @@ def _obstacles(wanted: Wanted, context: Context) -> tuple[tuple[str, Any], ...]:
 
 def _free(wanted: Wanted, now: Pose, location: Location) -> Any:
     """Where the centre of mass may be: on what supports it, apart from what stands there, and where ``where`` wants it."""
-    from ..shapes.surfaces import EDGE
+    from ..shapes.surfaces import inset, standing
 
     radius, area = _radius(wanted, now), wanted.target.area
-    core = area.buffer(-radius) if location.relation == "in" else area.convex_hull.buffer(-EDGE / 2)
+    _, least = inset(standing(wanted.thing, now), area)
+    core = area.buffer(-radius) if location.relation == "in" else area.convex_hull.buffer(-least - ROUNDED)
     free = free_area(core, [o for _, o in wanted.obstacles], radius)
     to = wanted.target.pose.inverse()
     for side, (axis, sign) in SIDES.items():

@@ -92,7 +92,7 @@ def test_a_contact_margin_would_miss_boxes() -> None:
 def test_a_capsule_through_a_plate_is_found() -> None:
     """MuJoCo 4.0.0 misses it; the planning model must not."""
     stick = Thing("stick", "t:stick", Pose(), (Geom("capsule", (0.05, 0.2)),), mass=0.1)
-    held = ("stick", Pose((0, 0, 0.2)))
+    held = {"stick": Pose((0, 0, 0.2))}
     q = stance(make(stick, held=held), down(0.45, 0.3, 0.2))
     plate = box("plate", (0.15, 0.15, 0.02), (0.45, 0.3, 0.0))
     assert "'stick'" in make(plate, stick, held=held).why(q)
