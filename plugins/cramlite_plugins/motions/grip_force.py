@@ -79,10 +79,11 @@ def load(thing: Thing) -> float:
 
 
 def grip_of(held: Held, world: World, gripper: Gripper) -> Grip:
-    """Return what the pads are to hold when a thing is held so; a thing on a joint hangs on that."""
+    """Return what the pads are to hold when a thing is held so, with what is in or on it; a thing on a joint hangs on that."""
     thing = world.thing(held.thing)
     x, _, z = (held.tcp_to_thing * Pose(centre_of_mass(thing))).position
-    return Grip(thing, load(thing), world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
+    mass = load(thing) and load(thing) + sum(load(world.thing(name)) for name in held.carries)
+    return Grip(thing, mass, world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
 
 
 def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, ...], within: tuple[str, ...]) -> tuple[float, str]:
