@@ -216,7 +216,7 @@ class Grounder:
         for condition in (c for p, c in clauses if p == phase and not is_static(c)):
             match condition:
                 case Atom():
-                    yes |= self.fluents.both_ways(_pattern(condition, binding))  # type: ignore[arg-type]
+                    yes |= self.fluents.both_ways(_pattern(condition, binding))
                 case Not(Atom() as inner):
                     no |= self.fluents.denied(_pattern(inner, binding))
         return frozenset(yes), frozenset(no)
@@ -308,7 +308,7 @@ def _pattern(atom: Atom, binding: Mapping[str, str]) -> Pattern:
 def _pair(given: Atom, then: Condition, binding: Mapping[str, str]) -> tuple[Fact, Fact]:
     """Facts of ``every given -> not denied`` that may not both hold."""
     if not isinstance(then, Not) or not isinstance(then.inner, Atom):
-        raise UserError("In what a program needs, 'every' is followed by a class or by 'not' and a relation: every in(X, Y) -> not shut(Y).")
+        raise UserError("In rules for planning, 'every' ends in a class, or in 'not' and a relation: every in(X, Y) -> not shut(Y).")
     free = {**dict.fromkeys(variables(given), OTHER), **binding}
     one, two = (tuple(p or OTHER for p in _pattern(a, free)) for a in (given, then.inner))
     return one, two

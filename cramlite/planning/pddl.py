@@ -52,8 +52,8 @@ class Names:
         return self._of[text]
 
 
-class Step(Value):
-    """Step of a plan: an action with the entities of its parameters."""
+class PlanStep(Value):
+    """PlanStep of a plan: an action with the entities of its parameters."""
 
     schema: ActionSchema
     binding: Mapping[str, str]
@@ -66,7 +66,7 @@ class Step(Value):
 
 def write_pddl(
     name: str, schemas: Sequence[ActionSchema], fluents: Fluents, entities: Iterable[str], facts: Iterable[Fact],
-    needs: Iterable[Fact], without: Iterable[Pattern], *, earlier: Sequence[Sequence[Step]] = (), refused: Sequence[Step] = (),
+    needs: Iterable[Fact], without: Iterable[Pattern], *, earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = (),
 ) -> PddlText:  # fmt: skip
     """Write a planning problem.
 
@@ -96,7 +96,7 @@ class _Writer:
 
     def text(
         self, facts: Iterable[Fact], needs: Iterable[Fact], without: Iterable[Pattern],
-        earlier: Sequence[Sequence[Step]], refused: Sequence[Step],
+        earlier: Sequence[Sequence[PlanStep]], refused: Sequence[PlanStep],
     ) -> PddlText:  # fmt: skip
         """Return both texts; the problem is made first, as the domain declares what both use."""
         marks = {s.key[0] for steps in earlier for s in steps}, {s.key[0] for s in refused}
@@ -171,8 +171,8 @@ class _Writer:
     def _forbidden(self, pattern: Pattern) -> str:
         terms = [p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:], 1)]
         free = [t for t in terms if is_free(t)]
-        fact = (str(pattern[0]), *terms)
-        return self._all(free, [fact], f"(not {self._fact(fact)})")
+        denied = (str(pattern[0]), *terms)
+        return self._all(free, [denied], f"(not {self._fact(denied)})")
 
     def _table(self, table: Table) -> str:
         said = self._atom(table.name, list(table.terms))
@@ -195,10 +195,10 @@ class _Writer:
     def _of_action(self, mark: str, schema: ActionSchema) -> str:
         return self._atom(f"{mark} {schema.task}", list(schema.parameters.values()))
 
-    def _mark(self, mark: str, step: Step) -> str:
+    def _mark(self, mark: str, step: PlanStep) -> str:
         return self._atom(f"{mark} {step.schema.task}", step.key[1:])
 
-    def _not_again(self, steps: Sequence[Step]) -> str:
+    def _not_again(self, steps: Sequence[PlanStep]) -> str:
         return "(or " + " ".join(sorted({f"(not {self._mark('done', s)})" for s in steps})) + ")"
 
     def _initial(self, facts: Iterable[Fact]) -> Iterator[str]:

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator
 
 from .goal_planner import NEEDLESS, TaskPlan
 from .operators import Operator
-from .pddl import Step
-from .planning_problem import PlanningProblem, steps_of
+from .pddl import PlanStep
+from .plan_file import steps_of
+from .planning_problem import PlanningProblem
 from .symbolic_planner import fast_downward
 
 MOST = 6
@@ -26,12 +27,14 @@ def task_plans(
     stop: Callable[[], bool] = lambda: False,
     most: int = MOST,
 ) -> Iterator[TaskPlan]:
-    """Generate task sequences that achieve a goal: first with the things that the goal is about, then with all.
+    """Generate task sequences that achieve a goal with the things that it is about, or, where there is none, with all.
 
     No sequence contains an earlier one, and none has a step that nothing asks for.
     """
-    earlier, given = list[list[Step]](), list[tuple[Operator, ...]]()
+    earlier, given = list[list[PlanStep]](), list[tuple[Operator, ...]]()
     for things in problem.things():
+        if given:
+            return
         missed = 0
         while len(given) < most and missed < WRONG and not stop():
             text = problem.pddl(things, earlier)
@@ -49,7 +52,7 @@ def task_plans(
                 yield plan
 
 
-def _plan(problem: PlanningProblem, steps: list[Step]) -> tuple[TaskPlan | None, list[Step]]:
+def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> tuple[TaskPlan | None, list[PlanStep]]:
     """A planner's plan as the engine sees it, without needless steps, and the steps that are left of it."""
     found = [(s, o) for s in steps if (o := problem.operator(s)) is not None]
     operators = [o for _, o in found]

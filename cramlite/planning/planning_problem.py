@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..interpretation.fluents import EFFECTOR, Fact, SymbolicWorld, matches, said
 from ..model.entity_name import thing_of
@@ -25,7 +23,7 @@ from .goal_planner import (
     with_sides,
 )
 from .operators import Grounder, Operator
-from .pddl import PddlText, Step, write_pddl
+from .pddl import PddlText, PlanStep, write_pddl
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
@@ -68,7 +66,7 @@ class PlanningProblem(Value, eq=False):
             yield frozenset(self.grounder.things)
 
     def pddl(
-        self, things: frozenset[str], earlier: Sequence[Sequence[Step]] = (), refused: Sequence[Step] = ()
+        self, things: frozenset[str], earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = ()
     ) -> PddlText:
         """Return the problem in PDDL.
 
@@ -92,7 +90,7 @@ class PlanningProblem(Value, eq=False):
             earlier=earlier, refused=refused,
         )  # fmt: skip
 
-    def operator(self, step: Step) -> Operator | None:
+    def operator(self, step: PlanStep) -> Operator | None:
         """Return the operator of a step in the whole world; None where it is none."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
@@ -190,56 +188,3 @@ def _changed(schema: ActionSchema) -> set[str]:
 def _asked(schema: ActionSchema) -> set[str]:
     change, pairs = schema.change, [f for pair in schema.change.never for f in pair]
     return {str(p[0]) for p in (*change.needs, *change.without, *pairs, *(u.given for u in schema.before))}
-
-
-def steps_of(plan: str, text: PddlText, where: str) -> list[Step]:
-    """Return the steps of a plan in PDDL.
-
-    Args:
-        plan: one "(action object ...)" a line; comments begin with ";".
-        text: of the problem that it is for.
-        where: the file, for messages.
-
-    Raises:
-        UserError: a line is no action of the problem; with its number.
-    """
-    found: list[Step] = []
-    for number, line in enumerate(plan.splitlines(), 1):
-        said = line.partition(";")[0].strip()
-        if said:
-            found.append(_step(said, text, f"{where}:{number}"))
-    return found
-
-
-def _step(said: str, text: PddlText, where: str) -> Step:
-    form = re.fullmatch(r"(?:[\d.]+\s*:\s*)?\(\s*([^()\s]+)((?:\s+[^()\s]+)*)\s*\)(?:\s*\[[\d.]+\])?", said)
-    if form is None:
-        raise UserError(f"{where}: '{said}' is no step of a plan; write '(action object object)', one a line.")
-    name, objects = form[1].lower(), form[2].lower().split()
-    if name not in text.actions:
-        raise UserError(f"{where}: the domain has no action '{name}'; {nearest(name, text.actions)}.")
-    schema = text.actions[name]
-    wanted = list(schema.parameters)
-    named = [*wanted, *(f"whole of {v}" for v in schema.wholes)]
-    if len(objects) != len(named):
-        raise UserError(f"{where}: '{name}' has {len(named)} parameters ({', '.join(named)}), not {len(objects)}.")
-    for entity in objects:
-        if entity not in text.entities:
-            raise UserError(f"{where}: the problem has no object '{entity}'; {nearest(entity, text.entities)}.")
-    return Step(schema, {v: text.entities[o] for v, o in zip(wanted, objects, strict=False)})
-
-
-def checked_steps(problem: PlanningProblem, steps: Iterable[Step], where: str) -> tuple[Operator, ...]:
-    """Return the operators of a plan, each applicable where it stands, and the goal met after the last.
-
-    Raises:
-        UserError: it is no plan; it says which step needs what.
-    """
-    found = [(step, problem.operator(step)) for step in steps]
-    for step, operator in found:
-        if operator is None:
-            raise UserError(f"{where}: {step.key[0]}({', '.join(step.key[1:])}) is no task that these things allow.")
-    operators = tuple(o for _, o in found if o is not None)
-    if why := problem.failing(operators):
-        raise UserError(f"{where} is no plan for '{' and '.join(problem.says)}': {why}.")
-    return operators
