@@ -47,6 +47,13 @@ class GoalFacts(Value):
     without: frozenset[Pattern]
     sides: Mapping[Fact, Spot] = field(default_factory=dict)
 
+    def __str__(self) -> str:
+        return "the goal"
+
+    def barred_by(self, fact: Fact, _facts: frozenset[Fact]) -> bool:
+        """Check whether a fact keeps the goal from being satisfied."""
+        return any(matches(fact, p) for p in self.without)
+
     def met(self, facts: frozenset[Fact]) -> bool:
         """Check whether facts satisfy the goal."""
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
@@ -97,13 +104,13 @@ def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]
     for k, step in enumerate(steps):
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)
-        later = [(str(s), s.needs, s.forbids) for s in steps[k + 1 :]] + [("the goal", goal.needs, goal.without)]
         said = NEEDLESS
-        for who, needs, without in later:
-            useful = [say(f) for f in made if f in needs]
-            useful += ["no longer " + say(f) for f in gone if any(matches(f, p) for p in without)]
+        following: tuple[Operator | GoalFacts, ...] = (*steps[k + 1 :], goal)
+        for later in following:
+            useful = [say(f) for f in made if f in later.needs]
+            useful += ["no longer " + say(f) for f in gone if later.barred_by(f, facts)]
             if useful:
-                said = f"{useful[0]}, as {who} needs"
+                said = f"{useful[0]}, as {later} needs"
                 break
         yield said
         facts = after

@@ -61,11 +61,13 @@ class Operator(Value):
     def __str__(self) -> str:
         return f"{self.task.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
-    @property
-    def forbids(self) -> frozenset[Pattern]:
-        """Patterns of what may not hold, alone or beside other facts."""
-        pairs = (tuple(None if e == OTHER else e for e in fact) for pair in self.never for fact in pair)
-        return self.without | frozenset(pairs)
+    def barred_by(self, fact: Fact, facts: frozenset[Fact]) -> bool:
+        """Check whether a fact, among others that hold, keeps a precondition from holding."""
+        if any(matches(fact, p) for p in self.without):
+            return True
+        entities = {e for f in facts for e in f[1:]} if self.never else ()
+        pairs = [(_with(one, e), _with(two, e)) for one, two in self.never for e in entities]
+        return any(fact in pair and pair[0] in facts and pair[1] in facts for pair in pairs)
 
     def applies(self, facts: frozenset[Fact]) -> bool:
         """Check whether the preconditions hold."""

@@ -150,8 +150,9 @@ class _Writer:
         yield from (self._fact(f) for f in sorted(schema.change.needs))
         yield from (self._forbidden(p) for p in sorted(schema.change.without, key=str))
         yield from (self._universal(u) for u in schema.before)
-        for one, two in sorted(schema.change.never):
-            yield f"(forall ({OTHER} - {ENTITY}) (or (not {self._fact(one)}) (not {self._fact(two)})))"
+        for pair in sorted(schema.change.never):
+            one, two = (f"(not {self._fact(f)})" for f in pair)
+            yield f"(forall ({OTHER} - {ENTITY}) (or {one} {two}))"
 
     def _ending(self, ending: Ending) -> str:
         conditions = sorted(self._table(t) for t in ending.tables if t.terms) + [self._fact(f) for f in sorted(ending.when)]
@@ -171,7 +172,7 @@ class _Writer:
     def _forbidden(self, pattern: Pattern) -> str:
         terms = [p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:], 1)]
         free = [t for t in terms if is_free(t)]
-        denied = (str(pattern[0]), *terms)
+        denied: Fact = (str(pattern[0]), *terms)
         return self._all(free, [denied], f"(not {self._fact(denied)})")
 
     def _table(self, table: Table) -> str:
