@@ -58,9 +58,13 @@ def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
     return {place: frozenset(kinds) for place, kinds in found.items()}
 
 
-def kinds_of_free(term: str, facts: Iterable[Fact], kinds: Kinds) -> frozenset[str]:
-    """Return the kinds that a free variable may have, by the facts that it stands in."""
+def kinds_of_free(term: str, facts: Iterable[Fact], tables: Iterable[Table], kinds: Kinds) -> frozenset[str]:
+    """Return the kinds that a free variable may have, by the facts and static conditions that it stands in."""
     places = [kinds.get((f[0], k), frozenset()) for f in facts for k, t in enumerate(f[1:], 1) if t == term]
+    for table in tables:
+        for k in (k for k, t in enumerate(table.terms) if t == term and not table.denied):
+            parts = frozenset({("part", "thing")[k]}) if table.name == PART_OF else frozenset()
+            places.append(parts or frozenset(kind_of(row[k]) for row in table.rows))
     return frozenset({"hand", "thing", "part"}).intersection(*places)
 
 
@@ -139,12 +143,10 @@ def _tidy(ending: Ending) -> Ending:
 
 def _possible(ending: Ending, kinds: Kinds) -> bool:
     """Whether its facts can ever hold, by the kinds of what they are about."""
-    parts = [t for t in ending.tables if t.name == PART_OF]
     facts = [ending.fact, *ending.when]
-    told = {t.terms[0]: "part" for t in parts} | {t.terms[1]: "thing" for t in parts}
-    known = {t: told[t] if t in told else _kind(t) for f in facts for t in f[1:] if t in told or not is_free(t)}
-    fits = all(known.get(t) in {None, *kinds.get((f[0], k), ())} for f in facts for k, t in enumerate(f[1:], 1))
-    return fits and all(kinds_of_free(t, facts, kinds) for t in ending.free)
+    terms = {t for f in facts for t in f[1:]} - set(ending.free)
+    known = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)
+    return known and all(kinds_of_free(t, facts, ending.tables, kinds) for t in ending.free)
 
 
 def _covers(one: Ending, other: Ending) -> bool:

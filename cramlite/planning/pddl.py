@@ -157,12 +157,13 @@ class _Writer:
     def _ending(self, ending: Ending) -> str:
         conditions = sorted(self._table(t) for t in ending.tables if t.terms) + [self._fact(f) for f in sorted(ending.when)]
         effect = f"(not {self._fact(ending.fact)})"
-        effect = f"(when (and {' '.join(conditions)}) {effect})" if conditions else effect
-        return self._all(ending.free, [ending.fact, *ending.when], effect)
+        whole = f"(and {' '.join(conditions)})" if len(conditions) > 1 else "".join(conditions)
+        effect = f"(when {whole} {effect})" if conditions else effect
+        return self._all(ending.free, [ending.fact, *ending.when], effect, ending.tables)
 
-    def _all(self, free: Sequence[str], facts: Sequence[Fact], said: str) -> str:
+    def _all(self, free: Sequence[str], facts: Sequence[Fact], said: str, tables: Iterable[Table] = ()) -> str:
         """A formula for all entities in the place of its free variables, typed by the facts that they stand in."""
-        typed = [f"{v} - {_widest(kinds_of_free(v, facts, self.kinds))}" for v in free]
+        typed = [f"{v} - {_widest(kinds_of_free(v, facts, tables, self.kinds))}" for v in free]
         return f"(forall ({' '.join(typed)}) {said})" if typed else said
 
     def _universal(self, every: Universal) -> str:

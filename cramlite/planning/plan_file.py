@@ -4,11 +4,29 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from pathlib import Path
 
 from ..base.errors import UserError, nearest
+from .goal_planner import TaskPlan
 from .operators import Operator
 from .pddl import PddlText, PlanStep
 from .planning_problem import PlanningProblem
+
+
+def handed_plan(problem: PlanningProblem, file: Path) -> TaskPlan:
+    """Return the plan of a file, each step with why it is there.
+
+    Raises:
+        UserError: there is no such file, or it is no plan for the goal.
+    """
+    try:
+        said = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(
+            f"'{file}' cannot be read as a plan: {error}. 'cramlite goal SCENARIO --pddl DIR' writes the problem for a planner."
+        ) from error
+    text = problem.pddl(frozenset(problem.grounder.things))
+    return problem.plan(checked_steps(problem, steps_of(said, text, str(file)), str(file)))
 
 
 def steps_of(plan: str, text: PddlText, where: str) -> list[PlanStep]:

@@ -78,12 +78,14 @@ def plans_for_goal(
     from .goal_phrases import contradiction
     from .goal_planner import as_tasks, ground_goal
     from .operators import Grounder
+    from .plan_file import handed_plan
     from .plan_stream import task_plans
     from .planning_problem import problem_of, why_unreachable
     from .task_goals import Goal, plan_from_tasks
 
-    where, objects, places = "", {}, list[str]()
+    where, objects, places, handed = "", {}, list[str](), None
     if isinstance(goal, Scenario):
+        handed = goal.resolve_path(goal.spec.plan) if goal.spec.plan else None
         places = [goal.where("goal", k) for k in range(len(goal.spec.goal or ()))]
         where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
     grounder = Grounder(scene, knowledge.predicates)
@@ -96,7 +98,8 @@ def plans_for_goal(
         possible = True
         if problem.wanted.met(problem.facts):
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
-        for plan in task_plans(problem, progress, stop):
+        plans = iter([handed_plan(problem, handed)]) if handed else task_plans(problem, progress, stop)
+        for plan in plans:
             found = True
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
