@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from .planning.budget import Budget
     from .planning.diagnosis import failure_text, how_it_ended, nearest_miss
     from .planning.operators import Operator
+    from .planning.pddl import PddlText, PlanStep
+    from .planning.plan_file import checked_steps, steps_of
     from .planning.planning_problem import PlanningProblem, planning_problem
     from .planning.task_goals import Goal
     from .planning.trace import Entry, Trace
@@ -56,6 +58,8 @@ _HOMES = {
     ".planning.budget": "Budget",
     ".planning.planning_problem": "PlanningProblem planning_problem",
     ".planning.operators": "Operator",
+    ".planning.pddl": "PddlText PlanStep",
+    ".planning.plan_file": "checked_steps steps_of",
     ".planning.diagnosis": "failure_text how_it_ended nearest_miss",
     ".planning.task_goals": "Goal",
     ".planning.trace": "Entry Trace",
@@ -77,9 +81,11 @@ __all__ = [
     "Interpretation",
     "NoSolution",
     "Operator",
+    "PddlText",
     "Percept",
     "Picture",
     "Plan",
+    "PlanStep",
     "PlanningProblem",
     "PluginError",
     "Reading",
@@ -92,6 +98,7 @@ __all__ = [
     "Unresolvable",
     "UserError",
     "Verdict",
+    "checked_steps",
     "data_folder",
     "depth_image",
     "failure_text",
@@ -101,6 +108,7 @@ __all__ = [
     "overlay",
     "planning_problem",
     "read_scenario",
+    "steps_of",
     "task_entry",
     "trace_text",
 ]

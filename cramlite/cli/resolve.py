@@ -48,6 +48,7 @@ def resolve_scenario(
     seed: int = 0,
     backend: str | None = None,
     demonstration: Path | None = None,
+    plan: Path | None = None,
     plugins: PluginChoice = INSTALLED,
     report: bool = True,
     json_output: bool = False,
@@ -68,6 +69,7 @@ def resolve_scenario(
     """
     scenario = read_scenario(find_scenario(name))
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
+    scenario = scenario.planned_by(plan) if plan else scenario
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
     setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
@@ -200,6 +202,8 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
     files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
+    if scenario.spec.plan and scenario.resolve_path(scenario.spec.plan).is_file():
+        files.append(scenario.resolve_path(scenario.spec.plan))
     plugins = [f"{i.name} {i.version}" for i in engine.registry.infos]
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
@@ -354,6 +358,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         seed=arguments.seed,
         backend=arguments.backend,
         demonstration=arguments.demonstration,
+        plan=arguments.plan,
         plugins=plugin_choice(arguments),
         report=not arguments.no_report,
         json_output=arguments.json,
@@ -382,6 +387,7 @@ def add_commands(add: Add) -> None:
         "--twins", type=int, metavar="N",
         help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
     )  # fmt: skip
+    resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
     record = add("record", _record)

@@ -6,6 +6,7 @@ A file holds one task type. A variable named like a role IS that role's filler::
     roles: {Locatum: soma:LocatumRole, Relatum: soma:RelatumRole}
     source: where the conditions come from
     pre: [...]   run: [...]   post: [...]     what holds just before, all through, just after the action
+    needs: [...]   leaves: [...]              what a robot's program asks for before, and leaves, beyond what is seen
     explain: "{Locatum} is lifted off {Relatum}"
 """
 
@@ -29,7 +30,9 @@ from .timeline import Phase, PhaseName, Predicate
 __all__ = ["PHASES", "Clause", "Phase", "Predicate", "Rule", "RuleBook", "load_rules"]
 
 PHASES: tuple[PhaseName, ...] = ("pre", "run", "post")
-_KEYS = ("task", "roles", "source", "pre", "run", "post", "explain")
+_KEYS = ("task", "roles", "source", "pre", "run", "post", "needs", "leaves", "explain")
+_OF_PROGRAMS: dict[str, PhaseName] = {"needs": "pre", "leaves": "post"}
+"""Conditions that a demonstration is not asked: key -> when they hold."""
 
 
 class Clause(Value, dict=True):
@@ -68,6 +71,8 @@ class Rule(Value, dict=True):
         explain: sentence with ``{Variable}`` placeholders.
         source: where the conditions come from.
         path: the file.
+        planned: conditions that only planning asks: what the program of a task needs before and leaves behind, beyond what
+            a demonstration shows.
     """
 
     task: str
@@ -76,6 +81,7 @@ class Rule(Value, dict=True):
     explain: str
     source: str
     path: Path
+    planned: tuple[Clause, ...] = ()
 
     @cached_property
     def written_order(self) -> tuple[Clause, ...]:
@@ -154,8 +160,10 @@ def _load(path: Path, predicates: dict[str, Predicate], taxonomy: Taxonomy) -> R
     task = _class(path, data, ["task"], data.get("task"), TASK, taxonomy)
     roles = _mapping(path, data)
     roles = {n: _class(path, data, ["roles", n], r, ROLE, taxonomy) for n, r in roles.items()}
-    clauses = tuple(c for phase in PHASES for c in _clauses(path, data, phase, predicates, taxonomy))
-    rule = Rule(task, roles, clauses, _text(path, data, "explain"), _text(path, data, "source"), path)
+    clauses = tuple(c for phase in PHASES for c in _clauses(path, data, phase, phase, predicates, taxonomy))
+    keys = _OF_PROGRAMS.items()
+    planned = tuple(c for key, phase in keys for c in _clauses(path, data, key, phase, predicates, taxonomy))
+    rule = Rule(task, roles, clauses, _text(path, data, "explain"), _text(path, data, "source"), path, planned)
     _check(rule, path, data)
     return rule
 
@@ -191,13 +199,13 @@ def _text(path: Path, data: Any, key: str) -> str:
 
 
 def _clauses(
-    path: Path, data: Any, phase: PhaseName, predicates: dict[str, Predicate], taxonomy: Taxonomy
+    path: Path, data: Any, key: str, phase: PhaseName, predicates: dict[str, Predicate], taxonomy: Taxonomy
 ) -> Iterable[Clause]:
-    conditions = data.get(phase) or []
+    conditions = data.get(key) or []
     if not isinstance(conditions, list):
-        raise UserError(f"{path}:{line_of(data, [phase])}: '{phase}' is a list of conditions, one a line after '- '.")
+        raise UserError(f"{path}:{line_of(data, [key])}: '{key}' is a list of conditions, one a line after '- '.")
     for k, text in enumerate(conditions):
-        line = line_of(data, [phase, k])
+        line = line_of(data, [key, k])
         if not isinstance(text, str):
             raise UserError(f"{path}:{line}: a condition is text such as 'grasps(Gripper, Patient)', not {text!r}.")
         try:

@@ -1,13 +1,7 @@
-"""Goal planner: task sequences that achieve goals such as "coffee in basket", found over ground operators.
-
-Breadth first over the facts that rules speak of (``operators``), so that the shortest sequences come first. This only
-chooses tasks and fillers; grasps, places, paths and the proof are the search's, and a sequence that it refuses is
-followed by the next.
-"""
+"""Goals as facts, the plans that achieve them as tasks, and why each task of a plan is there."""
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
@@ -19,15 +13,10 @@ from ..interpretation.fluents import EFFECTOR, Fact, Pattern, matches
 from ..plugin.task_type import TaskType
 from ..scenario.scenario import ObjectSpec
 from ..scenario.task_specs import TaskSpec, WhereSpec
+from .action_schema import ActionSchema
 from .goal_phrases import parse_goal
 from .operators import Grounder, Operator
 from .task_goals import Goal
-
-LONGEST = 10
-"""Tasks of a sequence: goals of this kind take three to six."""
-
-TRIED = 20000
-"""States that are looked at: with ten things and pegs a four-task sequence takes some hundred."""
 
 PLACED = "placed"
 """Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot."""
@@ -58,6 +47,13 @@ class GoalFacts(Value):
     without: frozenset[Pattern]
     sides: Mapping[Fact, Spot] = field(default_factory=dict)
 
+    def __str__(self) -> str:
+        return "the goal"
+
+    def barred_by(self, fact: Fact, _facts: frozenset[Fact]) -> bool:
+        """Check whether a fact keeps the goal from being satisfied."""
+        return any(matches(fact, p) for p in self.without)
+
     def met(self, facts: frozenset[Fact]) -> bool:
         """Check whether facts satisfy the goal."""
         return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
@@ -87,89 +83,42 @@ def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> Go
     return GoalFacts(frozenset(needs | set(sides)), frozenset(without), sides)
 
 
-def with_sides(goal: GoalFacts, operators: Iterable[Operator], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
-    """Return the operators, with the fact that a thing was placed beside another where their tasks choose the spot."""
-    return tuple(replace(o, adds=o.adds | _placed(o, goal)) if tasks[o.task].places else o for o in operators)
+def side_facts(goal: GoalFacts, schema: ActionSchema) -> frozenset[Fact]:
+    """Return the facts, with terms, that a thing was placed beside another, for a task that chooses the spot."""
+    found: set[Fact] = set()
+    for placed, spot in goal.sides.items():
+        for made in spot.makes:
+            same = [f for f in schema.change.adds if f[0] == made[0]]
+            found |= {(PLACED, *(f[made.index(e)] for e in placed[1:])) for f in same}
+    return frozenset(found)
 
 
-def _placed(operator: Operator, goal: GoalFacts) -> set[Fact]:
-    return {fact for fact, spot in goal.sides.items() if spot.makes & operator.adds}
+def with_sides(goal: GoalFacts, operator: Operator, tasks: Mapping[str, TaskType]) -> Operator:
+    """Return an operator, with the fact that a thing was placed beside another where its task chooses the spot."""
+    placed = {fact for fact, spot in goal.sides.items() if spot.makes & operator.adds}
+    return replace(operator, adds=operator.adds | placed) if tasks[operator.task].places else operator
 
 
-def task_plans(
-    goal: GoalFacts, facts: frozenset[Fact], operators: Iterable[Operator], most: int = 6
-) -> Iterator[TaskPlan]:
-    """Search task sequences that achieve a goal, breadth first and lazily, the shortest first.
-
-    Args:
-        most: of them. States are not visited twice in one sequence, and at most twice in all, so that sequences differ.
-    """
-    chosen = _relevant(goal, tuple(operators))
-    queue: deque[tuple[frozenset[Fact], tuple[Operator, ...]]] = deque([(facts, ())])
-    seen: dict[frozenset[Fact], int] = {facts: 1}
-    looked, given = 0, list[tuple[Operator, ...]]()
-    while queue and looked < TRIED and len(given) < most:
-        state, steps = queue.popleft()
-        looked += 1
-        if steps and goal.met(state):
-            reasons = tuple(_reasons(goal, facts, steps))
-            if NEEDLESS not in reasons and not any(_within(earlier, steps) for earlier in given):
-                given.append(steps)
-                yield TaskPlan(steps, reasons)
-            continue
-        for operator in chosen if len(steps) < LONGEST else ():
-            if operator.applies(state):
-                after = operator.apply(state)
-                if after != state and seen.get(after, 0) < 2:
-                    seen[after] = seen.get(after, 0) + 1
-                    queue.append((after, (*steps, operator)))
-
-
-def _within(short: tuple[Operator, ...], long: tuple[Operator, ...]) -> bool:
-    """Whether a sequence is another one with detours."""
-    rest = iter(long)
-    return all(any(step is other for other in rest) for step in short)
-
-
-def _relevant(goal: GoalFacts, operators: tuple[Operator, ...]) -> tuple[Operator, ...]:
-    """Operators that change something which the goal, or a relevant operator, asks about."""
-    asked = {p[0] for p in (*goal.needs, *goal.without)}
-    while True:
-        found = [o for o in operators if asked & {p[0] for p in (*o.adds, *o.removes)}]
-        more = asked | {p[0] for o in found for p in (*o.needs, *o.without)}
-        if more == asked:
-            return tuple(found)
-        asked = more
-
-
-def _reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
-    """Why each step is there: the first thing that it makes so and that a later one, or the goal, asks for."""
+def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
+    """Generate why each step is there: the first thing that it makes so and that a later one, or the goal, asks for."""
     for k, step in enumerate(steps):
         after = step.apply(facts)
         made, gone = sorted(after - facts), sorted(facts - after)
-        later = [(str(s), s.needs, s.without) for s in steps[k + 1 :]] + [("the goal", goal.needs, goal.without)]
         said = NEEDLESS
-        for who, needs, without in later:
-            useful = [_say(f) for f in made if f in needs]
-            useful += ["no longer " + _say(f) for f in gone if any(matches(f, p) for p in without)]
+        following: tuple[Operator | GoalFacts, ...] = (*steps[k + 1 :], goal)
+        for later in following:
+            useful = [say(f) for f in made if f in later.needs]
+            useful += ["no longer " + say(f) for f in gone if later.barred_by(f, facts)]
             if useful:
-                said = f"{useful[0]}, as {who} needs"
+                said = f"{useful[0]}, as {later} needs"
                 break
         yield said
         facts = after
 
 
-def _say(fact: Fact) -> str:
+def say(fact: Fact) -> str:
+    """Format a fact as rules write it."""
     return f"{fact[0]}({', '.join(fact[1:])})"
-
-
-def explain_unreachable(goal: GoalFacts, operators: Iterable[Operator]) -> str:
-    """Return why no sequence was found: a fact that no task brings about, or that none is short enough."""
-    made = {f for o in operators for f in o.adds}
-    missing = [_say(f) for f in sorted(goal.needs) if f not in made]
-    if missing:
-        return f"no task's rule makes {missing[0]} so with these things"
-    return f"no sequence of at most {LONGEST} tasks achieves it"
 
 
 def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: GoalFacts | None = None) -> list[TaskSpec]:

@@ -7,17 +7,32 @@ parts choose the fillers of roles, relations become facts that are needed, forbi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import product
 
 from msgspec.structs import replace
 
+from ..base.errors import UserError
 from ..base.value import Value
 from ..interpretation.conditions import OPERATORS, And, Atom, Compare, Condition, Every, Not, Or, Variable
-from ..interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern, SymbolicWorld, contents, fluents_of, matches
+from ..interpretation.fluents import (
+    EFFECTOR,
+    Fact,
+    Fluents,
+    Pattern,
+    SymbolicWorld,
+    contents,
+    fluents_of,
+    matches,
+    said,
+)
 from ..interpretation.rules import Rule
 from ..interpretation.timeline import Predicate
+from ..model.entity_name import thing_of
 from ..plugin.task_type import TaskType
+
+OTHER = "?other"
+"""Any entity, the same one wherever this stands."""
 
 
 class Operator(Value):
@@ -31,6 +46,7 @@ class Operator(Value):
         adds: facts that hold afterwards.
         removes: patterns; what matches does not hold afterwards.
         fluents: what follows from a change.
+        never: pairs of facts that may not both hold of one entity, which stands in both as ``OTHER``.
     """
 
     task: str
@@ -40,17 +56,59 @@ class Operator(Value):
     adds: frozenset[Fact]
     removes: frozenset[Pattern]
     fluents: Fluents
+    never: frozenset[tuple[Fact, Fact]] = frozenset()
 
     def __str__(self) -> str:
         return f"{self.task.split(':')[-1]}({', '.join(f'{r}={e}' for r, e in self.roles.items() if e != EFFECTOR)})"
 
+    def barred_by(self, fact: Fact, facts: frozenset[Fact]) -> bool:
+        """Check whether a fact, among others that hold, keeps a precondition from holding."""
+        if any(matches(fact, p) for p in self.without):
+            return True
+        entities = {e for f in facts for e in f[1:]} if self.never else ()
+        pairs = [(_with(one, e), _with(two, e)) for one, two in self.never for e in entities]
+        return any(fact in pair and pair[0] in facts and pair[1] in facts for pair in pairs)
+
     def applies(self, facts: frozenset[Fact]) -> bool:
         """Check whether the preconditions hold."""
-        return self.needs <= facts and not any(matches(f, p) for p in self.without for f in facts)
+        return not self.unmet(facts)
+
+    def unmet(self, facts: frozenset[Fact]) -> str:
+        """Return the first precondition that does not hold, as rules write it; "" where all do."""
+        missing = [said(f) for f in sorted(self.needs - facts)]
+        missing += ["not " + said(f) for p in sorted(self.without, key=str) for f in sorted(facts) if matches(f, p)]
+        for one, two in sorted(self.never):
+            found = (e for f in sorted(facts) for e in _others(f, one) if _with(two, e) in facts)
+            missing += [f"not {said(_with(two, e))} as {said(_with(one, e))}" for e in found]
+        return next(iter(missing), "")
 
     def apply(self, facts: frozenset[Fact]) -> frozenset[Fact]:
         """Return the facts afterwards, with all that follows from the change as predicates declare it."""
         return self.fluents.after(facts, self.adds, self.removes)
+
+
+def _others(fact: Fact, pattern: Fact) -> list[str]:
+    """The entity that ``OTHER`` stands for where a fact matches; none where it does not."""
+    bare = tuple(None if p == OTHER else p for p in pattern)
+    return [e for e, p in zip(fact, pattern, strict=True) if p == OTHER] if matches(fact, bare) else []
+
+
+def _with(pattern: Fact, entity: str) -> Fact:
+    return tuple(entity if p == OTHER else p for p in pattern)
+
+
+class Change(Value):
+    """Preconditions and effects of a task as facts: the four sets of an operator.
+
+    Args:
+        needs, without, adds, removes, never: as ``Operator`` has them.
+    """
+
+    needs: frozenset[Fact]
+    without: frozenset[Pattern]
+    adds: frozenset[Fact]
+    removes: frozenset[Pattern]
+    never: frozenset[tuple[Fact, Fact]]
 
 
 class Grounder:
@@ -65,7 +123,8 @@ class Grounder:
     """
 
     def __init__(self, scene: SymbolicWorld, predicates: Iterable[Predicate]) -> None:
-        self.scene, self.fluents = scene, fluents_of({p.name: p.fluent for p in predicates})
+        self.predicates = tuple(predicates)
+        self.scene, self.fluents = scene, fluents_of({p.name: p.fluent for p in self.predicates})
         self.things = {t.name: t for t in scene.world.things}
         self.contents = [contents(t.name) for t in scene.filled()]
 
@@ -73,85 +132,134 @@ class Grounder:
         """Return the facts that hold at the start, as predicates declare them; the hand is empty."""
         return self.fluents.initial(self.scene)
 
+    def among(self, names: Collection[str]) -> Grounder:
+        """Return the grounder of a world that has some of the things only."""
+        world = replace(self.scene.world, things=tuple(t for t in self.scene.world.things if t.name in names))
+        types = {e: c for e, c in self.scene.types.items() if thing_of(e) in names}
+        return Grounder(replace(self.scene, world=world, types=types), self.predicates)
+
     def ground(self, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> tuple[Operator, ...]:
         """Return the ground operators of those rules whose tasks a plugin offers."""
         return tuple(o for rule in rules if rule.task in tasks for o in self._ground(rule, tasks[rule.task]))
 
     def _ground(self, rule: Rule, task: TaskType) -> Iterator[Operator]:
-        clauses = [(c.phase, part) for c in rule.clauses if c.phase != "run" for part in _parts(c.condition)]
-        names = list(dict.fromkeys((*rule.roles, *(v for _, c in clauses for v in _variables(c)))))
+        candidates = self.candidates(rule, task)
+        for fillers in product(*candidates.values()):
+            if found := self.operator(rule, task, dict(zip(candidates, fillers, strict=True))):
+                yield found
+
+    def candidates(self, rule: Rule, task: TaskType) -> dict[str, list[str]]:
+        """Return the entities that may fill each variable of a rule, as far as conditions on one alone decide."""
+        clauses = conditions_of(rule)
         atoms = [c for _, c in clauses if isinstance(c, Atom)]
         asked = [a for a in atoms if a.predicate.static]
         last = [a.terms[-1] for a in atoms if a.predicate.fluent.of_contents]
         inside = {t.name for t in last if isinstance(t, Variable)}
-        for fillers in product(*(self.contents if n in inside else self._candidates(n, asked, task) for n in names)):
-            binding = dict(zip(names, fillers, strict=True))
-            if len(set(fillers)) == len(fillers) and (found := self._bound(rule, task, clauses, binding)):
-                yield found
+        names = dict.fromkeys((*rule.roles, *(v for _, c in clauses for v in variables(c))))
+        return {n: self.contents if n in inside else self._candidates(n, asked, task) for n in names}
 
     def _candidates(self, name: str, asked: Iterable[Atom], task: TaskType) -> list[str]:
         """Entities that conditions on classes, and what the task type's role asks for, leave for a variable."""
         role = task.role(name)
         if role is not None and role.effector:
             return [EFFECTOR]
-        alone, anyone = [a for a in asked if _variables(a) == [name]], replace(self.scene, held=frozenset(self.things))
+        alone, anyone = [a for a in asked if variables(a) == [name]], replace(self.scene, held=frozenset(self.things))
         found = [e for e in anyone.entities if all(_static(a, {name: e}, anyone) for a in alone)]
         if found == [EFFECTOR]:  # only where nothing else will do: conditions that name no class are about things
             return found
         features = role.features if role is not None else ()
         return [e for e in found if e != EFFECTOR and all(self.scene.has(e, f) for f in features)]
 
-    def _bound(
-        self, rule: Rule, task: TaskType, clauses: Iterable[tuple[str, Condition]], binding: dict[str, str]
-    ) -> Operator | None:
-        """The operator for one choice of fillers; None where a condition on classes does not hold."""
-        atoms = (c for _, c in clauses if isinstance(c, Atom) and c.predicate.fluent.in_hand)
-        held = frozenset(str(a.arguments(dict(binding))[-1]) for a in atoms)
-        if not all(name in self.things and self.things[name].movable for name in held):
-            return None  # only what can move can be in the hand
-        scene = replace(self.scene, held=held)
-        before, after = (self._facts([c for p, c in clauses if p == phase], binding, scene) for phase in ("pre", "post"))
-        if before is None or after is None:
+    def operator(self, rule: Rule, task: TaskType, binding: Mapping[str, str]) -> Operator | None:
+        """Return the operator for one choice of fillers; None where a condition on classes does not hold, or nothing changes."""
+        clauses = conditions_of(rule)
+        held = held_in(clauses, binding)
+        if len(set(binding.values())) < len(binding) or not all(self.can_be_held(name) for name in held):
             return None
-        needs, adds = before[0], after[0]
+        scene = replace(self.scene, held=held)
+        if not all(decided(c, binding, scene) for _, c in clauses if is_static(c)):
+            return None
+        every = {phase: self._every(clauses, phase, binding, scene) for phase in ("pre", "post")}
+        change = self.change(rule, task, binding, {phase: bool(found) for phase, found in every.items()}["post"])
+        if change is None:
+            return None
+        without, removes = change.without | every["pre"], change.removes | every["post"]
+        roles = {r: binding[r] for r in rule.roles}
+        return Operator(rule.task, roles, change.needs, without, change.adds, removes, self.fluents, change.never)
+
+    def can_be_held(self, name: str) -> bool:
+        """Check whether a thing may be in the hand: it is one that can move."""
+        return name in self.things and self.things[name].movable
+
+    def change(self, rule: Rule, task: TaskType, binding: Mapping[str, str], ends: bool = False) -> Change | None:
+        """Return what a task needs and changes with some fillers, which may be parameters; conditions on classes left out.
+
+        Args:
+            ends: whether it ends something beside what it denies by itself.
+
+        Returns:
+            None where nothing changes.
+        """
+        clauses = conditions_of(rule)
+        needs, without = self._facts(clauses, "pre", binding)
+        adds, removes = self._facts(clauses, "post", binding)
         if type(task).effects is TaskType.effects:  # it brings nothing anywhere
             needs |= {f for f in adds if self.fluents[f[0]].by_moving}
-        adds = self.fluents.implied(adds, held)
-        if not (adds - needs) and not after[1]:
-            return None
-        roles = {r: binding[r] for r in rule.roles}
-        return Operator(rule.task, roles, needs, before[1], adds, after[1], self.fluents)
+        adds = self.fluents.implied(adds, held_in(clauses, binding))
+        never = frozenset(_pair(given, then, binding) for p, given, then in universal(clauses) if p == "pre" and not is_static(then))
+        return Change(needs, without, adds, removes, never) if adds - needs or removes or ends else None
 
     def _facts(
-        self, conditions: Iterable[Condition], binding: dict[str, str], scene: SymbolicWorld
-    ) -> tuple[frozenset[Fact], frozenset[Pattern]] | None:
-        """What must hold and what may not; None where it cannot be."""
+        self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str]
+    ) -> tuple[frozenset[Fact], frozenset[Pattern]]:
+        """What must hold and what may not, of what tasks change."""
         yes: set[Fact] = set()
         no: set[Pattern] = set()
-        for condition in conditions:
+        for condition in (c for p, c in clauses if p == phase and not is_static(c)):
             match condition:
-                case Atom() | Not(Atom()) | Compare(Atom()) if _is_static(condition):
-                    if not _decided(condition, binding, scene):
-                        return None
                 case Atom():
                     yes |= self.fluents.both_ways(_pattern(condition, binding))
                 case Not(Atom() as inner):
                     no |= self.fluents.denied(_pattern(inner, binding))
-                case Every(Atom() as given, then):
-                    no |= self._others(given, then, binding, scene)
         return frozenset(yes), frozenset(no)
 
-    def _others(self, given: Atom, then: Condition, binding: dict[str, str], scene: SymbolicWorld) -> set[Pattern]:
+    def _every(
+        self, clauses: Iterable[tuple[str, Condition]], phase: str, binding: Mapping[str, str], scene: SymbolicWorld
+    ) -> frozenset[Pattern]:
+        asked = ((given, then) for p, given, then in universal(clauses) if p == phase and is_static(then))
+        found = (self._others(given, then, binding, scene) for given, then in asked)
+        return frozenset().union(*found)
+
+    def _others(self, given: Atom, then: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> set[Pattern]:
         """Facts that ``every given -> then`` forbids: those of entities of which ``then`` does not hold."""
-        (free,) = [v for v in _variables(given) if v not in binding] or [""]
-        if not free or not _is_static(then):
+        (free,) = [v for v in variables(given) if v not in binding] or [""]
+        if not free:
             return set()
-        wrong = [e for e in scene.entities if not _decided(then, {**binding, free: e}, scene)]
+        wrong = [e for e in scene.entities if not decided(then, {**binding, free: e}, scene)]
         return {p for e in wrong for p in self.fluents.both_ways(_pattern(given, {**binding, free: e}))}
 
 
-def _is_static(condition: Condition) -> bool:
-    """Whether a condition, denied or compared or as it is, is decided before anything is done."""
+def conditions_of(rule: Rule) -> list[tuple[str, Condition]]:
+    """Return the conditions before and after a rule's task, each with its phase; all of them must hold."""
+    return [(c.phase, part) for c in (*rule.clauses, *rule.planned) if c.phase != "run" for part in _parts(c.condition)]
+
+
+def held_in(clauses: Iterable[tuple[str, Condition]], binding: Mapping[str, str]) -> frozenset[str]:
+    """Return what is in the hand at some time of a task."""
+    atoms = (c for _, c in clauses if isinstance(c, Atom) and c.predicate.fluent.in_hand)
+    return frozenset(str(a.arguments(dict(binding))[-1]) for a in atoms)
+
+
+def universal(clauses: Iterable[tuple[str, Condition]]) -> Iterator[tuple[str, Atom, Condition]]:
+    """Generate the phase, premise and conclusion of conditions such as ``every touches(X, Y) -> chain(Y)``."""
+    for phase, condition in clauses:
+        match condition:
+            case Every(Atom() as given, then):
+                yield phase, given, then
+
+
+def is_static(condition: Condition) -> bool:
+    """Check whether a condition, denied or compared or as it is, is decided before anything is done."""
     match condition:
         case Atom(predicate) | Not(Atom(predicate)):
             return predicate.static is not None
@@ -160,8 +268,8 @@ def _is_static(condition: Condition) -> bool:
     return False
 
 
-def _decided(condition: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> bool:
-    """Whether a static condition holds."""
+def decided(condition: Condition, binding: Mapping[str, str], scene: SymbolicWorld) -> bool:
+    """Evaluate a static condition."""
     match condition:
         case Not(Atom() as inner):
             return not _static(inner, binding, scene)
@@ -189,11 +297,20 @@ def _parts(condition: Condition) -> Iterator[Condition]:
             yield condition
 
 
-def _variables(condition: Condition) -> list[str]:
-    """Variables that an atom, or the atom that is compared, names; those under 'not' and 'every' bind nothing."""
+def variables(condition: Condition) -> list[str]:
+    """Return the variables that an atom, or the atom that is compared, names; those under 'not' and 'every' bind nothing."""
     atom = condition.left if isinstance(condition, Compare) else condition
     return [t.name for t in atom.terms if isinstance(t, Variable) and t.name != "_"] if isinstance(atom, Atom) else []
 
 
 def _pattern(atom: Atom, binding: Mapping[str, str]) -> Pattern:
     return (atom.predicate.name, *(None if a is None else str(a) for a in atom.arguments(dict(binding))))
+
+
+def _pair(given: Atom, then: Condition, binding: Mapping[str, str]) -> tuple[Fact, Fact]:
+    """Facts of ``every given -> not denied`` that may not both hold."""
+    if not isinstance(then, Not) or not isinstance(then.inner, Atom):
+        raise UserError("In rules for planning, 'every' ends in a class, or in 'not' and a relation: every in(X, Y) -> not shut(Y).")
+    free = {**dict.fromkeys(variables(given), OTHER), **binding}
+    one, two = (tuple(p or OTHER for p in _pattern(a, free)) for a in (given, then.inner))
+    return one, two

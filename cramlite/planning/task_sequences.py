@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from itertools import islice
 from typing import TYPE_CHECKING
 
@@ -74,46 +74,57 @@ def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted,
 
 
 def plans_for_goal(
-    name: str, goal: Goal | Scenario, scene: SymbolicWorld, knowledge: Knowledge, trace: Trace
+    name: str,
+    goal: Goal | Scenario,
+    scene: SymbolicWorld,
+    knowledge: Knowledge,
+    trace: Trace,
+    progress: Callable[[str], None] = lambda _: None,
+    stop: Callable[[], bool] = lambda: False,
 ) -> Iterator[Plan]:
-    """Generate task sequences whose rules achieve a goal, the shortest first; why each task is there goes to the trace.
+    """Generate task sequences whose rules achieve a goal, as a planner finds them; why each task is there goes to the trace.
 
     Args:
         name: of the plans.
         scene: what holds at the start.
+        progress: called with a line for people while the planner works.
+        stop: asked meanwhile; True ends it.
 
     Raises:
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
     from ..scenario.scenario import Scenario
     from .goal_phrases import contradiction
-    from .goal_planner import as_tasks, explain_unreachable, ground_goal, parse_goals, task_plans, with_sides
+    from .goal_planner import as_tasks, ground_goal
     from .operators import Grounder
+    from .plan_file import handed_plan
+    from .plan_stream import task_plans
+    from .planning_problem import problem_of, why_unreachable
     from .task_goals import Goal, plan_from_tasks
 
-    where, objects, places = "", {}, list[str]()
+    where, objects, places, handed = "", {}, list[str](), None
     if isinstance(goal, Scenario):
+        handed = goal.resolve_path(goal.spec.plan) if goal.spec.plan else None
         places = [goal.where("goal", k) for k in range(len(goal.spec.goal or ()))]
         where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
     grounder = Grounder(scene, knowledge.predicates)
-    operators = grounder.ground(knowledge.goal_rules, knowledge.tasks)
-    facts, refused, possible = grounder.initial(), "", False
+    refused, possible = "", False
     for choice in ground_goal(goal, objects, grounder):
-        target, found = parse_goals(choice.says, grounder, where), False
+        problem, found = problem_of(choice, grounder, knowledge, where), False
         if why := contradiction(choice.says, grounder, places):
             refused = refused or why
             continue
         possible = True
-        if target.met(facts):
+        if problem.wanted.met(problem.facts):
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
-        fit = with_sides(target, operators, knowledge.tasks)
-        for plan in task_plans(target, facts, fit):
+        plans = iter([handed_plan(problem, handed)]) if handed else task_plans(problem, progress, stop)
+        for plan in plans:
             found = True
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
-            specs = as_tasks(plan, knowledge.tasks, target)
+            specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found:
-            trace.add(0, "goal", str(choice), "refused", "engine", explain_unreachable(target, fit), kind="goal")
+            trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
     if refused and not possible:
         raise UserError(refused)

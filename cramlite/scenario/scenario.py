@@ -207,6 +207,7 @@ class ScenarioSpec(_Spec):
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
     goal: tuple[str, ...] | None = Field(default=None, min_length=1)
+    plan: str | None = None
     objects: dict[str, ObjectSpec] = {}
     robot: RobotSpec
     force_limit: Force | None = Field(None, gt=0, le=HIGHEST_FORCE_LIMIT)
@@ -234,6 +235,8 @@ class ScenarioSpec(_Spec):
                 "a scenario starts from exactly one of 'demonstration', 'tasks', 'designator' and 'goal'; "
                 f"this one has {' and '.join(starts) or 'none'}"
             )
+        if self.plan is not None and self.goal is None:
+            raise ValueError("'plan' is a PDDL plan for a 'goal', and there is none")
         if self.poses == "camera" and self.camera is None:
             raise ValueError("'poses: camera' needs a 'camera'")
         return self
@@ -291,8 +294,18 @@ class Scenario(Value):
 
     def demonstrated_by(self, episode: Path) -> Scenario:
         """Return this scenario with a demonstration as its goal, whatever that was before."""
-        update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None}
+        update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
+
+    def planned_by(self, plan: Path) -> Scenario:
+        """Return this scenario with the plan of a planner for its goal.
+
+        Raises:
+            UserError: it has no goal.
+        """
+        if self.spec.goal is None:
+            raise UserError(f"{self.path}: a plan is for a goal, and this scenario has none; write 'goal: [drawer open]'.")
+        return replace(self, spec=self.spec.model_copy(update={"plan": str(plan.resolve())}))
 
 
 def read_scenario(path: Path | str) -> Scenario:

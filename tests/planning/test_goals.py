@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -25,14 +26,14 @@ def _setting(name: str) -> Setting:
     return ENGINE.setting(read_scenario(find_scenario(name)))
 
 
-def _plans(scenario: str, *says: str) -> list[str]:
-    return [str(plan) for plan in plans_in(_setting(scenario), Goal(says), ENGINE.knowledge, Trace())]
+def _plans(scenario: str, *says: str, most: int = 3) -> list[str]:
+    return [str(plan) for plan in islice(plans_in(_setting(scenario), Goal(says), ENGINE.knowledge, Trace()), most)]
 
 
 @pytest.mark.parametrize(
     ("scenario", "goal", "first"),
     [
-        ("place_on_shelf", "block on shelf", "Grasping -> PickingUp -> Placing -> Retracting"),
+        ("place_on_shelf", "block on shelf", "Grasping -> PickingUp -> Placing"),
         ("place_on_shelf", "block is held", "Grasping"),
         ("take_off_hanger_tasks", "tea in basket", "Grasping -> ExtractHoleFromPeg -> Ungrasping -> Retracting"),
         (
@@ -44,13 +45,15 @@ def _plans(scenario: str, *says: str) -> list[str]:
         ("tasks/closing", "door closed", "Closing"),
         ("tasks/pouring", "jug poured into bowl", "Grasping -> PickingUp -> Pouring"),
         ("take_off_hanger_tasks", "tea off hook", "Grasping -> ExtractHoleFromPeg"),
-        ("hang_onto_hanger", "tin on counter near hook", "Grasping -> PickingUp -> Placing -> Retracting"),
+        ("hang_onto_hanger", "tin on counter near hook", "Grasping -> PickingUp -> Placing"),
     ],
 )
 def test_the_shortest_sequence_comes_first(scenario: str, goal: str, first: str) -> None:
-    plans = _plans(scenario, goal)
-    assert plans[0] == first
-    assert plans == _plans(scenario, goal)
+    assert _plans(scenario, goal, most=1) == [first]
+
+
+def test_the_same_plans_come_again() -> None:
+    assert _plans("hang_onto_hanger", "tin on counter near hook") == _plans("hang_onto_hanger", "tin on counter near hook")
 
 
 def test_every_task_is_applicable_where_it_stands() -> None:
@@ -191,7 +194,7 @@ def test_a_further_plugin_does_not_change_what_goals_do(plugin: Callable[[str, s
     engine, goal = Engine(files=[str(file)]), Goal(("block on shelf",))
     setting = engine.setting(read_scenario(SHELF))
     plans = [str(p) for p in plans_in(setting, goal, engine.knowledge, Trace())]
-    assert plans[0] == "Grasping -> PickingUp -> Placing -> Retracting"
+    assert plans[0] == "Grasping -> PickingUp -> Placing"
     assert any("Stamping" in p for p in plans)  # it is a way, but not before one that is shipped
 
 

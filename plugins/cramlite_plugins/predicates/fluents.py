@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
@@ -30,6 +31,8 @@ DEFAULT_DOF = 1.0
 """What a contact constrains if nothing is said: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
+STANDS_WITHIN = 0.005
+"""Between a thing's lowest point and the top of what it stands on [m]."""
 STANDS = ("is", "hangs", "stands", "lies")
 
 
@@ -83,11 +86,49 @@ def _supporting(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
 
 
 def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
-    """Things that hang or stand, with what they hang from or stand on."""
+    """Things that hang, lie in what moves on a joint, or stand, with what they hang from, lie in or stand on."""
+    inside = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}
     for thing in scene.world.things:
-        below = _hanger(thing, scene) or (_below(thing, scene) if thing.movable and thing.joint is None else None)
+        below = _hanger(thing, scene) or inside.get(thing.name)
+        if below is None and thing.movable and thing.joint is None:
+            below = _stacked(thing, scene) or _below(thing, scene)
         if below is not None:
             yield thing, below
+
+
+def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
+    """Things whose middle is in the cavity of another, with that one."""
+    hollow = [(t, f) for t in scene.world.things for f in t.features if f.type == CAVITY]
+    for thing in scene.world.things:
+        for container, cavity in hollow:
+            if thing.movable and thing.joint is None and thing.name != container.name:
+                point = (container.pose * cavity.pose).inverse().apply(thing.pose.position)
+                if _within(point, cavity.size):
+                    yield thing, container
+
+
+def _within(point: Floats, size: Mapping[str, float]) -> bool:
+    """Whether a point is in a cavity, whose frame is in the middle of its opening, z out of it."""
+    x, y, z = map(float, point)
+    if "height" not in size or not {"radius", "width"} & set(size):
+        return False
+    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
+    return not beside and -size["height"] <= z <= 0.0
+
+
+def _stacked(thing: Thing, scene: SymbolicWorld) -> str | None:
+    """The thing that can be moved itself, on top of which another stands; None where there is none."""
+    if not thing.geoms:
+        return None
+    lowest = float(corners(thing, thing.pose)[:, 2].min())
+    for other in scene.world.things:
+        if other.movable and other.joint is None and other.name != thing.name and other.geoms:
+            points = corners(other, other.pose)
+            (x0, y0), (x1, y1), top = points[:, :2].min(axis=0), points[:, :2].max(axis=0), float(points[:, 2].max())
+            x, y, _ = thing.pose.position
+            if abs(lowest - top) < STANDS_WITHIN and x0 <= x <= x1 and y0 <= y <= y1:
+                return other.name
+    return None
 
 
 def _hanger(thing: Thing, scene: SymbolicWorld) -> str | None:
@@ -106,6 +147,10 @@ def _below(thing: Thing, scene: SymbolicWorld) -> str | None:
             if abs(x) <= size.get("width", 0.0) / 2 and abs(y) <= size.get("depth", 0.0) / 2 and z >= 0.0:
                 found.append((float(z), other.name))
     return min(found)[1] if found else None
+
+
+def _lying_in(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
+    yield from ((thing.name, container.name) for thing, container in _contained(scene))
 
 
 def _holding(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
@@ -223,7 +268,7 @@ COLLIDES = Fluent(denial=(("touches", EFFECTOR, None),))
 CONTAINS = Fluent(
     of_contents=True, initial=_holding, phrases=(GoalPhrase("VESSEL poured into VESSEL", _poured_into),)
 )
-IN_OR_ABOVE = Fluent(contrary=_two_places, phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
+IN_OR_ABOVE = Fluent(initial=_lying_in, contrary=_two_places, phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
 JOINT_OPEN = Fluent(
     excludes=("joint_closed",), initial=_open, phrases=(GoalPhrase("THING open", _is_open, ("is", "stands")),)
 )

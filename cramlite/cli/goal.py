@@ -1,0 +1,92 @@
+"""``cramlite goal``: the tasks that achieve a scenario's goal, its PDDL, and plans of other planners for it."""
+
+from __future__ import annotations
+
+import argparse
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..base.errors import NoSolution, UserError
+from ..base.resources import find_scenario
+from ..scenario.scenario import Scenario, read_scenario
+from .arguments import Add, plugin_choice
+
+if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..planning.planning_problem import PlanningProblem
+
+
+def _goal(arguments: argparse.Namespace) -> int:
+    from ..engine.engine import make_engine
+
+    scenario = read_scenario(find_scenario(arguments.scenario))
+    if scenario.spec.goal is None:
+        raise UserError(f"{scenario.path} has no goal; write one such as 'goal: [drawer open]' in the place of its tasks.")
+    scenario = scenario.planned_by(arguments.plan) if arguments.plan else scenario
+    engine = make_engine(scenario, plugin_choice(arguments))
+    if arguments.pddl:
+        return _write(scenario, engine, arguments)
+    return _show(scenario, engine, arguments)
+
+
+def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
+    """Print plans, with why each task is there."""
+    from ..planning.task_sequences import plans_for_goal
+    from ..planning.trace import Trace
+
+    setting, trace, shown = engine.setting(scenario, seed=arguments.seed), Trace(), 0
+    scene = setting.symbolic(engine.knowledge.taxonomy)
+    for plan in islice(plans_for_goal(setting.name, scenario, scene, engine.knowledge, trace), arguments.plans):
+        print(f"{plan}, for '{' and '.join(plan.goal)}'")
+        for number, entry in enumerate(trace.entries[shown:], 1):
+            print(f"  {number}. {entry.text}: {entry.reason.partition(': ')[2]}")
+        shown = len(trace.entries)
+    if not shown or trace.entries[0].outcome == "refused":
+        why = "; ".join(dict.fromkeys(e.reason for e in trace.entries))
+        raise NoSolution(f"{scenario.where('goal')}: no tasks achieve the goal: {why}.")
+    return 0
+
+
+def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
+    """Write the domain and the problem."""
+    problem = _problem(scenario, engine, arguments.seed)
+    things = frozenset(problem.grounder.things) if arguments.all else next(problem.things())
+    text, folder = problem.pddl(things), arguments.pddl
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "domain.pddl").write_text(text.domain)
+        (folder / "problem.pddl").write_text(text.problem)
+    except OSError as error:
+        raise UserError(f"'{folder}' cannot be written: {error.strerror}; give another folder.") from error
+    left = len(problem.grounder.things) - len(things)
+    told = f", {left} things that it is not about left out (--all)" if left else ""
+    print(f"{folder}/domain.pddl and problem.pddl: '{' and '.join(problem.says)}', {len(text.actions)} actions{told}.")
+    print(f"A plan for it makes a program: cramlite resolve {arguments.scenario} --plan FILE")
+    return 0
+
+
+def _problem(scenario: Scenario, engine: Engine, seed: int) -> PlanningProblem:
+    """The problem of a goal, described objects replaced by the things that fit them best."""
+    from ..planning.goal_planner import ground_goal
+    from ..planning.operators import Grounder
+    from ..planning.planning_problem import problem_of
+    from ..planning.task_goals import Goal
+
+    scene = engine.setting(scenario, seed=seed).symbolic(engine.knowledge.taxonomy)
+    grounder = Grounder(scene, engine.knowledge.predicates)
+    choice = next(ground_goal(Goal(scenario.spec.goal or ()), scenario.spec.objects, grounder), None)
+    if choice is None:
+        raise UserError(f"{scenario.where('goal')}: nothing in the world is what the goal's objects describe.")
+    return problem_of(choice, grounder, engine.knowledge, f"{scenario.where('goal')}: ")
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``goal`` with its arguments."""
+    goal = add("goal", _goal)
+    goal.add_argument("scenario", help="a scenario file with a goal, or the name of a shipped one")
+    goal.add_argument("--seed", type=int, default=0, help="0 is the world as written; others vary it (default 0)")
+    goal.add_argument("--plans", type=int, default=1, help="so many ways to achieve it (default 1)")
+    goal.add_argument("--pddl", type=Path, metavar="DIR", help="write domain.pddl and problem.pddl there, and do not plan")
+    goal.add_argument("--all", action="store_true", help="all things of the world in the PDDL, not those that the goal is about")
+    goal.add_argument("--plan", type=Path, metavar="FILE", help="check a PDDL plan for the goal, and say what each step is for")

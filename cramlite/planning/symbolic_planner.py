@@ -1,0 +1,119 @@
+"""Fast Downward (Helmert 2006, "The Fast Downward planning system"), run as a program of its own on PDDL texts."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from importlib.util import find_spec
+from pathlib import Path
+
+from ..base.errors import PluginError, UserError
+from ..base.value import Value
+from .pddl import PddlText
+
+PACKAGE = "up-fast-downward"
+ALIAS = ("--alias", "lama-first")
+"""The first iteration of LAMA (Richter and Westphal 2010): landmarks and preferred operators; deterministic."""
+
+SHORTEST = ("--search", "astar(blind())")
+"""The shortest plan of all, for small problems."""
+
+EVERY = 5.0
+"""Between two lines of progress [s]."""
+
+LONGEST = 600.0
+"""After which a planner that has found nothing is ended [s]."""
+
+SOLVED, UNSOLVABLE = range(4), (10, 11, 12)
+"""Exit codes: a plan was found; there is none, by the translator, by the search, or none was found."""
+
+
+class PlannerAnswer(Value):
+    """Answer of a planner.
+
+    Args:
+        plan: its text, one action a line; None where there is none.
+        seconds: that it took [s].
+        why: there is none.
+    """
+
+    plan: str | None
+    seconds: float
+    why: str = ""
+
+
+def fast_downward(
+    text: PddlText,
+    shortest: bool = False,
+    progress: Callable[[str], None] = lambda _: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> PlannerAnswer:
+    """Solve a planning problem.
+
+    Args:
+        shortest: whether no shorter plan may exist; else any will do, which is quicker with many things.
+        progress: called with a line for people every 5 s.
+        stop: asked five times a second; True ends the planner.
+
+    Raises:
+        UserError: Fast Downward is not installed.
+        PluginError: it failed; with the end of what it said.
+    """
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder) / name for name in ("domain.pddl", "problem.pddl", "plan", "log")]
+        for file, content in zip(files, (text.domain, text.problem), strict=False):
+            file.write_text(content)
+        *inputs, plan, log = files
+        command = [sys.executable, str(_driver()), "--plan-file", str(plan), "--sas-file", str(Path(folder) / "sas")]
+        before, behind = ((), SHORTEST) if shortest else (ALIAS, ())
+        with log.open("w") as said:
+            process = subprocess.Popen(
+                [*command, *before, *map(str, inputs), *behind], stdout=said, stderr=said, cwd=folder
+            )
+            code = _wait(process, began, progress, stop)
+        seconds = time.monotonic() - began
+        if code in SOLVED and plan.is_file():
+            return PlannerAnswer(plan.read_text(), seconds)
+        if code is None or code in UNSOLVABLE:
+            why = "no plan exists" if code is not None else f"ended after {seconds:.0f} s without a plan"
+            return PlannerAnswer(None, seconds, why)
+        raise PluginError(f"Fast Downward ended with code {code}: {' '.join(log.read_text().split()[-60:])}")
+
+
+def _driver() -> Path:
+    """Where the wheel has Fast Downward's driver; the package itself is not imported."""
+    found = find_spec(PACKAGE.replace("-", "_"))
+    places = found.submodule_search_locations if found is not None else None
+    driver = Path(next(iter(places or ()), "")) / "downward" / "fast-downward.py"
+    if not driver.is_file():
+        raise UserError(
+            f"Goals are planned by Fast Downward, which is not installed: pip install {PACKAGE}. "
+            "Or name the tasks under 'tasks' instead of a goal."
+        )
+    return driver
+
+
+def _wait(
+    process: subprocess.Popen[bytes], began: float, progress: Callable[[str], None], stop: Callable[[], bool]
+) -> int | None:
+    """The exit code; None where it was ended here."""
+    said = began
+    try:
+        while True:
+            try:
+                return process.wait(0.2)
+            except subprocess.TimeoutExpired:
+                now = time.monotonic()
+                if stop() or now - began > LONGEST:
+                    return None
+                if now - said > EVERY:
+                    said = now
+                    progress(f"planning for {now - began:.0f} s")
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.wait()

@@ -1,0 +1,105 @@
+"""Goals about drawers, stacks and many things: which tasks come first, and that no goal holds that does not."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+
+import pytest
+from goal_plans import plans_in
+
+from cramlite import Engine, Goal, Setting, Trace, read_scenario
+from cramlite.plugin import UserError
+
+ENGINE = Engine()
+ROOM = """
+scenario: room
+goal: [drawer open]
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: cabinet, model: cabinet, at: {position: [0.75, 0.1, 0.35], yaw: 180 deg}}
+  - {name: drawer, model: drawer, at: {position: [0.75, 0.1, 0.35], yaw: 180 deg}, with: {parent: cabinet}}
+  - {name: tray, model: table, at: {position: [0.45, -0.35, 0.15]}, with: {size: [0.3 m, 0.3 m, 20 mm]}}
+"""
+IN_DRAWER = "  - {name: tin, model: block, at: {position: [0.83, 0.1, 0.335]}, with: {size: [50 mm, 50 mm, 100 mm]}}\n"
+ON_TRAY = "  - {name: tin, model: block, at: {position: [0.45, -0.35, 0.191]}, with: {size: [50 mm, 50 mm, 80 mm]}}\n"
+STACK = "".join(
+    f"  - {{name: {n}, model: block, at: {{position: [0.55, 0.05, {31 + 61 * k} mm]}}}}\n"
+    for k, n in enumerate(("lowest", "middle", "top"))
+)
+PLACE = ["Grasping", "PickingUp", "Placing"]
+
+
+def _room(folder: Path, more: str) -> Setting:
+    path = folder / "room.yaml"
+    path.write_text(ROOM + more)
+    return ENGINE.setting(read_scenario(path))
+
+
+def _first(setting: Setting, *says: str) -> list[str]:
+    plan = next(plans_in(setting, Goal(says), ENGINE.knowledge, Trace()))
+    return [f"{a.task.split(':')[-1]} {' '.join(o.entity or '' for o in a.roles.values())}" for a in plan.actions]
+
+
+def _tasks(steps: list[str]) -> list[str]:
+    return [s.split()[0] for s in steps]
+
+
+def test_a_closed_drawer_is_opened_before_something_is_put_into_it(tmp_path: Path) -> None:
+    steps = _first(_room(tmp_path, ON_TRAY), "tin in drawer")
+    assert _tasks(steps) == ["Opening", "Grasping", "PickingUp", "Ungrasping", "Retracting"]
+
+
+def test_a_drawer_is_opened_with_an_empty_hand(tmp_path: Path) -> None:
+    steps = _tasks(_first(_room(tmp_path, ON_TRAY), "drawer open", "tin on floor"))
+    assert sorted(steps) == sorted([*PLACE, "Opening"])
+    assert steps.index("Opening") in (0, 3)
+
+
+def test_what_lies_in_a_drawer_is_not_off_it(tmp_path: Path) -> None:
+    assert _tasks(_first(_room(tmp_path, IN_DRAWER), "tin off drawer")) == ["Opening", "Grasping", "PickingUp"]
+    with pytest.raises(UserError, match="holds already"):
+        _first(_room(tmp_path, ON_TRAY), "tin off drawer")
+    with pytest.raises(UserError, match="holds already"):
+        _first(_room(tmp_path, IN_DRAWER), "tin in drawer")
+
+
+def test_what_is_taken_out_of_a_drawer_that_shall_be_closed(tmp_path: Path) -> None:
+    steps = _tasks(_first(_room(tmp_path, IN_DRAWER), "tin on tray", "drawer closed"))
+    assert steps == ["Opening", *PLACE, "Closing"]
+
+
+def test_what_stands_on_a_thing_is_put_aside_first(tmp_path: Path) -> None:
+    steps = _first(_room(tmp_path, STACK), "lowest on tray")
+    assert _tasks(steps) == PLACE * 3
+    assert [s.split()[1] for s in steps if s.startswith("Grasping")] == ["top", "middle", "lowest"]
+    assert len(_first(_room(tmp_path, STACK), "top on tray")) == 3  # nothing stands on the highest
+
+
+def test_four_blocks_on_a_tray(tmp_path: Path) -> None:
+    blocks = "".join(
+        f"  - {{name: b{k}, model: block, at: {{position: [{0.3 + 0.1 * k:.1f}, 0.3, 31 mm]}}}}\n" for k in range(4)
+    )
+    steps = _first(_room(tmp_path, blocks), *(f"b{k} on tray" for k in range(4)))
+    assert _tasks(steps) == PLACE * 4
+
+
+def test_two_goals_among_forty_blocks(tmp_path: Path) -> None:
+    blocks = "".join(
+        f"  - {{name: b{k}, model: block, at: {{position: [{-0.4 + 0.1 * (k % 8):.1f}, {0.3 + 0.1 * (k // 8):.1f}, 31 mm]}}}}\n"
+        for k in range(40)
+    )
+    assert _tasks(_first(_room(tmp_path, blocks), "b7 on tray", "b33 on tray")) == PLACE * 2
+
+
+def test_no_alternative_contains_an_earlier_one(tmp_path: Path) -> None:
+    setting = _room(tmp_path, ON_TRAY)
+    found = list(islice(plans_in(setting, Goal(("tin on floor",)), ENGINE.knowledge, Trace()), 4))
+    assert len({str(p) for p in found}) == len(found) >= 2
+
+
+def test_things_that_no_rule_joins_have_no_plan(tmp_path: Path) -> None:
+    trace = Trace()
+    assert not list(plans_in(_room(tmp_path, ON_TRAY), Goal(("tray on tin",)), ENGINE.knowledge, trace))
+    assert "no task's rule makes" in trace.entries[-1].reason
