@@ -111,8 +111,8 @@ def test_why_of_what_is_not_there(why: str, run: Run) -> None:
 
 
 KEYS = [
-    "solved", "proven", "execution", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "left_out", "reason",
-    "nearest", "faults",
+    "solved", "proven", "execution", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "left_out",
+    "twins", "reason", "nearest", "faults",
 ]  # fmt: skip
 
 
