@@ -13,7 +13,22 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Code, Finding, Floats, Object, Plan, Pose, Program, RobotMount, Rollout, Thing, Touch, World
+from cramlite.model import (
+    Action,
+    Belief,
+    Code,
+    Finding,
+    Floats,
+    Object,
+    Plan,
+    Pose,
+    Program,
+    RobotMount,
+    Rollout,
+    Thing,
+    Touch,
+    World,
+)
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Validator
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table

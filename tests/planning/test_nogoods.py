@@ -162,6 +162,12 @@ def test_what_alternatives_depend_on(item: Action | Object | Location | Motion, 
     assert point(item, "tea", "1.X", "1.X/go", motions=frozenset({"1.X/go"})).domain == domain
 
 
+def test_how_many_alternatives_are_tried() -> None:
+    """As the architecture page says; ``Late`` is an object that is found when the program runs."""
+    assert {kind.__name__: most for kind, most in CAPS.items()} == {"Action": 6, "Object": 8, "Late": 8, "Location": 12, "Motion": 4}
+    assert [point(i).cap for i in (Object("o"), Location("l", "at"), Motion("m", "free"), Action("1.X", "x:X"))] == [8, 12, 4, 6]
+
+
 def test_what_a_designator_is_part_of() -> None:
     assert point(Motion("1.X/Y/go", "free"), "1.X", "1.X/Y", "2.X", "1").asked_by == {"1.X", "1.X/Y"}
 
@@ -182,4 +188,4 @@ def test_an_exhausted_one_says_what_it_depends_on() -> None:
 def test_a_key_is_the_text_or_of_a_long_one_twelve_digits(length: int, hashed: bool) -> None:
     text = "x" * length
     assert (key_of(text) == text) is not hashed
-    assert not hashed or len(key_of(text)) == 12 and key_of(text) != key_of(text + "y")
+    assert not hashed or (len(key_of(text)) == 12 and key_of(text) != key_of(text + "y"))
