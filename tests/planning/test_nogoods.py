@@ -134,7 +134,9 @@ def test_it_is_known_exactly_if_all_of_it_was_chosen(known: list[tuple[frozenset
         nogoods.remember(conflict, tuple((n, str(v)) for n, v in zip(NAMES, values, strict=True)))
     choices = tuple((n, str(v)) for n, v in zip(NAMES, now, strict=False))
     last = choices[-1][0]
-    matching = [c for c, values in known if last in c and all(dict(choices).get(n) == str(v) for n, v in zip(NAMES, values, strict=True) if n in c)]
+    chosen = dict(choices)
+    pairs = [(c, dict(zip(NAMES, map(str, values), strict=True))) for c, values in known]
+    matching = [c for c, values in pairs if last in c and all(chosen.get(n) == values[n] for n in c)]
     found = nogoods.made_again(choices)
     assert (found in matching) if matching else found is None
 

@@ -47,7 +47,8 @@ def test_where_a_scenario_says_where_all_are_up_to_eighty(surface: Any, count: i
 @examples(20)
 def test_they_are_on_a_grid_inside_the_edge_and_the_nearest_come_first(near: tuple[float, float]) -> None:
     belief = _belief(LARGE)
-    other = replace(belief, poses={**belief.poses, "shelf": replace(belief.poses["shelf"], pose=Pose((0.45 + near[0], 0.35 + near[1], 0.15)))})
+    there = replace(belief.poses["shelf"], pose=Pose((0.45 + near[0], 0.35 + near[1], 0.15)))
+    other = replace(belief, poses={**belief.poses, "shelf": there})
     wanted = _wanted(other, "box", {"near": "shelf"})
     at = wanted.target.inverse().apply(other.pose("shelf").position)[:2]
     found = _offsets(wanted, FEW)

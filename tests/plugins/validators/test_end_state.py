@@ -168,7 +168,8 @@ def pegged(there: bool, share: float = 1.0) -> Candidate:
     pose = hung(box, hook, depth=0.07)
     world = replace(made.world, things=(hook, replace(box, pose=pose)))
     row = (*(pose.position if there else (0.4, 0.2, 0.06)), *pose.quaternion)
-    poses = {**made.rollout.poses, "block": np.tile(row, (COUNT, 1)), "shelf": np.tile((*hook.pose.position, *hook.pose.quaternion), (COUNT, 1))}
+    there = np.tile((*hook.pose.position, *hook.pose.quaternion), (COUNT, 1))
+    poses = {**made.rollout.poses, "block": np.tile(row, (COUNT, 1)), "shelf": there}
     lift = share * 9.81 * (box.mass or 0.0)
     return candidate(replace(made.rollout, world=world, poses=poses, touches=((Touch("shelf/peg", "block", 5.0, lift),),) * COUNT))
 
@@ -243,7 +244,8 @@ def test_right_at_the_wall_the_rim_and_the_floor_is_in() -> None:
     made = boxed()
     assert made.rollout is not None
     for at in ((0.25, 0.0, 0.0), (0.0, 0.125, 0.0), (0.0, 0.0, -0.125), (0.0, 0.0, 0.05)):
-        poses = {**made.rollout.poses, "block": np.tile((*at, 1.0, 0, 0, 0), (COUNT, 1)), "shelf": np.tile((0, 0, 0, 1.0, 0, 0, 0), (COUNT, 1))}
+        block, shelf = (np.tile((*p, 1.0, 0, 0, 0), (COUNT, 1)) for p in (at, (0.0, 0.0, 0.0)))
+        poses = {**made.rollout.poses, "block": block, "shelf": shelf}
         assert _not_in(replace(made.rollout, poses=poses), "block", replace(box, features=(half,))) == "", at
 
 

@@ -52,7 +52,8 @@ def test_of_a_box_the_corner_that_gets_furthest_counts() -> None:
             edge = np.array([0.0, 0.0, -0.03])
             edge[axis] = side * 0.03
             about = np.array([1.0, 0, 0]) if axis == 1 else np.array([0, 1.0, 0])
-            turned = edge - (math.cos(angle) * edge + math.sin(angle) * np.cross(about, edge) + (1 - math.cos(angle)) * about * (about @ edge))
+            around = (1 - math.cos(angle)) * about * (about @ edge)  # Rodrigues' formula
+            turned = edge - (math.cos(angle) * edge + math.sin(angle) * np.cross(about, edge) + around)
             rows[40:, :3] += turned
             rows[40:, 3:] = (math.cos(angle / 2), *(math.sin(angle / 2) * about))
             value = max(f.value or 0.0 for f in Bystanders().check(posed(cup=rows)) if f.unit == "m")
