@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
-from test_search import Trial
+from test_search import FINE, TASK, Trial
 
-from cramlite import Trace
+from cramlite import Budget, Trace
 from cramlite.model import Action, Belief, Compound, Location, Motion, Object, RobotMount, World
 from cramlite.planning.choice_point import CAPS, ChoicePoint, Nogoods, key_of
 from cramlite.planning.state import State
@@ -191,3 +191,27 @@ def test_a_key_is_the_text_or_of_a_long_one_twelve_digits(length: int, hashed: b
     text = "x" * length
     assert (key_of(text) == text) is not hashed
     assert not hashed or (len(key_of(text)) == 12 and key_of(text) != key_of(text + "y"))
+
+
+# What the search counts
+
+
+@pytest.mark.parametrize(("asked", "solved"), [(3, 1), (4, 0)])
+def test_a_budget_is_so_many_designators_and_no_more(asked: int, solved: int, plugin: Plugin) -> None:
+    counts = {f"o{k}": 1 for k in range(asked)}
+    trial = Trial(plugin("table", f"COUNTS, NAMES, WHY = {counts}, (), None\n{TABLE}"), budget=Budget(expansions=3))
+    assert len(trial.bindings(*map(Object, counts))) == solved
+
+
+def test_the_first_question_hangs_on_nothing_and_what_was_chosen_passed_nothing(plugin: Plugin) -> None:
+    trial = tried(plugin, {"w": 1}, "()")
+    assert len(trial.bindings(*agenda({"w": 1}))) == 1
+    first = trial.trace.entries[0]
+    assert (first.designator, first.outcome, first.parent) == ("w", "asked", 0)
+    assert {e.passed for e in trial.trace.entries} == {0}
+
+
+def test_each_task_of_a_plan_is_counted_from_the_first(plugin: Plugin) -> None:
+    trial = Trial(plugin("task", TASK.format(**FINE)))
+    assert len(trial.bindings(*(Action(f"{k}.Task", "x:Task") for k in (1, 2, 3)))) == 1
+    assert [e.numbers for e in trial.trace.entries if e.outcome == "asked"] == [{"task": k, "depth": 0} for k in (1, 2, 3)]
