@@ -315,7 +315,7 @@ def hanging(swing: Floats, along: Floats | float = 0.0, *, hook: bool = True) ->
     for angle, way in zip(swing, np.broadcast_to(along, COUNT), strict=True):
         turn = Pose((0, 0, 0), (math.cos(angle / 2), math.sin(angle / 2), 0, 0))
         new = turn * Pose((0, 0, 0), start.quaternion)
-        place = (*pivot, way, 0, 0) - np.array(new.apply(feature.pose.position))
+        place = np.add(pivot, (way, 0, 0)) - np.array(new.apply(feature.pose.position))
         rows.append([*place, *new.quaternion])
     weight = 9.81 * (box.mass or 0.0)
     base = ran(good())
