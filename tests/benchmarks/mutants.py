@@ -1,7 +1,7 @@
 """Mutants of judges, no-goods, places and the detection of grasps: does a quick test object to each?
 
     pip install cosmic-ray
-    python tests/benchmarks/mutants.py [WORD ...] [--list] [--show]
+    python tests/benchmarks/mutants.py [WORD ...] [--by-hand] [--list]
 
 Cosmic Ray changes one operator, number or condition of a module at a time; the module's own quick tests (``mutants.yaml``) must
 then fail. WORD picks the modules whose name contains it. A process that has everything imported is forked for each mutant, which
@@ -25,6 +25,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.util import spec_from_file_location
+from itertools import chain
 from pathlib import Path
 from types import CodeType, ModuleType
 from typing import Any
@@ -162,13 +163,17 @@ def _tested(name: str, path: Path, changed: str, entry: dict[str, Any]) -> int:
         return int(pytest.main(["-n0", "-x", "-q", "-m", "", *(str(ROOT / t) for t in entry["tests"])]))
 
 
-def surviving(module: str, entry: dict[str, Any]) -> Iterator[str]:
+def surviving(module: str, entry: dict[str, Any], by_hand_alone: bool) -> Iterator[str]:
     """The differences of the mutants of a module that its tests let pass, and how many there were on the terminal."""
     name = module.removeprefix("plugins/").removesuffix(".py").replace("/", ".")
     path, count, lived, start = ROOT / module, 0, 0, time.monotonic()
-    if not survives(name, path, path.read_text(), entry):
+    text = path.read_text()
+    if not survives(name, path, text, entry):
         raise SystemExit(f"{module}: its tests fail as it is; run them by themselves: {' '.join(entry['tests'])}")
-    for changed in mutants(path):
+    by_hand = entry.get("by_hand", {})
+    if stale := [old for old in by_hand if old not in text]:
+        raise SystemExit(f"{module}: mutants.yaml changes what is not there: {stale}")
+    for changed in chain((text.replace(old, new) for old, new in by_hand.items()), () if by_hand_alone else mutants(path)):
         count += 1
         if survives(name, path, changed, entry):
             lived += 1
@@ -180,6 +185,7 @@ def main() -> int:
     """Print what survives of each module, without what is known to be equivalent."""
     parser = argparse.ArgumentParser(description="Change judges one operator at a time, and run their tests.")
     parser.add_argument("words", nargs="*", help="modules whose name contains one of these; all without")
+    parser.add_argument("--by-hand", action="store_true", help="only the changes that are written in mutants.yaml")
     parser.add_argument("--list", action="store_true", help="print modules and their tests, and run nothing")
     given = parser.parse_args()
     table = yaml.safe_load((Path(__file__).parent / "mutants.yaml").read_text())
@@ -195,8 +201,8 @@ def main() -> int:
             loaded = importlib.import_module(where)
             if call:
                 getattr(loaded, call[0])(*call[1:])
-        equivalent = table.get("equivalent", {}).get(module, {})
-        for what in surviving(module, entry):
+        equivalent = table["equivalent"].get(module, {})
+        for what in surviving(module, entry, given.by_hand):
             if what not in equivalent:
                 bad += 1
                 print(f"  survives: {what}", flush=True)

@@ -89,6 +89,19 @@ def test_execute_fails_where_the_goal_was_not_reached(run: Run, shelf: Path, edi
     assert run("execute", stays, "--world", shelf, "--plan", shelf).code == 1
 
 
+@pytest.mark.heavy
+def test_execute_fails_where_what_was_to_be_taken_still_hangs_on_its_hook(run: Run, tmp_path: Path) -> None:
+    """The fingers never close: every motion is made, with nothing between them."""
+    out, stays = tmp_path / "run", tmp_path / "stays.script"
+    assert run("resolve", "take_off_hanger_tasks", "--no-report", "--out", out).code == 0
+    lines = (out / "program.script").read_text().splitlines()
+    stays.write_text("\n".join("  sleep(0.1)" if line.lstrip().startswith("move_gripper(255") else line for line in lines))
+    assert run("execute", out / "program.script", "--world", out, "--goal", "tea in basket", "--goal", "tea off hook").code == 0
+    missed = run("execute", stays, "--world", out, "--goal", "tea off hook")
+    assert missed.code == 1 and "'tea off hook' is not reached" in missed.err
+    assert run("execute", stays, "--world", out, "--plan", out).code == 1
+
+
 def test_a_text_of_ones_own_is_judged_by_its_goal_alone(run: Run, shelf: Path, tmp_path: Path) -> None:
     own = tmp_path / "own.script"
     own.write_text('def p():\n  textmsg("nothing to do")\n  sleep(1.0)\nend\np()\n')

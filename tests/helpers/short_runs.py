@@ -13,7 +13,22 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Action, Belief, Code, Finding, Floats, Object, Plan, Pose, Program, RobotMount, Rollout, Thing, Touch, World
+from cramlite.model import (
+    Action,
+    Belief,
+    Code,
+    Finding,
+    Floats,
+    Object,
+    Plan,
+    Pose,
+    Program,
+    RobotMount,
+    Rollout,
+    Thing,
+    Touch,
+    World,
+)
 from cramlite.plugin import HAND, HELD, Allowance, Candidate, Validator
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
@@ -24,7 +39,9 @@ WEIGHT = 9.81 * 0.2
 LEFT, RIGHT = "effector/left", "effector/right"
 FLOOR, SHELF = table("floor", Pose((0.4, 0, 0)), size=(1.6, 1.6, 0.02)), table("shelf", Pose((0.45, -0.35, 0.15)), size=(0.3, 0.3, 0.02))
 TASKS = {"1.Grasping": "soma:Grasping", "2.PickingUp": "soma:PickingUp", "3.Placing": "soma:Placing", "4.ParkingArms": "soma:ParkingArms"}
-ORIGINS = {1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/PuttingDown/lower", 7: "3.Placing/Releasing/open", 9: "4.ParkingArms/move"}
+ORIGINS = {
+    1: "1.Grasping/close", 3: "2.PickingUp/lift", 5: "3.Placing/PuttingDown/lower", 7: "3.Placing/Releasing/open", 9: "4.ParkingArms/move",
+}  # fmt: skip
 LINES = np.repeat([0, 1, 3, 5, 7, 9, 0], [2, 23, 25, 20, 10, 10, 10])
 
 
@@ -54,7 +71,8 @@ def good(**changes: Any) -> Candidate:
     still = {t.name: track((0, t.pose.position)) for t in things if t.name != "block"}
     pads = {side: hand + np.array([x, 0, 0, 0, 0, 0, 0]) for side, x in ((LEFT, 0.03), (RIGHT, -0.03))}
     rollout = Rollout(
-        world, "effector", np.arange(COUNT) * STEP, {**still, "block": carried, "effector": hand, **pads}, tuple(touches(k) for k in range(COUNT)),
+        world, "effector", np.arange(COUNT) * STEP, {**still, "block": carried, "effector": hand, **pads},
+        tuple(touches(k) for k in range(COUNT)),
         np.tile(UR5E.home, (COUNT, 1)), np.zeros((COUNT, 6)), np.where([TAKEN <= k < OPENED for k in range(COUNT)], 0.06, 0.085),
         LINES.astype(float), force=np.zeros(COUNT), commanded=np.zeros(COUNT),
     )  # fmt: skip

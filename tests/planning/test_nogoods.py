@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
-from test_search import Trial
+from test_search import FINE, TASK, Trial
 
-from cramlite import Trace
+from cramlite import Budget, Trace
 from cramlite.model import Action, Belief, Compound, Location, Motion, Object, RobotMount, World
 from cramlite.planning.choice_point import CAPS, ChoicePoint, Nogoods, key_of
 from cramlite.planning.state import State
@@ -134,7 +134,9 @@ def test_it_is_known_exactly_if_all_of_it_was_chosen(known: list[tuple[frozenset
         nogoods.remember(conflict, tuple((n, str(v)) for n, v in zip(NAMES, values, strict=True)))
     choices = tuple((n, str(v)) for n, v in zip(NAMES, now, strict=False))
     last = choices[-1][0]
-    matching = [c for c, values in known if last in c and all(dict(choices).get(n) == str(v) for n, v in zip(NAMES, values, strict=True) if n in c)]
+    chosen = dict(choices)
+    pairs = [(c, dict(zip(NAMES, map(str, values), strict=True))) for c, values in known]
+    matching = [c for c, values in pairs if last in c and all(chosen.get(n) == values[n] for n in c)]
     found = nogoods.made_again(choices)
     assert (found in matching) if matching else found is None
 
@@ -162,6 +164,12 @@ def test_what_alternatives_depend_on(item: Action | Object | Location | Motion, 
     assert point(item, "tea", "1.X", "1.X/go", motions=frozenset({"1.X/go"})).domain == domain
 
 
+def test_how_many_alternatives_are_tried() -> None:
+    """As the architecture page says; ``Late`` is an object that is found when the program runs."""
+    assert {kind.__name__: most for kind, most in CAPS.items()} == {"Action": 6, "Object": 8, "Late": 8, "Location": 12, "Motion": 4}
+    assert [point(i).cap for i in (Object("o"), Location("l", "at"), Motion("m", "free"), Action("1.X", "x:X"))] == [8, 12, 4, 6]
+
+
 def test_what_a_designator_is_part_of() -> None:
     assert point(Motion("1.X/Y/go", "free"), "1.X", "1.X/Y", "2.X", "1").asked_by == {"1.X", "1.X/Y"}
 
@@ -182,4 +190,28 @@ def test_an_exhausted_one_says_what_it_depends_on() -> None:
 def test_a_key_is_the_text_or_of_a_long_one_twelve_digits(length: int, hashed: bool) -> None:
     text = "x" * length
     assert (key_of(text) == text) is not hashed
-    assert not hashed or len(key_of(text)) == 12 and key_of(text) != key_of(text + "y")
+    assert not hashed or (len(key_of(text)) == 12 and key_of(text) != key_of(text + "y"))
+
+
+# What the search counts
+
+
+@pytest.mark.parametrize(("asked", "solved"), [(3, 1), (4, 0)])
+def test_a_budget_is_so_many_designators_and_no_more(asked: int, solved: int, plugin: Plugin) -> None:
+    counts = {f"o{k}": 1 for k in range(asked)}
+    trial = Trial(plugin("table", f"COUNTS, NAMES, WHY = {counts}, (), None\n{TABLE}"), budget=Budget(expansions=3))
+    assert len(trial.bindings(*map(Object, counts))) == solved
+
+
+def test_the_first_question_hangs_on_nothing_and_what_was_chosen_passed_nothing(plugin: Plugin) -> None:
+    trial = tried(plugin, {"w": 1}, "()")
+    assert len(trial.bindings(*agenda({"w": 1}))) == 1
+    first = trial.trace.entries[0]
+    assert (first.designator, first.outcome, first.parent) == ("w", "asked", 0)
+    assert {e.passed for e in trial.trace.entries} == {0}
+
+
+def test_each_task_of_a_plan_is_counted_from_the_first(plugin: Plugin) -> None:
+    trial = Trial(plugin("task", TASK.format(**FINE)))
+    assert len(trial.bindings(*(Action(f"{k}.Task", "x:Task") for k in (1, 2, 3)))) == 1
+    assert [e.numbers for e in trial.trace.entries if e.outcome == "asked"] == [{"task": k, "depth": 0} for k in (1, 2, 3)]

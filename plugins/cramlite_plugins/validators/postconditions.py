@@ -166,10 +166,9 @@ def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float
     assert candidate.rollout is not None
     now = float(candidate.rollout.times[0])
     for action in candidate.actions:
-        start = now
         for one in (*(p for p in candidate.parts if is_part_of(p.name, action.name)), action):
             ran = span(candidate, one.name)
-            yield one, ran, start if one is action else now
+            yield one, ran, now
             now = max(now, ran.end) if ran else now
 
 

@@ -51,5 +51,5 @@ def span(candidate: Candidate, task: str) -> Span | None:
     starts = sorted(code.origins)
     inside = [task in enclosing_names(code.origins[k]) for k in starts]
     before = np.searchsorted(starts, rollout.lines.astype(int), side="right") - 1
-    samples = [k for k, b in enumerate(before) if b >= 0 and inside[b] and rollout.lines[k] > 0]
+    samples = [k for k, b in enumerate(before) if b >= 0 and inside[b]]
     return Span(float(rollout.times[samples[0]]), float(rollout.times[samples[-1]])) if len(samples) > 1 else None

@@ -10,7 +10,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
-from short_runs import COUNT, FLOOR, LANDED, OPENED, STEP, TAKEN, WEIGHT, candidate, good, lying, only, posed, said, shifted, track
+from short_runs import (
+    COUNT,
+    FLOOR,
+    LANDED,
+    OPENED,
+    STEP,
+    TAKEN,
+    WEIGHT,
+    candidate,
+    good,
+    lying,
+    only,
+    posed,
+    said,
+    shifted,
+    track,
+)
 
 from cramlite.model import Floats, JudgingLimits, Pose, Rollout, Touch, World
 from cramlite.plugin import PADDING, Allowance, Candidate
@@ -299,7 +315,7 @@ def hanging(swing: Floats, along: Floats | float = 0.0, *, hook: bool = True) ->
     for angle, way in zip(swing, np.broadcast_to(along, COUNT), strict=True):
         turn = Pose((0, 0, 0), (math.cos(angle / 2), math.sin(angle / 2), 0, 0))
         new = turn * Pose((0, 0, 0), start.quaternion)
-        place = pivot + (way, 0, 0) - np.array(new.apply(feature.pose.position))
+        place = np.add(pivot, (way, 0, 0)) - np.array(new.apply(feature.pose.position))
         rows.append([*place, *new.quaternion])
     weight = 9.81 * (box.mass or 0.0)
     base = ran(good())

@@ -5,7 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, RIGHT, STEP, TAKEN, WEIGHT, candidate, good, only, said, touching
+from short_runs import (
+    COUNT,
+    LANDED,
+    LEFT,
+    LIFTED,
+    OPENED,
+    RIGHT,
+    STEP,
+    TAKEN,
+    WEIGHT,
+    candidate,
+    good,
+    only,
+    said,
+    touching,
+)
 
 from cramlite.model import JudgingLimits, Touch
 from cramlite.plugin import HAND, Allowance, Candidate
@@ -206,7 +221,7 @@ def test_a_thing_that_is_taken_twice_is_asked_what_it_stands_on_each_time() -> N
         assert both.rollout is not None
         opening = both.rollout.opening.copy()
         opening[78:90] = 0.06
-        lifted = {k: () for k in range(82, 90)}
+        lifted = dict.fromkeys(range(82, 90), ())
         rows = []
         for k, row in enumerate(both.rollout.touches):
             kept = tuple(t for t in row if k not in lifted or {t.a, t.b} != {"block", "shelf"})

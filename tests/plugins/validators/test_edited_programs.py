@@ -107,7 +107,7 @@ LOWER, MOVE = "0.09, 0.01, 3.0, 21.0", "movej(placing_3_putting_down_transfer_jo
 @pytest.mark.parametrize(
     ("judge", "old", "inside", "outside", "says"),
     [
-        ("execution", LOWER, "0.08, 0.01, 3.0, 21.0", "0.05, 0.01, 3.0, 21.0", "halted at line 196, 13.7 s: 3.Placing/PuttingDown/lower: no contact"),
+        ("execution", LOWER, "0.08, 0.01, 3.0, 21.0", "0.05, 0.01, 3.0, 21.0", "3.Placing/PuttingDown/lower: no contact within 0.05 m"),
         ("force_peak", LOWER, "0.09, 0.01, 35.0, 21.0", "0.09, 0.01, 55.0, 21.0", "N at 17.0 s, limit 60 N of robot 'ur5e'"),
         ("joint_speeds", MOVE, MOVE.replace("1.4, v=1.05", "5.0, v=3.1"), MOVE.replace("1.4, v=1.05", "8.0, v=3.1"), "of 3.14 rad/s"),
     ],

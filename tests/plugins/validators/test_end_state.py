@@ -11,7 +11,7 @@ from short_runs import COUNT, WEIGHT, candidate, good, only, said, shifted, touc
 from cramlite.model import Held, Pose, Rollout, Touch
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, hanger, hung, product
-from cramlite_plugins.validators.postconditions import EndState, _not_on, at_the_end, validators
+from cramlite_plugins.validators.postconditions import EndState, _not_in, _not_on, at_the_end, validators
 
 
 def moved_later(rollout: Rollout, by: float, *things: str) -> Rollout:
@@ -152,7 +152,7 @@ def test_in_is_between_the_walls_over_the_floor_and_hardly_higher_than_the_rim(a
         at[axis] = side * (edge + by)
         found = judged(("in", "block", "shelf"), of=boxed(*at))
         assert (found == []) is passes
-        assert passes or found[0].startswith("'block' is at ") and "from the middle of the opening of 'shelf'" in found[0]
+        assert passes or (found[0].startswith("'block' is at ") and "from the middle of the opening of 'shelf'" in found[0])
 
 
 def test_what_has_no_cavity_holds_nothing() -> None:
@@ -168,7 +168,8 @@ def pegged(there: bool, share: float = 1.0) -> Candidate:
     pose = hung(box, hook, depth=0.07)
     world = replace(made.world, things=(hook, replace(box, pose=pose)))
     row = (*(pose.position if there else (0.4, 0.2, 0.06)), *pose.quaternion)
-    poses = {**made.rollout.poses, "block": np.tile(row, (COUNT, 1)), "shelf": np.tile((*hook.pose.position, *hook.pose.quaternion), (COUNT, 1))}
+    there = np.tile((*hook.pose.position, *hook.pose.quaternion), (COUNT, 1))
+    poses = {**made.rollout.poses, "block": np.tile(row, (COUNT, 1)), "shelf": there}
     lift = share * 9.81 * (box.mass or 0.0)
     return candidate(replace(made.rollout, world=world, poses=poses, touches=((Touch("shelf/peg", "block", 5.0, lift),),) * COUNT))
 
@@ -212,3 +213,44 @@ def test_hanging_was_let_go_and_is_asked_of_the_end() -> None:
 def test_hanging_says_so() -> None:
     (found,) = EndState().check(believing(("hangs_on", "block", "shelf"), of=pegged(True)))
     assert found.reason == "'block' hangs on 'shelf'"
+
+
+def later(of: Candidate, thing: str, by: tuple[float, float, float]) -> Candidate:
+    """The candidate, in whose run a thing is elsewhere at the last sample."""
+    assert of.rollout is not None
+    poses = of.rollout.poses[thing].copy()
+    poses[-1, :3] += by
+    return candidate(replace(of.rollout, poses={**of.rollout.poses, thing: poses}))
+
+
+def test_where_things_are_is_asked_of_the_last_sample() -> None:
+    for thing in ("block", "shelf"):
+        assert "from the middle of the opening" in judged(("in", "block", "shelf"), of=later(boxed(), thing, (0.5, 0, 0)))[0]
+    gone = judged(("hangs_on", "block", "shelf"), of=later(pegged(True), "block", (0.5, 0, 0)))
+    assert gone == ["no peg of 'shelf' passes through a hole of 'block' at the end"]
+    back = pegged(False)
+    assert back.rollout is not None and pegged(True).rollout is not None
+    poses = back.rollout.poses["block"].copy()
+    poses[0] = pegged(True).rollout.poses["block"][0]  # type: ignore[union-attr]
+    at_first = candidate(replace(back.rollout, poses={**back.rollout.poses, "block": poses}))
+    assert judged(("hangs_on", "block", "shelf"), of=at_first) == gone
+
+
+def test_right_at_the_wall_the_rim_and_the_floor_is_in() -> None:
+    box = basket("shelf", Pose(), size=(0.4, 0.3, 0.2))
+    cavity = box.feature("cram:Cavity")
+    assert cavity is not None
+    half = replace(cavity, pose=Pose(), size={"width": 0.5, "depth": 0.25, "height": 0.125})
+    made = boxed()
+    assert made.rollout is not None
+    for at in ((0.25, 0.0, 0.0), (0.0, 0.125, 0.0), (0.0, 0.0, -0.125), (0.0, 0.0, 0.05)):
+        block, shelf = (np.tile((*p, 1.0, 0, 0, 0), (COUNT, 1)) for p in (at, (0.0, 0.0, 0.0)))
+        poses = {**made.rollout.poses, "block": block, "shelf": shelf}
+        assert _not_in(replace(made.rollout, poses=poses), "block", replace(box, features=(half,))) == "", at
+
+
+def test_what_weighs_nothing_is_borne_by_anything() -> None:
+    made = good()
+    assert made.rollout is not None
+    light = tuple(replace(t, mass=None) if t.name == "block" else t for t in made.world.things)
+    assert _not_on(replace(made.rollout, world=replace(made.world, things=light)), "block", made.world.thing("shelf")) == ""

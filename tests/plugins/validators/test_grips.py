@@ -158,3 +158,34 @@ def test_slip_is_from_where_the_grip_began() -> None:
     poses = {**rollout.poses, "block": rollout.poses["block"] + np.outer(np.arange(COUNT) * 0.001, (1, 0, 0, 0, 0, 0, 0))}
     moved = slip(replace(rollout, poses=poses), Grip("block", TAKEN, OPENED - 1))
     assert np.allclose(moved, np.arange(56) * 0.001)
+
+
+# Fingers between two pressings
+
+
+def pressed_twice(*openings: float, thing: str = "cup") -> list[Grip]:
+    """The grips of a run of a sample a second: two samples pressed, one lost, two pressed; with these openings."""
+    base = replace(pressed_for(0, *BOTH), times=np.arange(COUNT) * 1.0)
+    rows = tuple(BOTH if k in (20, 21, 23, 24) else row for k, row in enumerate(base.touches))
+    opening = np.full(COUNT, 0.06)
+    opening[20 : 20 + len(openings)] = openings
+    return grips(replace(base, touches=rows, opening=opening))
+
+
+@pytest.mark.parametrize(
+    ("openings", "one"),
+    [
+        ((0.060, 0.060, 0.090, 0.060, 0.060), False),
+        ((0.060, 0.063, 0.063, 0.060, 0.060), True),  # the middle of both samples counts: 61.5 mm
+        ((0.060, 0.0612, 0.0627, 0.060, 0.060), False),  # and not of the one after them: 60.6 mm
+        ((0.002, 0.002, 0.004, 0.002, 0.002), True),  # exactly as far is not further
+    ],
+)
+def test_fingers_have_opened_against_the_middle_of_what_they_held_at(openings: tuple[float, ...], one: bool) -> None:
+    assert pressed_twice(*openings) == ([Grip("cup", 20, 24)] if one else [Grip("cup", 20, 21), Grip("cup", 23, 24)])
+
+
+def test_what_is_pressed_again_belongs_to_the_last_grip() -> None:
+    base = ran(touching(range(80, 96), *BOTH))
+    rows = tuple(tuple(t for t in row if not pads(t)) if k == 88 else row for k, row in enumerate(base.touches))
+    assert grips(replace(base, touches=rows)) == [Grip("block", TAKEN, OPENED - 1), Grip("cup", 80, 95)]

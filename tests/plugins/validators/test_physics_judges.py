@@ -153,7 +153,7 @@ def test_what_turns_with_the_hand_does_not_slip() -> None:
     assert only(GraspSlip(), good(poses={**base.poses, "effector": hand, "block": block})).value == pytest.approx(0.0)
     still = block.copy()
     still[turned, :2] -= (-0.01, 0.01)
-    assert not said(GraspSlip(), good(poses={**base.poses, "effector": hand, "block": still})) == []
+    assert said(GraspSlip(), good(poses={**base.poses, "effector": hand, "block": still})) != []
 
 
 def test_each_grip_is_judged() -> None:
@@ -167,3 +167,17 @@ def test_each_grip_is_judged() -> None:
     both = replace(two, rollout=replace(two.rollout, opening=opening, poses={**two.rollout.poses, "effector": hand}))
     assert [f.reason.split()[0] for f in GraspSlip().check(both)] == ["'block'", "'cup'"]
     assert "'cup' moved" in said(GraspSlip(), both)[0]
+
+
+def test_exactly_at_the_limit_it_has_not_slipped() -> None:
+    base = good().rollout
+    assert base is not None
+    still = np.tile((0.0, 0, 0, 1.0, 0, 0, 0), (COUNT, 1))
+    moved = still.copy()
+    moved[40:60, 0] = 0.012
+    found = only(GraspSlip(), good(poses={**base.poses, "effector": still, "block": moved}))
+    assert (found.value, found.passed) == (0.012, True)
+
+
+def test_where_nothing_is_felt_the_peak_is_none() -> None:
+    assert only(ForcePeak(), good()).reason == "peak 0.0 N at 0.0 s, limit 60 N of robot 'ur5e'"

@@ -38,7 +38,9 @@ def test_what_breaks_a_rule_is_an_objection(step: AnyStep, says: str, places: bo
     assert (found.passed, found.origin, found.places) == (False, "1.A/feel", places) and says in found.reason
 
 
-@pytest.mark.parametrize("step", [replace(FEEL, force=59.9), SetPayload(5.0, (0, 0, 0.1)), replace(FEEL, speed=0.25), replace(FEEL, timeout=600.0)])
+@pytest.mark.parametrize(
+    "step", [replace(FEEL, force=59.9), SetPayload(5.0, (0, 0, 0.1)), replace(FEEL, speed=0.25), replace(FEEL, timeout=600.0)]
+)
 def test_just_inside_is_none(step: AnyStep) -> None:
     assert only(ProgramSafety(), having(step)).passed
 

@@ -10,9 +10,10 @@ from msgspec.structs import replace
 from short_runs import COUNT, FLOOR, WEIGHT, candidate, good, only, posed, said, shifted
 from test_bystanders import carried, hanging, moving, ran, swinging
 
-from cramlite.model import Rollout, Touch
+from cramlite.model import Floats, Pose, Rollout, Touch
 from cramlite_plugins.validators.bystanders import Bystanders, stays
 from cramlite_plugins.validators.movers import moved_by
+from cramlite_plugins.validators.rest import borne_by, restless
 
 
 def touching_at(rollout: Rollout, samples: set[int]) -> Rollout:
@@ -51,7 +52,8 @@ def test_of_a_box_the_corner_that_gets_furthest_counts() -> None:
             edge = np.array([0.0, 0.0, -0.03])
             edge[axis] = side * 0.03
             about = np.array([1.0, 0, 0]) if axis == 1 else np.array([0, 1.0, 0])
-            turned = edge - (math.cos(angle) * edge + math.sin(angle) * np.cross(about, edge) + (1 - math.cos(angle)) * about * (about @ edge))
+            around = (1 - math.cos(angle)) * about * (about @ edge)  # Rodrigues' formula
+            turned = edge - (math.cos(angle) * edge + math.sin(angle) * np.cross(about, edge) + around)
             rows[40:, :3] += turned
             rows[40:, 3:] = (math.cos(angle / 2), *(math.sin(angle / 2) * about))
             value = max(f.value or 0.0 for f in Bystanders().check(posed(cup=rows)) if f.unit == "m")
@@ -142,3 +144,117 @@ def test_a_thing_is_carried_by_what_bears_it_not_by_what_it_bears() -> None:
     rollout = replace(base, touches=rows)
     (stay,) = stays(rollout, rollout.world.thing("cup"), {"cup": [None] * COUNT, "block": ["t"] * COUNT})
     assert stay.beside == "block"
+
+
+# What small differences make
+
+
+def test_a_stay_is_measured_from_its_first_sample() -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[1:, 0] += 0.03
+    rows[2:, 0] -= 0.06
+    for k, angle in ((1, 0.02), (2, -0.02)):
+        rows[k:, 3:] = (math.cos(angle), math.sin(angle), 0, 0)
+    rollout = ran(posed(cup=rows))
+    (stay,) = stays(rollout, rollout.world.thing("cup"), {"cup": [None] * COUNT})
+    assert stay.way < 0.033 and stay.tilt == pytest.approx(0.04)
+
+
+def test_what_leans_on_what_carries_it_leans() -> None:
+    base = ran(carried(cup_too=True))
+    cup = base.poses["cup"].copy()
+    cup[40:, 3:] = (math.cos(0.035), math.sin(0.035), 0, 0)
+    rollout = replace(base, poses={**base.poses, "cup": cup})
+    (stay,) = stays(rollout, rollout.world.thing("cup"), {"cup": [None] * COUNT, "block": ["t"] * COUNT})
+    assert (stay.beside, stay.leant) == ("block", 40) and stay.tilt == pytest.approx(0.07)
+
+
+def test_upside_down_is_further_than_on_its_side() -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[40:, 3:] = (math.cos(1.5), math.sin(1.5), 0, 0)
+    rollout = ran(posed(cup=rows))
+    (stay,) = stays(rollout, rollout.world.thing("cup"), {"cup": [None] * COUNT})
+    assert stay.tilt == pytest.approx(3.0)
+
+
+def moved_at(step: float, rows: Floats, start: float = 0.0) -> list[str | None]:
+    """Who moves the cup, in a run of other times and of its poses."""
+    times = start + np.arange(COUNT) * step
+    return moved_by(good(times=times, poses={**ran(good()).poses, "cup": rows}))["cup"]
+
+
+def test_at_rest_is_asked_over_a_fifth_of_a_second_whatever_the_clock_says_and_the_rate_is() -> None:
+    falls = ran(good()).poses["cup"].copy()
+    falls[:6, 2] += 0.02 * np.arange(6, 0, -1)
+    assert moved_at(0.05, falls, start=30.0)[:7] == [""] * 6 + [None]
+    fast = ran(good()).poses["cup"].copy()
+    fast[0, 2] += 0.1  # at two samples a second two make a fifth
+    assert moved_at(0.5, fast)[:2] == ["", None]
+    twice = fast.copy()
+    twice[3, 2] += 0.1
+    assert moved_at(0.5, twice)[:2] == ["", None]
+
+
+@pytest.mark.parametrize(("count", "settles"), [(1, [""]), (2, ["", ""]), (5, [None] * 5)])
+def test_a_run_too_short_to_tell_is_settling_all_along(count: int, settles: list[str | None]) -> None:
+    base = ran(good())
+    short = replace(base, times=base.times[:count], poses={n: p[:count] for n, p in base.poses.items()}, touches=base.touches[:count],
+                    lines=base.lines[:count], opening=base.opening[:count])  # fmt: skip
+    assert moved_by(candidate(short))["cup"] == settles
+
+
+def test_a_turn_beside_the_middle_counts_as_far_as_its_points_get() -> None:
+    """About a point 50 mm to its right: 25 mrad are 1.8 mm at the farther of the two points, and 2.5 mm on the other side."""
+    for turn, rests in ((0.025, True), (0.031, False)):
+        angle, rows = np.arange(COUNT) * turn / 4, ran(good()).poses["cup"].copy()
+        rows[:, :2] += 0.05 * np.column_stack([1 - np.cos(angle), -np.sin(angle)])
+        rows[:, 3:] = np.column_stack([np.cos(angle / 2), np.zeros((COUNT, 2)), np.sin(angle / 2)])
+        assert (moved_at(0.05, rows)[0] is None) is rests
+
+
+def test_from_the_last_sample_of_a_task_on_it_is_asked_whether_its_things_rest() -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[53:60, 0] += np.arange(1, 8) * 0.01
+    rows[60:, 0] += 0.07
+    made = moving("cup", "2.PickingUp", posed(cup=rows))
+    moved = moved_by(made)["cup"]
+    assert moved[54:59] == ["2.PickingUp"] * 5 and moved[60] is None
+
+
+def test_the_last_half_second_begins_with_the_sample_half_a_second_before_the_end() -> None:
+    base = ran(good(times=np.arange(COUNT) / 16))
+    for jump, still in ((COUNT - 9, True), (COUNT - 8, False)):
+        rows = base.poses["cup"].copy()
+        rows[jump:, 0] += 0.1
+        assert (restless(replace(base, poses={**base.poses, "cup": rows}), "cup", hanging=False) == "") is still
+
+
+def test_what_turns_in_place_is_where_it_was() -> None:
+    for axis in (1, 3):
+        angle, rows = np.arange(COUNT) * 0.01, ran(good()).poses["cup"].copy()
+        rows[:, 3], rows[:, 3 + axis] = np.cos(angle), np.sin(angle)
+        assert restless(ran(posed(cup=rows)), "cup", hanging=False) == ""
+
+
+def test_what_hangs_may_turn_about_the_vertical() -> None:
+    still = hanging(np.zeros(COUNT))
+    hole = still.world.thing("box").feature("vrps:Hole")
+    assert hole is not None
+    rows, start = [], Pose(tuple(still.poses["box"][0, :3]), tuple(still.poses["box"][0, 3:]))
+    pivot = np.array(start.apply(hole.pose.position))
+    for angle in np.arange(COUNT) * 0.01:
+        new = Pose((0, 0, 0), (math.cos(angle), 0, 0, math.sin(angle))) * Pose((0, 0, 0), start.quaternion)
+        rows.append([*(pivot - np.array(new.apply(hole.pose.position))), *new.quaternion])
+    assert restless(replace(still, poses={**still.poses, "box": np.array(rows)}), "box", hanging=True) == ""
+
+
+def test_a_run_of_one_sample_is_at_rest() -> None:
+    base = ran(good())
+    one = replace(base, times=base.times[:1], poses={n: p[:1] for n, p in base.poses.items()})
+    assert restless(one, "cup", hanging=False) == ""
+
+
+def test_what_weighs_nothing_is_borne_by_what_pushes_it_at_all() -> None:
+    base = ran(good())
+    light = replace(base.world, things=tuple(replace(t, mass=None) if t.name == "cup" else t for t in base.world.things))
+    assert borne_by(replace(base, world=light), "cup", 30) == ["shelf"]

@@ -6,15 +6,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import pytest
 from msgspec.structs import replace
-from short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, TAKEN, WEIGHT, good, touching
+from short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, WEIGHT, good, touching
 
 from cramlite import Engine
 from cramlite.model import Action, AnyStep, Finding, MoveJoints, Object, Rollout, Touch
-from cramlite.plugin import Candidate, Timeline
+from cramlite.plugin import Candidate, Segment, Timeline
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _asked, _ways
+from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _asked, _felt, _ways
 
 BLOCK, SHELF = Object("it", entity="block"), Object("place", entity="shelf")
 
@@ -261,7 +260,7 @@ def test_what_a_task_finds_done_is_no_fault_of_its_program() -> None:
     left_out = []
     for rule in knowledge().rules:
         after = {f"not {c.text}" for c in rule.clauses if c.phase == "post"}
-        action = Action("1.X", rule.task, {name: BLOCK for name in rule.roles})
+        action = Action("1.X", rule.task, dict.fromkeys(rule.roles, BLOCK))
         for clause in rule.clauses:
             asked = _asked(clause, action, rule)
             assert asked is not (clause.phase == "pre" and clause.text in after), (rule.task, clause.text)
@@ -292,3 +291,47 @@ def test_roles_that_a_rule_does_not_know_do_not_matter() -> None:
     made = good()
     more = replace(made.actions[0], roles={"Patient": BLOCK, "Gripper": Object("x", entity="cup")})
     assert "1.Grasping" not in wrong(replace(made, actions=(more, *made.actions[1:])))
+
+
+# Borders
+
+
+def test_a_change_right_at_the_end_is_no_beginning_of_a_task() -> None:
+    assert 3.7 - 0.2 == 3.5  # a change of state
+    assert {b for _, b, _, _ in ways_of(1.0, 3.7)} == {1.0, 1.2, 1.3, 3.25}
+
+
+def test_a_task_of_half_a_second_is_long_enough_to_be_taken_later() -> None:
+    assert {b for _, b, _, _ in ways_of(3.55, 4.05)} == {3.55, 3.75}
+
+
+def test_a_part_without_steps_is_judged_after_the_parts_before_it() -> None:
+    """No code says that Releasing opened the fingers: they are asked for where PuttingDown ended, and hold the block."""
+    made = good()
+    code = replace(made.code, origins={k: o for k, o in ORIGINS.items() if k != 7})  # type: ignore[type-var]
+    lines = np.where(ran(made).lines == 7, 5, ran(made).lines)
+    found = judged(replace(good(lines=lines), code=code))["3.Placing/Releasing"]
+    assert found.passed and NO_STEPS in found.reason
+
+
+def test_the_first_task_has_none_before_it_and_the_second_the_first() -> None:
+    made = good()
+    roles = {"Locatum": BLOCK, "Relatum": SHELF}
+    code = replace(made.code, origins={**ORIGINS, 9: "4.Releasing/open"})  # type: ignore[type-var]
+    again = Action("4.Releasing", "soma:Releasing", roles)
+    second = judged(replace(made, actions=(made.actions[2], again), code=code))["4.Releasing"]
+    assert second.passed and "3.Placing/Releasing did it already" in second.reason
+    first = judged(replace(made, actions=(again, made.actions[2]), code=code))["4.Releasing"]
+    assert "did it already" not in first.reason
+
+
+def test_what_contacts_name_is_a_part_with_a_shape_or_the_whole() -> None:
+    made = read(good())
+    assert made.episode is not None
+    timeline = Timeline(made.episode, knowledge().taxonomy)
+    shelf = timeline.entities["shelf"]
+    lid = replace(shelf, geoms=(*shelf.geoms, replace(shelf.geoms[0], part="lid")))
+    shaped = replace(made.episode, entities=tuple(lid if e.name == "shelf" else e for e in made.episode.entities))
+    phases = Timeline(shaped, knowledge().taxonomy).phases(Segment(1.0, 2.0))
+    felt = {name: _felt(name, phases) for name in ("shelf", "shelf/lid", "shelf/top", "ghost", "ghost/top", "")}
+    assert felt == {"shelf": "shelf", "shelf/lid": "shelf/lid", "shelf/top": "shelf", "ghost": "ghost", "ghost/top": "ghost/top", "": ""}
