@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing
+from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import centre_of_mass, support
@@ -63,6 +63,9 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield from kept
             passed, kept = True, []
             yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
+        if work <= 0 and passed:
+            said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
+            raise Unresolvable(said, (location.of or "",))
         if work <= 0:
             break
     if not passed:
@@ -96,6 +99,7 @@ def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[R
 def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, context: Context) -> Unresolvable:
     """What to say where shapes refuse every placement: the nearest miss, and the choices that it depends on."""
     nearest, there = max(kept, key=lambda r: r.passed), {name for t in targets for name, _ in t.obstacles}
+    there -= {thing_of(targets[0].entity)}  # its own shape goes along with it
     there |= {str(targets[0].where[name]) for name in (*SIDES, "near") if targets[0].where.get(name)}
     put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and "height_m" in v.values)
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
