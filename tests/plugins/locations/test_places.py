@@ -178,7 +178,7 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
         assert np.hypot(thing.position[0] - 0.45, thing.position[1] + 0.45) <= 0.13
         assert thing.position[1] > -0.45
     nowhere = Location("on(shelf)", "on", "shelf", {"left_of": "tin", "right_of": "tin"})
-    with pytest.raises(Unresolvable, match="not beside: .* at least 20 mm is needed") as none:
+    with pytest.raises(Unresolvable, match=r"not beside: .* at least 20 mm is needed") as none:
         list(set_down.resolve_location(nowhere, belief, _context(belief)) or ())
     assert set(none.value.because) == {"shelf"}, "no other grasp, and no other way of carrying it, would help"
 
