@@ -9,8 +9,8 @@ from cramlite import Engine, data_folder
 
 REFUSED = {
     "into_drawer": "'tin' is 0",
-    "lid_on_pot": "nothing of 'pot' would be under what it stands on",
-    "mug_upside_down": "at the grasp: 'effector/body' is",
+    "lid_on_pot": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.09 m",
+    "mug_upside_down": "'effector/body' is 42.0 mm inside 'floor'",
     "sample_off_hanger": "from the middle of the opening of 'basket'",
     "small_into_basket": "mm of it would stick out by",
     "stack_of_four": "its centre of mass would be only 4 mm from the edge of 'second'; 5 mm inside is needed",

@@ -97,14 +97,15 @@ def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[R
 
 
 def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, context: Context) -> Unresolvable:
-    """What to say where shapes refuse every placement: the nearest miss, and the choices that it depends on."""
-    nearest, there = max(kept, key=lambda r: r.passed), {name for t in targets for name, _ in t.obstacles}
+    """What to say where shapes refuse every placement: the first that each filter refused, and the choices that it depends on."""
+    there = {name for t in targets for name, _ in t.obstacles}
     there -= {thing_of(targets[0].entity)}  # its own shape goes along with it
     there |= {str(targets[0].where[name]) for name in (*SIDES, "near") if targets[0].where.get(name)}
     put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and "height_m" in v.values)
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
-    reason = f"none of {len(kept)} placements fits; the nearest, {nearest.value}: {nearest.reason}"
-    return Unresolvable(reason, (location.of or "", *put, *about))
+    first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
+    said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
+    return Unresolvable(f"none of {len(kept)} placements fits; {said}", (location.of or "", *put, *about))
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
