@@ -82,6 +82,11 @@ class ActionSchema(Value):
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
 
     @property
+    def in_hand(self) -> frozenset[str]:
+        """Terms of what is in the hand at some time."""
+        return held_in(conditions_of(self.rule), self.terms)
+
+    @property
     def wholes(self) -> list[str]:
         """Variables of parts; the things that they are parts of are further parameters, behind all others."""
         return [v for v, t in self.terms.items() if BETWEEN in t]
