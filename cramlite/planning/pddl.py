@@ -135,7 +135,7 @@ class _Writer:
         lines = [
             "", f"  (:action {name}", f"   :parameters ({_parameters(schema)})",
             "   :precondition (and", *(f"     {c}" for c in dict.fromkeys(conditions)), "   )",
-            "   :effect (and", *(f"     {e}" for e in dict.fromkeys(effects)), "     (increase (total-cost) 1)", "   ))",
+            "   :effect (and", *(f"     {e}" for e in dict.fromkeys(effects)), f"     (increase (total-cost) {schema.cost})", "   ))",
         ]  # fmt: skip
         return "\n".join(lines)
 
