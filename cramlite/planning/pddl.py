@@ -53,7 +53,12 @@ class Names:
 
 
 class PlanStep(Value):
-    """PlanStep of a plan: an action with the entities of its parameters."""
+    """Step of a plan.
+
+    Args:
+        schema: of the action.
+        binding: variable of the schema's rule -> entity.
+    """
 
     schema: ActionSchema
     binding: Mapping[str, str]
