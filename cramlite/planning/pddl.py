@@ -157,7 +157,7 @@ class _Writer:
         yield from (self._universal(u) for u in schema.before)
         for pair in sorted(schema.change.never):
             one, two = (f"(not {self._fact(f)})" for f in pair)
-            yield f"(forall ({OTHER} - {ENTITY}) (or {one} {two}))"
+            yield self._all([OTHER], pair, f"(or {one} {two})")
 
     def _ending(self, ending: Ending) -> str:
         conditions = sorted(self._table(t) for t in ending.tables if t.terms) + [self._fact(f) for f in sorted(ending.when)]
@@ -173,7 +173,7 @@ class _Writer:
 
     def _universal(self, every: Universal) -> str:
         allowed = self._table(every.then) if every.then.terms else ""
-        return f"(forall ({OTHER} - {ENTITY}) (or {allowed} (not {self._fact(every.given)})))"
+        return self._all([OTHER], [every.given], f"(or {allowed} (not {self._fact(every.given)}))")
 
     def _forbidden(self, pattern: Pattern) -> str:
         terms = [p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:], 1)]
