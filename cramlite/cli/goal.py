@@ -51,15 +51,15 @@ def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> 
 def _write(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
     """Write the domain and the problem."""
     problem = _problem(scenario, engine, arguments.seed)
-    things = frozenset(problem.grounder.things) if arguments.all else next(problem.things())
-    text, folder = problem.pddl(things), arguments.pddl
+    scope = None if arguments.all else next(problem.scopes())
+    text, folder = problem.pddl(scope), arguments.pddl
     try:
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "domain.pddl").write_text(text.domain)
         (folder / "problem.pddl").write_text(text.problem)
     except OSError as error:
         raise UserError(f"'{folder}' cannot be written: {error.strerror}; give another folder.") from error
-    left = len(problem.grounder.things) - len(things)
+    left = len(problem.grounder.things) - len(scope.things) if scope else 0
     told = f", {left} things that it is not about left out (--all)" if left else ""
     print(f"{folder}/domain.pddl and problem.pddl: '{' and '.join(problem.says)}', {len(text.actions)} actions{told}.")
     print(f"A plan for it makes a program: cramlite resolve {arguments.scenario} --plan FILE")

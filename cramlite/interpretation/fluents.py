@@ -7,6 +7,7 @@ declares as ``Predicate.static``.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from itertools import product
 
 from msgspec import field
@@ -29,7 +30,9 @@ Pattern = tuple[str | None, ...]
 
 def matches(fact: Fact, pattern: Pattern) -> bool:
     """Check whether a fact matches a pattern."""
-    return len(fact) == len(pattern) and all(p is None or p == f for f, p in zip(fact, pattern, strict=True))
+    if pattern[0] not in (None, fact[0]) or len(fact) != len(pattern):
+        return False
+    return all(p is None or p == f for f, p in zip(fact, pattern, strict=True))
 
 
 def said(pattern: Pattern) -> str:
@@ -208,16 +211,20 @@ class Fluents(Value):
 
     def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
         """Return the successor state: the facts after additions, and removals by pattern, with all that ends with them."""
-        ended = {f for f in facts if any(matches(f, p) for p in removes)} - adds
+        patterns = tuple(removes)
+        ended = {f for f in facts if any(matches(f, p) for p in patterns)} - adds if patterns else set()
         excluded = {(p, *_of_wholes(new)[1:]) for new in adds for p in self[new[0]].excludes}
         ended |= {f for f in facts - adds if _of_wholes(f) in excluded} if excluded else set()
         lost = {(p, *_of_wholes(f)[1:]) for f in ended for p in self[f[0]].undoes}
         ended |= {f for f in facts if _of_wholes(f) in lost} if lost else set()
         ended = {m for f in ended for m in self.both_ways(f)}
         left = (facts - ended) | adds
+        if not ended:
+            return left
         left -= self._parted(ended, left) - adds
         known = {_of_wholes(f) for f in left}
-        return frozenset(f for f in left if all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies))
+        implying = [f for f in left if self[f[0]].implies]
+        return left - {f for f in implying if not all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies)}
 
     def clash(self, scene: SymbolicWorld, one: GoalCondition, other: GoalCondition) -> str:
         """Explain why two conditions cannot both hold in a world, by what predicates declare; "" where nothing stands against it."""
@@ -246,6 +253,7 @@ class Fluents(Value):
         return gone - {_of_wholes(f) for f in left if f not in gone} if gone else gone
 
 
+@lru_cache(maxsize=100_000)
 def _of_wholes(fact: Fact) -> Fact:
     return (fact[0], *map(thing_of, fact[1:]))
 

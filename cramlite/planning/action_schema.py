@@ -25,6 +25,9 @@ WHOLE = "_whole"
 SYMBOLS = dict(zip(OPERATORS, ("lt", "le", "gt", "ge", "eq", "eq", "ne"), strict=True))
 """Words for comparisons, as names have none of their signs."""
 
+LENGTH = 1000
+"""Cost of a task: a plan of fewer tasks is cheaper than any longer one, and of two as long the one with tasks of earlier rules."""
+
 Row = tuple[str, ...]
 
 
@@ -66,6 +69,7 @@ class ActionSchema(Value):
         change: what is needed, and what begins and ends.
         before, after: further conditions: what must hold of everything before, and what ends.
         rule: that it comes from.
+        cost: ``LENGTH``, and more for later rules.
     """
 
     task: str
@@ -75,11 +79,17 @@ class ActionSchema(Value):
     before: tuple[Universal, ...]
     after: tuple[Universal, ...]
     rule: Rule
+    cost: int
 
     @property
     def parameters(self) -> dict[str, str]:
         """Variable -> parameter, without what is always the effector."""
         return {v: t.rpartition(BETWEEN)[2] for v, t in self.terms.items() if t != EFFECTOR}
+
+    @property
+    def in_hand(self) -> frozenset[str]:
+        """Terms of what is in the hand at some time."""
+        return held_in(conditions_of(self.rule), self.terms)
 
     @property
     def wholes(self) -> list[str]:
@@ -89,7 +99,7 @@ class ActionSchema(Value):
 
 def action_schemas(grounder: Grounder, rules: Iterable[Rule], tasks: Mapping[str, TaskType]) -> Iterator[ActionSchema]:
     """Generate the schemas of those rules whose tasks a plugin offers: one for each choice of things, or of parts, as fillers."""
-    for rule in rules:
+    for rank, rule in enumerate(rules):
         if rule.task in tasks:
             found = grounder.candidates(rule, tasks[rule.task])
             kinds = [sorted({kind_of(e) for e in entities}) for entities in found.values()]
@@ -97,7 +107,7 @@ def action_schemas(grounder: Grounder, rules: Iterable[Rule], tasks: Mapping[str
                 chosen = zip(found.items(), choice, strict=True)
                 fillers = {v: [e for e in entities if kind_of(e) == kind] for (v, entities), kind in chosen}
                 if schema := _schema(grounder, rule, tasks[rule.task], fillers):
-                    yield schema
+                    yield replace(schema, cost=LENGTH + rank)
 
 
 def kind_of(entity: str) -> str:
@@ -121,7 +131,7 @@ def _schema(grounder: Grounder, rule: Rule, task: TaskType, fillers: Mapping[str
         return None
     every = {phase: tuple(ask.every(g, t) for p, g, t in asked if p == phase) for phase in ("pre", "post")}
     kept = tuple({t.name: t for t in tables if t.terms}.values())
-    return ActionSchema(rule.task, terms, kept, change, every["pre"], every["post"], rule)
+    return ActionSchema(rule.task, terms, kept, change, every["pre"], every["post"], rule, LENGTH)
 
 
 def _term(variable: str, kind: str) -> str:

@@ -60,7 +60,8 @@ def kinds_of(schemas: Iterable[ActionSchema], facts: Iterable[Fact]) -> Kinds:
 
 def kinds_of_free(term: str, facts: Iterable[Fact], tables: Iterable[Table], kinds: Kinds) -> frozenset[str]:
     """Return the kinds that a free variable may have, by the facts and static conditions that it stands in."""
-    places = [kinds.get((f[0], k), frozenset()) for f in facts for k, t in enumerate(f[1:], 1) if t == term]
+    here = [(f[0], k) for f in facts for k, t in enumerate(f[1:], 1) if t == term]
+    places = [kinds[place] for place in here if place in kinds]
     for table in tables:
         for k in (k for k, t in enumerate(table.terms) if t == term and not table.denied):
             parts = frozenset({("part", "thing")[k]}) if table.name == PART_OF else frozenset()
@@ -145,8 +146,9 @@ def _possible(ending: Ending, kinds: Kinds) -> bool:
     """Whether its facts can ever hold, by the kinds of what they are about."""
     facts = [ending.fact, *ending.when]
     terms = {t for f in facts for t in f[1:]} - set(ending.free)
-    known = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)
-    return known and all(kinds_of_free(t, facts, ending.tables, kinds) for t in ending.free)
+    fits = all(_kind(t) in kinds.get((f[0], k), ()) for f in facts for k, t in enumerate(f[1:], 1) if t in terms)
+    ever = all((f[0], k) in kinds for f in facts for k in range(1, len(f)))
+    return fits and ever and all(kinds_of_free(t, facts, ending.tables, kinds) for t in ending.free)
 
 
 def _covers(one: Ending, other: Ending) -> bool:

@@ -65,9 +65,9 @@ class Operator(Value):
         """Check whether a fact, among others that hold, keeps a precondition from holding."""
         if any(matches(fact, p) for p in self.without):
             return True
-        entities = {e for f in facts for e in f[1:]} if self.never else ()
-        pairs = [(_with(one, e), _with(two, e)) for one, two in self.never for e in entities]
-        return any(fact in pair and pair[0] in facts and pair[1] in facts for pair in pairs)
+        about = [pair for pair in self.never if fact[0] in (pair[0][0], pair[1][0])]
+        pairs = [(_with(one, e), _with(two, e)) for one, two in about for f in facts for e in _others(f, one)]
+        return any(fact in pair and pair[1] in facts for pair in pairs)
 
     def applies(self, facts: frozenset[Fact]) -> bool:
         """Check whether the preconditions hold."""

@@ -53,7 +53,12 @@ class Names:
 
 
 class PlanStep(Value):
-    """PlanStep of a plan: an action with the entities of its parameters."""
+    """Step of a plan.
+
+    Args:
+        schema: of the action.
+        binding: variable of the schema's rule -> entity.
+    """
 
     schema: ActionSchema
     binding: Mapping[str, str]
@@ -135,7 +140,7 @@ class _Writer:
         lines = [
             "", f"  (:action {name}", f"   :parameters ({_parameters(schema)})",
             "   :precondition (and", *(f"     {c}" for c in dict.fromkeys(conditions)), "   )",
-            "   :effect (and", *(f"     {e}" for e in dict.fromkeys(effects)), "     (increase (total-cost) 1)", "   ))",
+            "   :effect (and", *(f"     {e}" for e in dict.fromkeys(effects)), f"     (increase (total-cost) {schema.cost})", "   ))",
         ]  # fmt: skip
         return "\n".join(lines)
 
@@ -152,7 +157,7 @@ class _Writer:
         yield from (self._universal(u) for u in schema.before)
         for pair in sorted(schema.change.never):
             one, two = (f"(not {self._fact(f)})" for f in pair)
-            yield f"(forall ({OTHER} - {ENTITY}) (or {one} {two}))"
+            yield self._all([OTHER], pair, f"(or {one} {two})")
 
     def _ending(self, ending: Ending) -> str:
         conditions = sorted(self._table(t) for t in ending.tables if t.terms) + [self._fact(f) for f in sorted(ending.when)]
@@ -168,7 +173,7 @@ class _Writer:
 
     def _universal(self, every: Universal) -> str:
         allowed = self._table(every.then) if every.then.terms else ""
-        return f"(forall ({OTHER} - {ENTITY}) (or {allowed} (not {self._fact(every.given)})))"
+        return self._all([OTHER], [every.given], f"(or {allowed} (not {self._fact(every.given)}))")
 
     def _forbidden(self, pattern: Pattern) -> str:
         terms = [p if p is not None else f"?any{k}" for k, p in enumerate(pattern[1:], 1)]

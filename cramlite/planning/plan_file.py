@@ -25,7 +25,7 @@ def handed_plan(problem: PlanningProblem, file: Path) -> TaskPlan:
         raise UserError(
             f"'{file}' cannot be read as a plan: {error}. 'cramlite goal SCENARIO --pddl DIR' writes the problem for a planner."
         ) from error
-    text = problem.pddl(frozenset(problem.grounder.things))
+    text = problem.pddl()
     return problem.plan(checked_steps(problem, steps_of(said, text, str(file)), str(file)))
 
 

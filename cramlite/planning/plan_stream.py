@@ -32,13 +32,13 @@ def task_plans(
     No sequence contains an earlier one, and none has a step that nothing asks for.
     """
     earlier, given = list[list[PlanStep]](), list[tuple[Operator, ...]]()
-    for things in problem.things():
+    for scope in problem.scopes():
         if given:
             return
         missed = 0
         while len(given) < most and missed < WRONG and not stop():
-            text = problem.pddl(things, earlier)
-            few = sum(problem.grounder.things[n].movable for n in things) <= FEW
+            text = problem.pddl(scope, earlier)
+            few = sum(problem.grounder.things[n].movable for n in scope.things) <= FEW
             answer = fast_downward(text, few, progress, stop)
             if answer.plan is None:
                 break

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.value import Value
-from ..interpretation.fluents import EFFECTOR, Fact, SymbolicWorld, matches, said
+from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matches, said
 from ..model.entity_name import thing_of
-from .action_schema import ActionSchema, action_schemas
+from .action_schema import ActionSchema, Table, action_schemas
 from .goal_planner import (
     PLACED,
     GoalFacts,
@@ -31,6 +31,18 @@ if TYPE_CHECKING:
     from .task_goals import Goal
 
 
+class Scope(Value):
+    """What plans may use.
+
+    Args:
+        things: by name.
+        on_fixed: whether things are put only where the goal asks for them, or on what cannot be moved.
+    """
+
+    things: frozenset[str]
+    on_fixed: bool = False
+
+
 class PlanningProblem(Value, eq=False):
     """A symbolic planning problem (ADL: Pednault 1989).
 
@@ -48,47 +60,60 @@ class PlanningProblem(Value, eq=False):
     grounder: Grounder
     knowledge: Knowledge
 
-    def things(self) -> Iterator[frozenset[str]]:
-        """Generate the things that plans may use, fewest first: what the goal names with all that this stands on or carries, and
-        all."""
+    def scopes(self) -> Iterator[Scope]:
+        """Generate what plans may use, least first: what the goal names with all that this stands on or carries, put where the
+        goal says or on what cannot be moved; the same, put on anything; and all things."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for spot in self.wanted.sides.values() for w in spot.where.values()}
-        known = {thing_of(e) for e in names} & self.grounder.things.keys()
+        known, every = {thing_of(e) for e in names} & self.grounder.things.keys(), frozenset(self.grounder.things)
+        about = [{thing_of(e) for e in f[1:]} for f in self.facts]
         while True:
             moved = {n for n in known if self.grounder.things[n].movable}
-            about = [{thing_of(e) for e in f[1:]} for f in self.facts]
-            more = known | {n for found in about if found & moved for n in found & self.grounder.things.keys()}
+            more = known | {n for found in about if found & moved for n in found & every}
             if more == known:
                 break
             known = more
-        yield frozenset(known)
-        if known != self.grounder.things.keys():
-            yield frozenset(self.grounder.things)
+        yield Scope(frozenset(known), on_fixed=True)
+        yield Scope(frozenset(known))
+        if known != every:
+            yield Scope(every)
 
     def pddl(
-        self, things: frozenset[str], earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = ()
+        self, scope: Scope | None = None, earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = ()
     ) -> PddlText:
         """Return the problem in PDDL.
 
         Args:
-            things: that plans may use.
+            scope: what plans may use; by default all things.
             earlier: plans of which none may be carried out whole again.
             refused: steps that no plan may have.
         """
-        grounder, here = self.grounder.among(things), {EFFECTOR, *things}
-        schemas = [
-            replace(s, change=replace(s.change, adds=s.change.adds | side_facts(self.wanted, s)))
-            if self.knowledge.tasks[s.task].places
-            else s
-            for s in action_schemas(grounder, self.knowledge.goal_rules, self.knowledge.tasks)
-        ]
+        scope = scope or Scope(frozenset(self.grounder.things))
+        grounder, here = self.grounder.among(scope.things), {EFFECTOR, *scope.things}
+        schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, self.knowledge.tasks)]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
         entities = [*grounder.scene.entities, *grounder.contents]
-        chosen = _relevant(self.wanted, schemas)
         return write_pddl(
-            " and ".join(self.says), chosen, grounder.fluents, entities, facts, self.wanted.needs, self.wanted.without,
-            earlier=earlier, refused=refused,
+            " and ".join(self.says), _relevant(self.wanted, schemas, grounder.fluents), grounder.fluents, entities, facts,
+            self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused,
         )  # fmt: skip
+
+    def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
+        """A schema with the facts of sides, and with the fillers that a scope allows."""
+        change = schema.change
+        if self.knowledge.tasks[schema.task].places:
+            change = replace(change, adds=change.adds | side_facts(self.wanted, schema))
+        return replace(schema, change=change, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
+
+    def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
+        """A table of fillers without what can be moved, where the goal does not ask for it there."""
+        made = [(f[0], k) for f in schema.change.adds - schema.change.needs for k, t in enumerate(f) if (t,) == table.terms]
+        if not scope.on_fixed or not made or table.terms[0] in schema.in_hand:
+            return table
+        wanted = {(f[0], k, e) for f in self.wanted.needs for k, e in enumerate(f)}
+        fixed = {n for n, t in self.grounder.things.items() if not t.movable}
+        rows = frozenset(r for r in table.rows if thing_of(r[0]) in fixed or any((*m, r[0]) in wanted for m in made))
+        return replace(table, rows=rows)
 
     def operator(self, step: PlanStep) -> Operator | None:
         """Return the operator of a step in the whole world; None where it is none."""
@@ -99,7 +124,9 @@ class PlanningProblem(Value, eq=False):
 
     def failing(self, steps: Sequence[Operator]) -> str:
         """Return why operators are no plan; "" where they are one."""
-        facts = self.facts
+        return self._failing(steps, self.facts)
+
+    def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact]) -> str:
         for number, step in enumerate(steps, 1):
             if unmet := step.unmet(facts):
                 return f"'{step}', its step {number}, needs {unmet}, which does not hold there"
@@ -109,17 +136,18 @@ class PlanningProblem(Value, eq=False):
         return f"it ends without {missing[0]}, which the goal asks for" if missing else ""
 
     def shortened(self, steps: Sequence[Operator]) -> tuple[Operator, ...]:
-        """Return a plan without the steps that it can do without (greedy action elimination: Nakhost and Mueller 2010)."""
-        kept, k = list(steps), 0
-        while k < len(kept):
-            without = [*kept[:k], *kept[k + 1 :]]
-            for length in (1, 2, 3):
-                without = [*kept[:k], *kept[k + length :]]
-                if not self.failing(without):
-                    kept = without
-                    break
+        """Return a plan without the steps, up to three in a row, that it can do without.
+
+        This is greedy action elimination (Nakhost and Mueller 2010): what is left has the same order.
+        """
+        kept, left, facts = list[Operator](), list(steps), self.facts
+        while left:
+            shorter = next((left[n:] for n in (1, 2, 3) if n <= len(left) and not self._failing(left[n:], facts)), None)
+            if shorter is None:
+                facts = left[0].apply(facts)
+                kept.append(left.pop(0))
             else:
-                k += 1
+                left = shorter
         return tuple(kept)
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
@@ -169,15 +197,23 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
     )
 
 
-def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema]) -> list[ActionSchema]:
+def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents) -> list[ActionSchema]:
     """Schemas that change something which the goal, or a relevant schema, asks about."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
+    changing = [s for s in schemas if _changes(s, fluents)]
     while True:
-        found = [s for s in schemas if asked & _changed(s)]
+        found = [s for s in changing if asked & _changed(s)]
         more = asked | {n for s in found for n in _asked(s)}
         if more == asked:
             return found
         asked = more
+
+
+def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
+    """Whether anything is other than before: what it adds may follow from what it needs, what it ends may be forbidden before."""
+    change = schema.change
+    ends = [p for p in change.removes if p not in change.without]
+    return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
 
 
 def _changed(schema: ActionSchema) -> set[str]:

@@ -79,6 +79,8 @@ def rule_schema() -> dict[str, Any]:
             },
             "source": {"type": "string", "description": "where the conditions come from"},
             **phases,
+            "needs": {**conditions, "description": f"what a program needs before, for planning: {conditions['description']}"},
+            "leaves": {**conditions, "description": f"what a program leaves, for planning: {conditions['description']}"},
             "explain": {"type": "string", "description": "a sentence with {Variable} placeholders"},
         },
     }

@@ -89,10 +89,10 @@ def resolve_planned(
         UserError: the goal cannot be used, or the planner's plan is none.
     """
     problem, refused, planner = problem_of(engine, setting, goal), dict[str, str](), planner or with_engine()
-    things, without = frozenset(t.name for t in setting.world.things), list[PlanStep]()
+    without = list[PlanStep]()
     steps: tuple[Operator, ...] = ()
     for _ in range(rounds):
-        text = problem.pddl(things, refused=without)
+        text = problem.pddl(refused=without)
         found = planner(text)
         if found is None:
             break

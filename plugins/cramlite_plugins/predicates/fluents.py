@@ -68,7 +68,8 @@ def in_chain(scene: SymbolicWorld, entity: str) -> bool:
 
 def constrained_dof(scene: SymbolicWorld, thing: str, _other: str) -> float:
     """Evaluate constrained_dof(Thing, Other): the most degrees of freedom that any part of the thing takes, by its class."""
-    classes = (class_ for entity, class_ in scene.types.items() if thing in (entity, thing_of(entity)))
+    features = scene.world.thing(thing).features if thing in scene.types and thing == thing_of(thing) else ()
+    classes = [scene.types.get(thing, ""), *(f.type for f in features)]
     said = (f for c in classes for f in scene.taxonomy.fillers(c, "cram:constrainedDof"))
     return max((float(f) for f in said), default=DEFAULT_DOF)
 
@@ -87,11 +88,11 @@ def _supporting(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
 
 def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
     """Things that hang, lie in what moves on a joint, or stand, with what they hang from, lie in or stand on."""
-    inside = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}
+    inside, boxes = {t.name: c.name for t, c in _contained(scene) if c.joint is not None}, _tops(scene)
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)
         if below is None and thing.movable and thing.joint is None:
-            below = _stacked(thing, scene) or _below(thing, scene)
+            below = _stacked(thing, boxes) or _below(thing, scene)
         if below is not None:
             yield thing, below
 
@@ -116,18 +117,20 @@ def _within(point: Floats, size: Mapping[str, float]) -> bool:
     return not beside and -size["height"] <= z <= 0.0
 
 
-def _stacked(thing: Thing, scene: SymbolicWorld) -> str | None:
+def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
+    """Things that can be moved, with the lowest and the highest corner of the box around each [m]."""
+    movable = [t for t in scene.world.things if t.movable and t.joint is None and t.geoms]
+    points = [corners(t, t.pose) for t in movable]
+    return [(t.name, p.min(axis=0), p.max(axis=0)) for t, p in zip(movable, points, strict=True)]
+
+
+def _stacked(thing: Thing, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
     """The thing that can be moved itself, on top of which another stands; None where there is none."""
-    if not thing.geoms:
-        return None
-    lowest = float(corners(thing, thing.pose)[:, 2].min())
-    for other in scene.world.things:
-        if other.movable and other.joint is None and other.name != thing.name and other.geoms:
-            points = corners(other, other.pose)
-            (x0, y0), (x1, y1), top = points[:, :2].min(axis=0), points[:, :2].max(axis=0), float(points[:, 2].max())
-            x, y, _ = thing.pose.position
-            if abs(lowest - top) < STANDS_WITHIN and x0 <= x <= x1 and y0 <= y <= y1:
-                return other.name
+    x, y, _ = thing.pose.position
+    for low in (low[2] for name, low, _ in boxes if name == thing.name):
+        for name, (x0, y0, _), (x1, y1, top) in boxes:
+            if name != thing.name and abs(low - top) < STANDS_WITHIN and x0 <= x <= x1 and y0 <= y <= y1:
+                return name
     return None
 
 

@@ -24,12 +24,11 @@ def _setting(path: Path) -> Setting:
 
 def _text(problem: PlanningProblem, *refused: str) -> PddlText:
     """The whole world, without some tasks of the plan that the engine finds first."""
-    things = frozenset(problem.grounder.things)
-    text = problem.pddl(things)
+    text = problem.pddl()
     plan = with_engine()(text)
     assert plan is not None
     steps = [s for s in steps_of(plan, text, "plan") if str(problem.operator(s)).startswith(refused)] if refused else []
-    return problem.pddl(things, refused=steps)
+    return problem.pddl(refused=steps)
 
 
 @pytest.mark.heavy
