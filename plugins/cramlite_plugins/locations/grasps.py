@@ -28,9 +28,9 @@ HANDLE = "cram:Handle"
 NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
-WIDER = (0.04, 0.02)
-"""And by so much where nothing is in the way: a thing that is 4 mm from where it is believed to be, and turned by 5 deg, is pushed by a
-pad that passes it by 5 mm."""
+WIDER = (math.inf, 0.03)
+"""And by so much, or as the fingers open at all, where nothing is in the way: a thing that is 4 mm from where it is believed to be, and
+turned by 5 deg, is pushed by a pad that passes it by 5 mm."""
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
 """Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""

@@ -50,6 +50,7 @@ class ForcePeak(Value):
         running = rollout.lines > 0
         if not running.any():
             return
+        running = running | np.roll(running, 1)  # a sample has the peak of the cycles before it, the program's last ones too
         force, tasks = np.where(running, rollout.contact_force(), 0.0), inner_tasks(candidate)
         limits = {task: _limit(candidate, task) for task in set(tasks)}
         k = int(np.argmax([f / limits[task][0] for f, task in zip(force, tasks, strict=True)]))
