@@ -26,7 +26,7 @@ from . import pinch_lines as surfaces
 HANDLE = "cram:Handle"
 NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
-SLACK = 0.010  # wider than the object when approaching, both sides together [m]
+SLACK = 0.010  # wider than the object when approaching, at least, both sides together [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
 """Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
@@ -86,23 +86,26 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
     pose = reference_pose(belief, location, context)
     scenes: dict[float, tuple[object, object]] = {}
+    gripper, shape = context.robot.gripper, rays.body(thing.geoms)
     for grip in grips:
-        opening = min(grip.width + SLACK, context.robot.gripper.opening[1])
-        if opening not in scenes:
-            scenes[opening] = (
-                make_scene(belief, context, [thing.name], opening),
-                make_scene(belief, context, (), opening),
-            )
         at = pose * grip.pose
         before = at * Pose((0, 0, -STANDOFF))
-        near, free = scenes[opening]
-        there = collision_free_ik(near, context, at, belief.joints)  # type: ignore[arg-type]
-        if isinstance(there, str):
-            yield Refused(grip.name, f"at the grasp: {there}")
-            continue
-        off = collision_free_ik(free, context, before, there)  # type: ignore[arg-type]
-        if isinstance(off, str):
-            yield Refused(grip.name, f"at the pre-grasp: {off}")
+        for opening in _openings(grip, shape, gripper):
+            if opening not in scenes:
+                scenes[opening] = (
+                    make_scene(belief, context, [thing.name], opening),
+                    make_scene(belief, context, (), opening),
+                )
+            near, free = scenes[opening]
+            there = collision_free_ik(near, context, at, belief.joints)  # type: ignore[arg-type]
+            reason = f"at the grasp: {there}" if isinstance(there, str) else ""
+            if not isinstance(there, str):
+                off = collision_free_ik(free, context, before, there)  # type: ignore[arg-type]
+                reason = f"at the pre-grasp: {off}" if isinstance(off, str) else ""
+            if not reason:
+                break
+        if reason:
+            yield Refused(grip.name, reason)
             continue
         place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
         yield Grounding(
@@ -112,6 +115,14 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             grip.cost,
             key=grip.name,
         )
+
+
+def _openings(grip: Grip, shape: rays.Body, gripper: Gripper) -> tuple[float, ...]:
+    """How wide the fingers may be apart on the way to a grasp [m], best first: as far as they go, for a thing that is not quite where
+    it is believed to be; where that meets something, just wider than the thing."""
+    most = gripper.opening[1]
+    least = min(grip.width + SLACK, most)
+    return (most, least) if most > least and antipodal.clear(shape, grip.pose, most, gripper) else (least,)
 
 
 def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
