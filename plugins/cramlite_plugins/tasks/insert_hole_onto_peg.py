@@ -24,19 +24,19 @@ class InsertHoleOntoPeg(TaskType):
         Parameter("beyond_m", 0.015, "an unknown error of 12 mm along the peg, or 3 sigma if more, and 3 mm"),
         Parameter("search_force_n", 3.0, "keeps contact; 0.9 N of friction at the tip does not shift the grasp"),
         Parameter("search_speed_m_s", 0.01, "found in simulation: the hole drops onto the tip before it has passed"),
-        Parameter("search_radius_m", 0.0, "0: from the sizes of hole and peg, 8 mm for a play of 1.5 mm"),
+        Parameter("search_radius_m", 0.0, "0: from the sizes of hole and peg, 6.5 mm for a play of 1.5 mm"),
         Parameter("advance_m", 0.002, "the tip is in the hole: its hemisphere is 3 mm high"),
         Parameter("push_force_n", 8.0, "slides over a bent tip in simulation; a jammed rim takes 31 N"),
         Parameter("push_speed_m_s", 0.02, "faster compliance oscillates against a stiff peg in simulation"),
         Parameter("attempts", 5.0, "beside the place that is believed, on each side of it: a search that goes too far leaves the rim"),
-        Parameter("aside_m", 0.008, "the radius of a search: together they look 12 mm around"),
+        Parameter("aside_m", 0.008, "a little more than the radius of a search: together they look 10 mm around, 14 mm to each side"),
         Parameter("lower_speed_m_s", 0.005, "a guarded motion at 5 mm/s peaks at 6 N in simulation"),
         Parameter("lower_force_n", 3.0, "as for the touch: the peg carries; less is within noise and drift of the sensor"),
         Parameter("force_limit_n", 25.0, "as for extraction"),
     )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        locatum, relatum = action.roles["Locatum"], action.roles["Relatum"]
+        locatum = action.roles["Locatum"]
         if belief.held is None or belief.held.thing != locatum.entity:
             raise Unresolvable(f"'{locatum.entity}' must be held to be threaded onto a peg")
         way = self.begins_at(action)
