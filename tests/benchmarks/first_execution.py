@@ -49,7 +49,7 @@ def errors_of(experiment: str, setting: Setting) -> ErrorModel:
     spec = read_experiment(find_experiment(experiment)).spec
     found = spec.twin.errors(NO_ERRORS, setting.robot.sensor_errors)
     names = {t.name for t in setting.world.things}
-    seen = setting.real is not None
+    seen = setting.look is not None
     return replace(
         found, hand_eye=HAND_EYE if seen else PoseError(), things={n: e for n, e in found.things.items() if n in names and not seen}
     )

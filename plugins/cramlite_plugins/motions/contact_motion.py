@@ -165,7 +165,7 @@ def _hold(motion: Motion, belief: Belief, context: Context) -> Found:
 
 CORRECTION = 0.25  # acceleration of the short way back to the path after a pull [m/s2]: as of motions that feel
 # Where no ontology says anything of the hole (ontologies/motions.ttl has the same values, with their sources).
-REACH, SHARE, PITCH = 0.0095, 0.75, 0.0015
+REACH, SHARE, PITCH = 0.008, 0.75, 0.0015
 
 
 def spiral_search(motion: Motion, belief: Belief, context: Context) -> Found:

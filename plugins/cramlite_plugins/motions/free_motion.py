@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
+import numpy as np
+from msgspec.structs import replace
+
 from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
@@ -106,7 +109,17 @@ def place_of(motion: Motion, context: Context) -> Place:
     """Return the place that a motion's location was resolved to."""
     assert motion.to is not None, f"motion '{motion.name}' needs a location"
     place: Place = context.bindings[motion.to.name]
-    return place
+    return _beside(place, motion.parameters["aside_m"]) if "aside_m" in motion.parameters else place
+
+
+def _beside(place: Place, aside: tuple[float, float]) -> Place:
+    """A place that is off by so much across its approach, to the left, and up [m]."""
+    from ..motion_planning.reach import shift
+
+    up = np.array([0.0, 0.0, 1.0])
+    left = np.cross(up, place.approach)
+    by = aside[0] * left + aside[1] * np.cross(place.approach, left)
+    return replace(place, pose=shift(place.pose, by), before=shift(place.before, by), path=tuple(shift(p, by) for p in place.path))
 
 
 def because(motion: Motion, context: Context) -> tuple[str, ...]:

@@ -49,7 +49,7 @@ WAY: tuple[AnyStep, ...] = (
     SetGripper(0.0, 0.1, 50.0), SetPayload(1.0, (0, 0, 0)), ZeroSensor(), Wait(1.0),
 )  # fmt: skip
 STEPS = {type(s).__name__: s for s in WAY}
-STRUCTURE = {"corner", "end", "stage", "to", "expect"}
+STRUCTURE = {"corner", "end", "stage", "to", "expect", "aside_m"}
 
 
 WRITTEN = {name: kind for name, kind in KINDS.items() if kind.step != "Drive"}
