@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,7 +19,9 @@ from ..engine.intent import FILE as INTENT
 from ..engine.intent import write_intent
 from ..engine.recording import record_episode
 from ..engine.scenario_doubts import doubts
+from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
+from ..planning.heartbeat import heartbeat, interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
@@ -94,22 +97,34 @@ def _first_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress
 ) -> tuple[Solution | None, Solution | None]:
     """The first proven program, and the last one that was refused of the first candidate that had one."""
-    tried: Solution | None = None
     try:
-        for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say):
-            if candidate.number in run.refused:
-                said = "refused before this run was resumed"
-                trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
-                continue
-            for attempt in candidate.attempts():
-                if attempt.verdict.passed:
-                    return attempt, tried
-                tried = attempt if tried is None or tried.number == attempt.number else tried
-            _write_trace(run, trace, engine)
-            run.refuse(candidate.number)
-        return None, tried
+        with heartbeat(trace, say) as heard:
+            return _search(run, reading, setting, engine, trace, heard)
+    except KeyboardInterrupt:
+        trace.stopped()
+        print(f"cramlite: {interrupted_text(trace)}.", file=sys.stderr)
+        raise
     finally:
         _write_trace(run, trace, engine)
+
+
+def _search(
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Callable[[str], None]
+) -> tuple[Solution | None, Solution | None]:
+    tried: Solution | None = None
+    for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say):
+        if candidate.number in run.refused:
+            said = "refused before this run was resumed"
+            trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
+            continue
+        for attempt in candidate.attempts():
+            if attempt.verdict.passed:
+                return attempt, tried
+            tried = attempt if tried is None or tried.number == attempt.number else tried
+        if not is_late(trace):  # else it was not tried out
+            _write_trace(run, trace, engine)
+            run.refuse(candidate.number)
+    return None, tried
 
 
 def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
@@ -287,7 +302,7 @@ class Progress:
         self._live = sys.stderr.isatty()
 
     def __call__(self, text: str) -> None:
-        if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing", "executing"))):
+        if self._quiet or not (self._live or text.startswith(("candidate", "refused", "writing", "executing", "searching", "planning"))):
             return
         line = f"[{time.monotonic() - self._begin:5.1f} s] {text}"
         print(
