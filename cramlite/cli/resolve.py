@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Callable
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +21,9 @@ from ..engine.intent import FILE as INTENT
 from ..engine.intent import write_intent
 from ..engine.recording import record_episode
 from ..engine.scenario_doubts import doubts
+from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
+from ..planning.heartbeat import heartbeat, interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import read_scenario
@@ -121,22 +124,34 @@ def _first_solution(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Progress
 ) -> tuple[Solution | None, Solution | None]:
     """The first proven program, and the last one that was refused of the first candidate that had one."""
-    tried: Solution | None = None
     try:
-        for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say):
-            if candidate.number in run.refused:
-                said = "refused before this run was resumed"
-                trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
-                continue
-            for attempt in candidate.attempts():
-                if attempt.verdict.passed:
-                    return attempt, tried
-                tried = attempt if tried is None or tried.number == attempt.number else tried
-            _write_trace(run, trace, engine)
-            run.refuse(candidate.number)
-        return None, tried
+        with heartbeat(trace, say) as heard:
+            return _search(run, reading, setting, engine, trace, heard)
+    except KeyboardInterrupt:
+        trace.stopped()
+        print(f"cramlite: {interrupted_text(trace)}.", file=sys.stderr)
+        raise
     finally:
         _write_trace(run, trace, engine)
+
+
+def _search(
+    run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Callable[[str], None]
+) -> tuple[Solution | None, Solution | None]:
+    tried: Solution | None = None
+    for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say):
+        if candidate.number in run.refused:
+            said = "refused before this run was resumed"
+            trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
+            continue
+        for attempt in candidate.attempts():
+            if attempt.verdict.passed:
+                return attempt, tried
+            tried = attempt if tried is None or tried.number == attempt.number else tried
+        if not is_late(trace):  # else it was not tried out
+            _write_trace(run, trace, engine)
+            run.refuse(candidate.number)
+    return None, tried
 
 
 def _executed(solution: Solution, engine: Engine, say: Progress) -> Solution:
@@ -315,6 +330,10 @@ def _faults(engine: Engine) -> list[str]:
     return list(dict.fromkeys(map(str, engine.registry.faults)))
 
 
+SHOWN = ("candidate", "refused", "twins", "writing", "executing", "searching", "planning")
+"""How lines of progress begin that are written where there is no terminal to draw on."""
+
+
 class Progress:
     """Progress lines on standard error, with the time since the start; on a terminal the last one stays, in its place."""
 
@@ -328,7 +347,7 @@ class Progress:
             from rich.text import Text
 
             self._live.update(Text(line, no_wrap=True, overflow="ellipsis"), refresh=True)
-        elif not self._quiet and text.startswith(("candidate", "refused", "twins", "writing", "executing")):
+        elif not self._quiet and text.startswith(SHOWN):
             print(line, file=sys.stderr, flush=True)
 
     def __enter__(self) -> Progress:

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.seeds import whole_seed
-from ..planning.budget import Budget, budget_of
+from ..planning.budget import Budget, budget_of, until_late
 from ..planning.trace import Trace
 from ..plugin.catalogue import Knowledge
 from ..plugin.registry import Registry
@@ -253,8 +253,10 @@ class Engine:
 
         reading, seed = self.read(goal), whole_seed(seed)
         engine, trace = self._for(reading.goal), trace or Trace()
-        setting, budget = engine._setting(reading, setting, seed), budget or _budget(reading.goal)
-        plans = engine.plans(reading, setting, trace, progress)
+        budget = budget or _budget(reading.goal)
+        stop = until_late(budget, trace, stop)
+        setting = engine._setting(reading, setting, seed)
+        plans = engine.plans(reading, setting, trace, progress, stop)
         for number, plan, sequence in _to_try(plans, budget.sequences, trace, stop):
             yield CandidateSequence(
                 number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop
@@ -280,13 +282,12 @@ class Engine:
         return setting
 
     def plans(
-        self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None, **unknown: Never
+        self, goal: AnyGoal | Reading, setting: Setting, trace: Trace, progress: Progress = lambda _: None,
+        stop: Callable[[], bool] = lambda: False, **unknown: Never,
     ) -> Iterator[tuple[Plan, TaskSequence | None]]:
         """Generate the plans of a goal, best first; those of a demonstration each with the sequence it was read as."""
         from ..planning.task_goals import Goal, plan_from_tasks
         from ..planning.task_sequences import plans_for_goal, plans_from_interpretation
-
-        _refuse(unknown)
         from ..scenario.scenario import Scenario
 
         _refuse(unknown)
@@ -298,7 +299,7 @@ class Engine:
             yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace)
         elif isinstance(asked, Goal) or (isinstance(asked, Scenario) and asked.spec.goal is not None):
             scene = setting.symbolic(knowledge.taxonomy)
-            yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, scene, knowledge, trace))
+            yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, scene, knowledge, trace, progress, stop))
         else:
             yield plan_from_tasks(setting.name, asked, knowledge.tasks, setting.world), None  # type: ignore[arg-type]
 

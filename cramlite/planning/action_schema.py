@@ -111,8 +111,8 @@ def action_schemas(grounder: Grounder, rules: Iterable[Rule], tasks: Mapping[str
 
 
 def kind_of(entity: str) -> str:
-    """Return "hand", "part" or "thing": what kind of entity a name is of."""
-    return "hand" if entity == EFFECTOR else "part" if BETWEEN in entity else "thing"
+    """Return "hand", "component" or "body": what kind of entity a name is of."""
+    return "hand" if entity == EFFECTOR else "component" if BETWEEN in entity else "body"
 
 
 def _schema(grounder: Grounder, rule: Rule, task: TaskType, fillers: Mapping[str, Sequence[str]]) -> ActionSchema | None:
@@ -135,7 +135,7 @@ def _schema(grounder: Grounder, rule: Rule, task: TaskType, fillers: Mapping[str
 
 
 def _term(variable: str, kind: str) -> str:
-    return EFFECTOR if kind == "hand" else f"?{variable}{WHOLE}{BETWEEN}?{variable}" if kind == "part" else f"?{variable}"
+    return EFFECTOR if kind == "hand" else f"?{variable}{WHOLE}{BETWEEN}?{variable}" if kind == "component" else f"?{variable}"
 
 
 class _Tabulation:

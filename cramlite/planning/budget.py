@@ -1,7 +1,8 @@
-"""The budget of a search: counted work, never seconds, so that a seed gives the same program on any machine."""
+"""The budget of a search: counted work, so that a seed gives the same program on any machine; seconds where somebody asks."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
@@ -10,6 +11,7 @@ from ..base.value import Value
 
 if TYPE_CHECKING:
     from ..scenario.scenario import Scenario
+    from .trace import Trace
 
 
 RENAMED = {"asks": "expansions"}
@@ -25,6 +27,7 @@ class Budget(Value):
         proofs: fully grounded candidates that may be executed, over one task sequence.
         samples: of a sampling planner, per query.
         sequences: candidate task sequences that are tried.
+        seconds: of the whole search, which ends it wherever it then is; 0 for no limit. A slower machine may find less.
 
     Raises:
         UserError: one is no whole number of at least 1.
@@ -34,10 +37,13 @@ class Budget(Value):
     proofs: int = 8
     samples: int = 4000
     sequences: int = 12
+    seconds: int = 0
 
     def __post_init__(self) -> None:
         for name in self.__struct_fields__:
             value = getattr(self, name)
+            if name == "seconds" and value == 0 and not isinstance(value, bool):
+                continue
             if not isinstance(value, int) or isinstance(value, bool) or value < 1:
                 raise UserError(f"Budget({name}={value!r}): a budget is a whole number of at least 1.")
 
@@ -68,6 +74,27 @@ def budget_from(asked: Mapping[str, int], where: Callable[[str], str]) -> Budget
         if value < 1:
             raise UserError(f"{where(key)}: a budget is at least 1, not {value}.")
     return Budget(**asked)
+
+
+def until_late(budget: Budget, trace: Trace, stop: Callable[[], bool]) -> Callable[[], bool]:
+    """Return ``stop``, or what says the same once a budget of seconds is spent; the trace tells that when it is."""
+    if not budget.seconds:
+        return stop
+    end, told = time.monotonic() + budget.seconds, list[bool]()
+
+    def late() -> bool:
+        over = time.monotonic() > end
+        if over and not told:
+            told.append(True)
+            trace.spent("seconds", budget.seconds, f"{budget.seconds} s have passed, the budget of the search")
+        return over or stop()
+
+    return late
+
+
+def is_late(trace: Trace) -> bool:
+    """Check whether a search ended because its seconds were spent."""
+    return any(e.kind == "budget" and "seconds" in e.numbers for e in trace.entries)
 
 
 class BudgetSpent(Exception):

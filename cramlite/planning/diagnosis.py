@@ -29,7 +29,8 @@ def failure_text(trace: Trace, faults: Iterable[object]) -> str:
 def how_it_ended(entries: Sequence[Entry]) -> str:
     """Return whether all alternatives were refused, or what ended the search before, and how to raise it."""
     capped = [e for e in entries if e.outcome == "capped"]
-    if any(e.kind == "stop" for e in capped):
+    late = any(e.kind == "budget" and "seconds" in e.numbers for e in capped)
+    if any(e.kind == "stop" for e in capped) and not late:
         return f"the search was {STOPPED} before every alternative was tried"
     spent = {name: limit for e in capped if e.kind == "budget" for name, limit in e.numbers.items()}
     if spent:

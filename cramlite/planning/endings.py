@@ -19,7 +19,7 @@ DEEPEST = 4
 """Steps from what a task denies to what ends with it: of supporting, touching, and touching of parts it takes three."""
 
 Kinds = Mapping[tuple[str, int], frozenset[str]]
-"""Predicate and place of an argument, from 1 -> kinds of entities that ever stand there: "hand", "thing", "part"."""
+"""Predicate and place of an argument, from 1 -> kinds of entities that ever stand there: "hand", "body", "component"."""
 
 
 class Ending(Value):
@@ -64,13 +64,13 @@ def kinds_of_free(term: str, facts: Iterable[Fact], tables: Iterable[Table], kin
     places = [kinds[place] for place in here if place in kinds]
     for table in tables:
         for k in (k for k, t in enumerate(table.terms) if t == term and not table.denied):
-            parts = frozenset({("part", "thing")[k]}) if table.name == PART_OF else frozenset()
+            parts = frozenset({("component", "body")[k]}) if table.name == PART_OF else frozenset()
             places.append(parts or frozenset(kind_of(row[k]) for row in table.rows))
-    return frozenset({"hand", "thing", "part"}).intersection(*places)
+    return frozenset({"hand", "body", "component"}).intersection(*places)
 
 
 def _kind(term: str) -> str:
-    return "hand" if term == EFFECTOR else "part" if BETWEEN in term else "thing"
+    return "hand" if term == EFFECTOR else "component" if BETWEEN in term else "body"
 
 
 def endings(schema: ActionSchema, fluents: Fluents, kinds: Kinds) -> tuple[Ending, ...]:

@@ -15,6 +15,7 @@ from ..scenario.scenario import ObjectSpec
 from ..scenario.task_specs import TaskSpec, WhereSpec
 from .action_schema import ActionSchema
 from .goal_phrases import parse_goal
+from .goal_quantifiers import without_quantifiers
 from .operators import Grounder, Operator
 from .task_goals import Goal
 
@@ -138,13 +139,14 @@ def _fillers(step: Operator, task: TaskType) -> dict[str, str]:
 
 
 def ground_goal(goal: Goal, objects: Mapping[str, ObjectSpec], grounder: Grounder) -> Iterator[Goal]:
-    """Generate the goal with described objects replaced by things of the world, the best choice first."""
+    """Generate the goal with described objects, and quantified classes, replaced by things of the world, the best choice first."""
     words = {w for g in goal.says for w in g.split()}
     names = [n for n in objects if n in words]
     for choice in product(*(_things(objects[n], grounder) for n in names)):
         swap = dict(zip(names, choice, strict=True))
         if len(set(choice)) == len(choice):
-            yield Goal(tuple(" ".join(swap.get(w, w) for w in g.split()) for g in goal.says))
+            says = [" ".join(swap.get(w, w) for w in g.split()) for g in goal.says]
+            yield from map(Goal, without_quantifiers(says, grounder))
 
 
 def _things(spec: ObjectSpec, grounder: Grounder) -> list[str]:

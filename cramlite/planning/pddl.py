@@ -16,7 +16,7 @@ from .action_schema import WHOLE, ActionSchema, Table, Universal
 from .endings import PART_OF, Ending, endings, is_free, kinds_of, kinds_of_free
 from .operators import OTHER
 
-ENTITY, HAND, THING, PART = "entity", "hand", "thing", "part"
+ENTITY, HAND, THING, PART = "entity", "hand", "body", "component"
 
 
 class PddlText(Value):

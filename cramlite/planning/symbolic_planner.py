@@ -10,7 +10,7 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
-from ..base.errors import PluginError, UserError
+from ..base.errors import NoSolution, PluginError, UserError
 from ..base.value import Value
 from .pddl import PddlText
 
@@ -37,12 +37,10 @@ class PlannerAnswer(Value):
     Args:
         plan: its text, one action a line; None where there is none.
         seconds: that it took [s].
-        why: there is none.
     """
 
     plan: str | None
     seconds: float
-    why: str = ""
 
 
 def fast_downward(
@@ -60,6 +58,7 @@ def fast_downward(
 
     Raises:
         UserError: Fast Downward is not installed.
+        NoSolution: it found no plan in ``LONGEST``.
         PluginError: it failed; with the end of what it said.
     """
     began = time.monotonic()
@@ -78,9 +77,10 @@ def fast_downward(
         seconds = time.monotonic() - began
         if code in SOLVED and plan.is_file():
             return PlannerAnswer(plan.read_text(), seconds)
+        if seconds > LONGEST:
+            raise NoSolution(f"Fast Downward found no plan within {LONGEST:.0f} s; ask for less at a time, or name tasks under 'tasks'.")
         if code is None or code in UNSOLVABLE:
-            why = "no plan exists" if code is not None else f"ended after {seconds:.0f} s without a plan"
-            return PlannerAnswer(None, seconds, why)
+            return PlannerAnswer(None, seconds)
         raise PluginError(f"Fast Downward ended with code {code}: {' '.join(log.read_text().split()[-60:])}")
 
 

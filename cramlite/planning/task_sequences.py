@@ -124,7 +124,7 @@ def plans_for_goal(
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
             specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
-        if not found:
+        if not found and not stop():
             trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
     if refused and not possible:
         raise UserError(refused)

@@ -103,3 +103,26 @@ def test_things_that_no_rule_joins_have_no_plan(tmp_path: Path) -> None:
     trace = Trace()
     assert not list(plans_in(_room(tmp_path, ON_TRAY), Goal(("tray on tin",)), ENGINE.knowledge, trace))
     assert "no task's rule makes" in trace.entries[-1].reason
+
+
+def test_goals_about_classes_of_things(tmp_path: Path) -> None:
+    setting = _room(tmp_path, ON_TRAY + STACK)
+    each = [s for s in _first(setting, "each Product on floor") if s.startswith("Placing")]
+    assert {s.split()[1] for s in each} == {"tin", "middle", "top"}  # the lowest is there
+    pairs = [s for s in _first(setting, "2 of cram:Product on tray") if s.startswith("Placing")]
+    assert [s for s in pairs if s.endswith("tray")] == ["Placing lowest tray"]  # of the first two in the world, the tin is there
+    goals = [p.goal for p in plans_in(setting, Goal(("any Product held",)), ENGINE.knowledge, Trace())]
+    assert goals[0] == ("tin held",) and {g[0] for g in goals} == {f"{n} held" for n in ("tin", "lowest", "middle", "top")}
+
+
+@pytest.mark.parametrize(
+    ("goal", "says"),
+    [
+        ("each Produkt on floor", "names the class 'Produkt'; did you mean 'Product'"),
+        ("9 of Product on tray", "9 or more of Product; in this world there are: tin"),
+        ("any vrps:Hook held", "there are: none"),
+    ],
+)
+def test_classes_of_which_too_few_are_there(goal: str, says: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=says):
+        _first(_room(tmp_path, ON_TRAY), goal)
