@@ -35,6 +35,7 @@ class Held(Value):
         opening: finger distance [m].
         sigma: standard deviation of its position in the hand [m]; motions in contact widen it.
         joints: of the arm when it was grasped: where they still are, nothing has moved.
+        carries: what is in it, on it or hung on it, directly or through others, and moves along: poses in its frame.
     """
 
     thing: str
@@ -42,6 +43,7 @@ class Held(Value):
     opening: float
     sigma: float = 0.0
     joints: tuple[float, ...] = ()
+    carries: Mapping[str, Estimate] = field(default_factory=dict)
 
 
 Relation = tuple[str, str, str]
@@ -53,7 +55,7 @@ class Belief(Value):
 
     Args:
         world: shapes and features of the things; its poses are the initial ones.
-        poses: thing -> estimate, for every thing that is not held.
+        poses: thing -> estimate, for every thing that is not held, nor moves along with what is.
         robot: the mount that acts.
         joints: its joint position [rad].
         opening: of its gripper [m].
@@ -91,7 +93,7 @@ class Belief(Value):
         """Return the pose of a thing or feature in the robot's base frame.
 
         Raises:
-            KeyError: the thing is held (its pose depends on the arm) or unknown.
+            KeyError: the thing is held or moves along (its pose depends on the arm), or is unknown.
         """
         name = EntityName.parse(entity)
         pose = self.base().inverse() * self.poses[name.thing].pose
@@ -108,14 +110,22 @@ class Belief(Value):
         return replace(self, at=at, held=held)
 
     def grasped(self, held: Held) -> Belief:
-        """Return the belief with a thing grasped: it moves with the hand from now on."""
-        poses = {k: v for k, v in self.poses.items() if k != held.thing}
+        """Return the belief with a thing grasped: it moves with the hand from now on, and so does what it carries."""
+        poses = {k: v for k, v in self.poses.items() if k != held.thing and k not in held.carries}
         return replace(self, poses=poses, held=replace(held, joints=self.joints), opening=held.opening)
 
     def released(self, estimate: Estimate, opening: float) -> Belief:
-        """Return the belief after the held thing is let go; it is then where ``estimate`` says."""
+        """Return the belief after the held thing is let go; it is then where ``estimate`` says, with all that it carries."""
         assert self.held is not None
-        return replace(self, poses={**self.poses, self.held.thing: estimate}, held=None, opening=opening)
+        along = {n: replace(e, pose=estimate.pose * e.pose) for n, e in self.held.carries.items()}
+        return replace(self, poses={**self.poses, self.held.thing: estimate, **along}, held=None, opening=opening)
+
+    def in_hand(self) -> dict[str, Pose]:
+        """Return what moves with the hand, what is held first: poses in the TCP frame."""
+        if self.held is None:
+            return {}
+        along = {n: self.held.tcp_to_thing * e.pose for n, e in self.held.carries.items()}
+        return {self.held.thing: self.held.tcp_to_thing, **along}
 
     def related(self, *facts: Relation) -> Belief:
         """Return the belief with further relations."""

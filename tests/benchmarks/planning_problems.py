@@ -38,7 +38,7 @@ def problem(number: int, seed: int) -> Problem:
     rng = np.random.default_rng((seed, number))
     things = shelf(rng)
     carried = box("carried", (0.02, 0.02, 0.03), (0.4, -0.4, 0.02), 0.2)
-    scene = make(*things, carried, held=("carried", HELD), opening=0.042) if number % 2 else make(*things)
+    scene = make(*things, carried, held={"carried": HELD}, opening=0.042) if number % 2 else make(*things)
     (_, start), (goal, known) = stand(scene, rng), stand(scene, rng)
     return Problem(scene, start, goal, known)
 

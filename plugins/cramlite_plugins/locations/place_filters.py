@@ -7,18 +7,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cramlite.model import Belief, Feature, Floats, Pose, Thing, Value
+from cramlite.model import Belief, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import box_around, centre_of_mass, corners
+from ..shapes.bounds import box_around
 
-EDGE = 0.005  # a centre of mass stands this far inside a surface's edge [m]
+if TYPE_CHECKING:
+    from ..shapes.surfaces import Surface
+
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
+SIDES: Mapping[str, tuple[int, float]] = {
+    "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
+}  # fmt: skip
+"""Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
 SEEN = 0.5  # share of a thing that others may not hide
 
 
@@ -40,48 +46,69 @@ class Wanted(Value):
     """Placement request: the held thing, its target, and further constraints.
 
     Args:
-        entity, feature, target: what it is put on or in, and the pose of that feature.
+        entity: what it is put on or in.
+        target: the surface, or the opening of the cavity, in the base frame.
         scene: the planning scene.
         where: further constraints, by name (the keys of ``where`` in scenario files).
+        obstacles: outlines of what stands there, by thing, in the frame of the target.
+        depth: of a cavity [m].
     """
 
     thing: Thing
     entity: str
-    feature: Feature
-    target: Pose
+    target: Surface
     belief: Belief
     context: Context
     scene: Any
     where: Mapping[str, Any]
+    obstacles: tuple[tuple[str, Any], ...] = ()
+    depth: float = 0.0
 
 
 Filter = Callable[[Spot, Wanted], str]
 
 
 def supported(spot: Spot, wanted: Wanted) -> str:
-    """Check that the thing's centre of mass is above the surface."""
-    at = wanted.target.inverse().apply(spot.thing.apply(centre_of_mass(wanted.thing)))
-    size = wanted.feature.size
-    beyond = max(abs(at[0]) - size.get("width", math.inf) / 2, abs(at[1]) - size.get("depth", math.inf) / 2)
-    if beyond <= -EDGE:
+    """Check that the thing's centre of mass is above what of the surface it would touch."""
+    from ..shapes.surfaces import inset, standing
+
+    local = wanted.target.pose.inverse() * spot.thing
+    inside, least = inset(standing(wanted.thing, local), wanted.target.area)
+    if inside >= least:
         return ""
-    side = f"{1000 * beyond:.0f} mm beyond" if beyond > 0 else f"only {-1000 * beyond:.0f} mm from"
-    return f"its centre of mass would be {side} the edge of '{wanted.entity}'; {1000 * EDGE:.0f} mm inside is needed"
+    if not math.isfinite(inside):
+        return f"nothing of '{wanted.entity}' would be under what it stands on"
+    side = f"{-1000 * inside:.0f} mm beyond" if inside < 0 else f"only {1000 * inside:.0f} mm from"
+    return f"its centre of mass would be {side} the edge of '{wanted.entity}'; {1000 * least:.0f} mm inside is needed"
+
+
+def clear(spot: Spot, wanted: Wanted) -> str:
+    """Check that its outline, seen from above, is apart from those of what stands there."""
+    from ..shapes.surfaces import footprint
+
+    outline = footprint(wanted.thing, wanted.target.pose.inverse() * spot.thing)
+    for name, area in wanted.obstacles:
+        if (overlap := float(outline.intersection(area).area)) > 0:
+            return f"its outline would overlap that of '{name}' and the gap around it by {1e4 * overlap:.1f} cm2"
+    return ""
 
 
 def inside(spot: Spot, wanted: Wanted) -> str:
-    """All of it is over the container's opening."""
-    points = wanted.target.inverse().apply(corners(wanted.thing, spot.thing))
-    for axis, name in enumerate(("width", "depth")):
-        room = wanted.feature.size.get(name, math.inf)
-        out = float(np.abs(points[:, axis]).max()) - room / 2
-        if out > 0:
-            across = float(np.ptp(points[:, axis]))
-            return (
-                f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm"
-                f" {name} of '{wanted.entity}'"
-            )
-    return ""
+    """Check that all of it is over the container's opening."""
+    from ..shapes.surfaces import footprint
+
+    outline = footprint(wanted.thing, wanted.target.pose.inverse() * spot.thing)
+    if wanted.target.area.covers(outline):
+        return ""
+    (low, left, high, right), (x, y, x1, y1) = outline.bounds, wanted.target.area.bounds
+    out, across, room, side = max(
+        (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
+    )
+    if out <= 0:
+        return f"{1e4 * float(outline.difference(wanted.target.area).area):.1f} cm2 of it would be beside the opening of '{wanted.entity}'"
+    return (
+        f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{wanted.entity}'"
+    )
 
 
 def near(spot: Spot, wanted: Wanted) -> str:
@@ -96,8 +123,7 @@ def near(spot: Spot, wanted: Wanted) -> str:
 
 def beside(spot: Spot, wanted: Wanted) -> str:
     """Check that the placement is on the right side of other things, as the base looks: x forwards, y to the left."""
-    sides = {"left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)}
-    for side, (axis, sign) in sides.items():
+    for side, (axis, sign) in SIDES.items():
         other = wanted.where.get(side)
         if not other:
             continue
@@ -184,7 +210,7 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
 
 
 CHEAP: Mapping[str, Mapping[str, Filter]] = {
-    "on": {"supported": supported, "near": near, "beside": beside},
+    "on": {"supported": supported, "clear": clear, "near": near, "beside": beside},
     "in": {"inside": inside, "near": near, "beside": beside},
 }
 """Asked of the shapes alone, by relation."""

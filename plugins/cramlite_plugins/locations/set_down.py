@@ -1,86 +1,98 @@
-"""Placements of a held thing: into a container's opening, or onto a surface.
+"""Placements of a held thing: into a container's opening, or onto any surface of a thing.
 
-Positions are generated best first and lazily; filters (``place_filters``) refuse them, each with its name and numbers.
+Positions are generated best first, lazily and without end (``free_area``); filters (``place_filters``) refuse them, each with
+its name and numbers, until the work budget of a query is used up.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Location, Place, Pose, thing_of
+from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-from ..shapes.bounds import lowest
-from .place_filters import CHEAP, DEAR, EDGE, Filter, Spot, Wanted
+from ..shapes.bounds import centre_of_mass, support
+from .free_area import Offset, beside, free_area, positions
+from .place_filters import ASIDE, CHEAP, DEAR, SIDES, Filter, Spot, Wanted
 
-Offset = tuple[float, float]
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
-GRID = 0.05  # of positions [m]
+GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
-POSITIONS, FEW = 80, 9  # how many are looked at, and where nothing constrains them
+GAP = 0.006  # between outlines seen from above [m]: a little more than paths keep
+ROUNDED = 0.0002  # twice what positions are rounded by [m]
 PER_PLACE = 0.5  # cost of each position that comes before: more than any turn and height
-YAWS = (
-    0.0,
-    30.0,
-    -30.0,
-    60.0,
-    -60.0,
-    90.0,
-    -90.0,
-    135.0,
-    -135.0,
-    180.0,
-)  # turns about the vertical that are tried [deg]
-INTO = (-0.08, -0.05, -0.02, 0.01, 0.04)  # lowest point of the thing above a container's rim when let go [m]
-ONTO = (0.02,)  # the same above a surface, from where a guarded motion goes on [m]
-ABOVE = 0.06  # stand-off above a rim or surface [m]
+YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # turns about the vertical that are tried first [deg]
+ONTO = ((0.02, 0.06), (0.01, 0.015))
+"""Lowest point above a surface from where a guarded motion goes on, and the stand-off above that [m]; the second where there
+is little room above."""
+OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
+ABOVE = 0.06  # stand-off above a rim [m]
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
+OUTLINE, ARM = 5, 20
+"""What a look at the shapes, and one at the arm, take of the samples of a query: so many states does a sampling planner check
+in the same time."""
 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
     """Resolve locations "on" and "in"; None for other relations."""
-    wanted = {"in": ("cram:Cavity", INTO), "on": ("vrps:SurfaceFeature", ONTO)}
-    if location.relation not in wanted:
-        return None
-    return _spots(location, belief, context, *wanted[location.relation])
+    return _spots(location, belief, context) if location.relation in ("on", "in") else None
 
 
-def _spots(
-    location: Location, belief: Belief, context: Context, needs: str, heights: tuple[float, ...]
-) -> Iterator[Grounding | Refused]:
+def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Positions, best first; at each every turn, at the lowest height at which hand and thing are free."""
-    wanted, now = _wanted(location, belief, context, needs), held_now(belief, context)
-    cheap = CHEAP[location.relation]
-    placed = {name: cheap[name] for name in ("near", "beside")}  # which no turn changes
-    for k, offset in enumerate(_offsets(wanted, 1 if location.relation == "in" else FEW)):
-        reason = _refusal(_spot(wanted, now, offset, 0.0, heights[0]), wanted, placed)
-        if reason:
-            yield Refused(f"at {_says(offset)}", *reason)
-            continue
-        for yaw in YAWS if k == 0 else FEW_YAWS:
-            for answer in _turned(wanted, now, offset, yaw, heights, cheap):
+    targets, now, because = _targets(location, belief, context), held_now(belief, context), (location.of or "",)
+    work, found = context.samples, False
+    for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
+        for yaw in (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ())):
+            for answer in _turned(wanted, now, offset, yaw, location.relation):
+                work -= OUTLINE if isinstance(answer, Refused) and answer.passed < len(CHEAP[location.relation]) else ARM
+                found = found or isinstance(answer, Grounding)
                 yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
+        if work <= 0:
+            raise Unresolvable(f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow", because)
+    if not found:
+        yield from _no_room(targets, now, location)
 
 
-def _turned(
-    wanted: Wanted, now: Pose, offset: Offset, yaw: float, heights: tuple[float, ...], cheap: Mapping[str, Filter]
-) -> Iterator[Grounding | Refused]:
-    for k, height in enumerate(heights):
-        spot = _spot(wanted, now, offset, yaw, height)
+def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[Wanted, Offset]]:
+    """Positions on all surfaces, in turn."""
+    streams = [zip(itertools.repeat(t), positions(_free(t, now, location), _anchor(t))) for t in targets]
+    for row in itertools.zip_longest(*streams):
+        yield from (found for found in row if found is not None)
+
+
+def _no_room(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
+    """Why there is not one position: what objects at the best one of each surface."""
+    for wanted in targets:
+        bare = replace(wanted, where={}, obstacles=())
+        offset = next(positions(_free(bare, now, location), _anchor(wanted)), (0.0, 0.0))
+        spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
+        reason = _refusal(spot, wanted, CHEAP[location.relation])
+        said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
+        yield Refused(spot.name, *(reason or (said, 0)))
+
+
+def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
+    cheap = CHEAP[relation]
+    for k, (height, above) in enumerate(_heights(wanted, now, relation)):
+        spot = _spot(wanted, now, offset, yaw, height, above)
         reason = _refusal(spot, wanted, {**cheap, **DEAR})
         if not reason:
-            place = Place(
-                spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values={"height_m": height}
-            )
-            cost = PER_TURN * abs(math.radians(yaw)) + PER_HEIGHT * k
+            values = {"height_m": height}
+            place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
+            cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
             return
         yield Refused(spot.name, *reason)
+        if reason[1] < len(cheap):
+            return  # no height changes what is seen from above
 
 
 def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> tuple[str, int] | None:
@@ -92,17 +104,90 @@ def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> tuple
     return None
 
 
-def _wanted(location: Location, belief: Belief, context: Context, needs: str) -> Wanted:
-    from ..motion_planning.reach import bound, make_scene
+def _targets(location: Location, belief: Belief, context: Context) -> list[Wanted]:
+    """What is put where: the opening of a container, or every surface of a thing or of the part that is meant.
+
+    Raises:
+        Unresolvable: there is none, or nothing is held.
+    """
+    from ..motion_planning.reach import bound, make_scene, reference_pose
+    from ..shapes.surfaces import surfaces
 
     entity = bound(context, location.of)
-    feature = belief.feature(entity, needs)
-    if feature is None:
-        raise Unresolvable(f"'{entity}' has no {needs} to put anything {location.relation}", (location.of or "",))
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
-    thing, target = belief.world.thing(belief.held.thing), belief.pose(thing_of(entity)) * feature.pose
-    return Wanted(thing, entity, feature, target, belief, context, make_scene(belief, context), location.parameters)
+    thing, pose = belief.thing(entity), reference_pose(belief, location, context)
+    into = location.relation == "in"
+    found = _opening(thing, pose) if into else [(s, 0.0) for s in surfaces(thing, pose, EntityName.parse(entity).part)]
+    if not found:
+        what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
+        raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",))
+    held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
+    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d) for s, d in found]
+    return [replace(w, obstacles=() if into else _obstacles(w, context)) for w in bare]
+
+
+def _opening(thing: Thing, pose: Pose) -> list[tuple[Any, float]]:
+    """The opening of a thing's cavity as an area, and how deep it is."""
+    import shapely
+
+    from ..shapes.surfaces import Surface
+
+    cavity = thing.feature("cram:Cavity")
+    if cavity is None:
+        return []
+    size = cavity.size
+    half = [size.get(name, math.inf) / 2 for name in ("width", "depth")]
+    area = shapely.Point(0, 0).buffer(size["radius"]) if "radius" in size else shapely.box(-half[0], -half[1], *half)
+    return [(Surface(pose * cavity.pose, area), size["height"])]
+
+
+def _obstacles(wanted: Wanted, context: Context) -> tuple[tuple[str, Any], ...]:
+    """Outlines of what stands on a surface, or hangs down over it, as high as the held thing is; with the gap around."""
+    from ..motion_planning.reach import uncertainty_margins
+    from ..shapes.surfaces import FLAT, footprint
+
+    belief, to, up = wanted.belief, wanted.target.pose.inverse(), np.array([0.0, 0.0, 1.0])
+    now, margins = held_now(belief, context), uncertainty_margins(belief)
+    height, reach = support(wanted.thing, now, up) + support(wanted.thing, now, -up), wanted.target.area
+    found = []
+    for name in belief.poses:
+        outline = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, height)
+        if not outline.is_empty and outline.distance(reach) < 2 * GAP + height:
+            found.append((name, outline.buffer(GAP + margins.get(name, 0.0))))
+    return tuple(found)
+
+
+def _free(wanted: Wanted, now: Pose, location: Location) -> Any:
+    """Where the centre of mass may be: on what supports it, apart from what stands there, and where ``where`` wants it."""
+    from ..shapes.surfaces import inset, standing
+
+    radius, area = _radius(wanted, now), wanted.target.area
+    _, least = inset(standing(wanted.thing, now), area)
+    core = area.buffer(-radius) if location.relation == "in" else area.convex_hull.buffer(-least - ROUNDED)
+    free = free_area(core, [o for _, o in wanted.obstacles], radius)
+    to = wanted.target.pose.inverse()
+    for side, (axis, sign) in SIDES.items():
+        if other := wanted.where.get(side):
+            way = sign * wanted.target.pose.rotation[axis, :2]
+            aside = sign * (wanted.belief.pose(other).position[axis] - wanted.target.pose.position[axis]) + ASIDE
+            free = beside(free, (float(way[0]), float(way[1])), aside)
+    if other := wanted.where.get("near"):
+        import shapely
+
+        middle = shapely.Point(*to.apply(wanted.belief.pose(other).position)[:2])
+        free = free.intersection(middle.buffer(float(wanted.where.get("within", 0.2))))
+    return free
+
+
+def _radius(wanted: Wanted, now: Pose) -> float:
+    """Radius of the largest disc about the centre of mass in the outline of the held thing [m]; 0 where that is beside it."""
+    import shapely
+
+    from ..shapes.surfaces import footprint
+
+    outline, middle = footprint(wanted.thing, now), shapely.Point(*now.apply(centre_of_mass(wanted.thing))[:2])
+    return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
 
 
 def held_now(belief: Belief, context: Context) -> Pose:
@@ -112,46 +197,50 @@ def held_now(belief: Belief, context: Context) -> Pose:
     return held_pose(belief, context)
 
 
-def _offsets(wanted: Wanted, few: int) -> list[Offset]:
-    """Positions on the target in its frame, the middle first, then outwards; those near a thing nearest to it first. A
-    robot that drove there begins with what is nearest to it: a table's middle may be out of reach from all sides.
-
-    Args:
-        few: how many are enough where nothing constrains them.
-    """
-    size = wanted.feature.size
-    rows = [
-        np.arange(0, size.get(name, 0.0) / 2 - EDGE, GRID) * sign
-        for name, sign in (("width", 1), ("depth", 1), ("width", -1), ("depth", -1))
-    ]
-    xs, ys = np.unique(np.concatenate([rows[0], rows[2]])), np.unique(np.concatenate([rows[1], rows[3]]))
-    every = [(float(x) + 0.0, float(y) + 0.0) for x in xs for y in ys] or [(0.0, 0.0)]
-    other = wanted.where.get("near")
+def _anchor(wanted: Wanted) -> Offset:
+    """The best position of all, whether it is free or not: the middle; near a thing that is asked for; for a robot that drove
+    there what is nearest to it, as a table's middle may be out of reach from all sides."""
+    to = wanted.target.pose.inverse()
     at = np.zeros(2)
-    if other:
-        at = wanted.target.inverse().apply(wanted.belief.pose(other).position)[:2]
+    if other := wanted.where.get("near"):
+        at = to.apply(wanted.belief.pose(other).position)[:2]
     elif wanted.belief.at is not None:
-        rim = np.array([max(size.get(name, 0.0) / 2 - INSET, 0.0) for name in ("width", "depth")])
-        at = np.clip(wanted.target.inverse().apply((0.0, 0.0, 0.0))[:2], -rim, rim)
-    every.sort(key=lambda o: (round(math.dist(o, at), 4), o))
-    return every[: POSITIONS if wanted.where else few]
+        low, high = np.reshape(wanted.target.area.bounds, (2, 2))
+        at = np.clip(to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0))
+    return float(at[0]), float(at[1])
 
 
-def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float) -> Spot:
-    """Over a position of the target, upright as held, turned from facing it by ``yaw`` [deg]."""
+def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, float]]:
+    """Heights of its lowest point above the target at which it is let go, and stand-offs above these [m].
+
+    Over a container from its floor up to where the whole hand is over the rim, however it holds the thing.
+    """
+    if relation == "on":
+        return list(ONTO)
+    from ..motion_planning.reach import tcp
+
+    gripper, hand = wanted.context.robot.gripper, tcp(wanted.belief, wanted.context)
+    ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand
+    low, high = -wanted.depth + OFF_FLOOR, ball - (hand.position[2] + support(wanted.thing, now, (0.0, 0.0, -1.0)))
+    return [(float(h), max(ABOVE - float(h), ABOVE)) for h in np.arange(low, max(high, 0.0) + RISE, RISE)]
+
+
+def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, above: float) -> Spot:
+    """Its centre of mass over a position of the target, upright as held, turned from facing it by ``yaw`` [deg]."""
     from ..motion_planning.reach import shift, tcp
 
     assert wanted.belief.held is not None
-    hand, target = tcp(wanted.belief, wanted.context), wanted.target.apply((*offset, 0.0))
+    hand, target = tcp(wanted.belief, wanted.context), wanted.target.pose.apply((*offset, 0.0))
     facing = math.atan2(target[1], target[0]) - math.atan2(hand.position[1], hand.position[0])
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
-    turned = (turn * Pose((0, 0, 0), now.quaternion)).quaternion
-    thing = Pose((float(target[0]), float(target[1]), float(target[2]) + height - lowest(wanted.thing, now)), turned)
+    turned = Pose((0, 0, 0), (turn * Pose((0, 0, 0), now.quaternion)).quaternion)
+    x, y, _ = target - turned.apply(centre_of_mass(wanted.thing))
+    thing = Pose((float(x), float(y), float(target[2]) + height + support(wanted.thing, turned, (0, 0, -1))), turned.quaternion)
     pose = thing * wanted.belief.held.tcp_to_thing.inverse()
-    name = f"turned {yaw:+.0f} deg, lowest point {1000 * height:+.0f} mm from it"
+    name = f"turned {math.remainder(yaw, 360.0):+.0f} deg, lowest point {1000 * height:+.0f} mm from it"
     if any(offset):
         name = f"{_says(offset)}, {name}"
-    return Spot(name, thing, pose, shift(pose, (0, 0, max(ABOVE - height, ABOVE))), height)
+    return Spot(name, thing, pose, shift(pose, (0, 0, above)), height)
 
 
 def _says(offset: Offset) -> str:

@@ -15,6 +15,7 @@ import heapq
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import mujoco
@@ -82,7 +83,7 @@ def ground(
     joints: tuple[float, ...],
     *,
     poses: Mapping[str, Pose],
-    held: tuple[str, Pose] | None = None,
+    held: Mapping[str, Pose] = MappingProxyType({}),
     opening: float,
     clearance: float = CLEARANCES[0],
 ) -> Ground:
@@ -91,7 +92,7 @@ def ground(
     Raises:
         ValueError: the robot has no platform.
     """
-    carried = {held[0]: Carried(mount, held[1])} if held else None
+    carried = {name: Carried(mount, pose) for name, pose in held.items()}
     compiled = compile_world(world.moved(dict(poses)), robots, planning=True, carried=carried)
     index, data = compiled.robots[mount], compiled.data()
     if index.platform is None:

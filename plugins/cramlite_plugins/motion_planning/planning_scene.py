@@ -280,7 +280,7 @@ def scene(
     mount: str,
     *,
     poses: Mapping[str, Pose] | None = None,
-    held: tuple[str, Pose] | None = None,
+    held: Mapping[str, Pose] = MappingProxyType({}),
     opening: float | None = None,
     allowed: Pairs = frozenset(),
     clearance: float = CLEARANCE,
@@ -292,7 +292,7 @@ def scene(
         robots: descriptions by type name.
         mount: the name of the robot that moves; others stay at home.
         poses: where things are now, in the world frame; those not named are where the world has them.
-        held: (thing, its pose in the tcp frame): moves with the tool and may touch the gripper.
+        held: thing -> its pose in the tcp frame: moves with the tool and may touch the gripper.
         opening: distance between the pads [m]; None is fully open.
         allowed: unordered pairs of names that may touch: "thing", "thing/part", "effector", "effector/left", "arm" or
             "mount/link". A pair allows every part of what it names.
@@ -306,10 +306,10 @@ def scene(
     """
     if not 0 <= clearance <= clearance + max(wider.values(), default=0.0) <= HORIZON:
         raise ValueError(f"clearance {clearance} m and {dict(wider)}; it must lie between 0 and {HORIZON} m")
-    for name in [*(poses or {}), *([held[0]] if held else [])]:
+    for name in [*(poses or {}), *held]:
         world.thing(name)
     placed = world.moved(dict(poses or {}))
-    carried = {held[0]: Carried(mount, held[1])} if held else None
+    carried = {name: Carried(mount, pose) for name, pose in held.items()}
     compiled = compile_world(placed, robots, planning=True, carried=carried)
     index, data = compiled.robots[mount], compiled.data()
     index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)

@@ -40,16 +40,6 @@ def held_pose(belief: Belief, context: Context) -> Pose:
     return tcp(belief, context) * belief.held.tcp_to_thing
 
 
-def inside_held(belief: Belief, context: Context) -> tuple[Pose, tuple[str, ...]]:
-    """Return the pose in the world at which the held vessel was taken, and the things in it, which go along with it."""
-    if belief.held is None or belief.thing(belief.held.thing).feature("cram:Cavity") is None or not belief.held.joints:
-        return Pose(), ()
-    from ..shapes.contents import things_in
-
-    pose = belief.base() * forward(context.robot, belief.held.joints) * belief.held.tcp_to_thing
-    return pose, things_in(belief, belief.held.thing, pose)
-
-
 def make_scene(
     belief: Belief,
     context: Context,
@@ -60,18 +50,16 @@ def make_scene(
     """Build the planning scene of a belief.
 
     Args:
-        touch: entities that gripper and held thing may touch.
+        touch: entities that gripper, held thing and what that carries may touch.
         opening: of the fingers [m]; the believed one by default.
         clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
-    held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
-    movers = ("effector", *((belief.held.thing,) if belief.held else ()))
+    held = belief.in_hand()
+    movers = ("effector", *held)
     joints = [t for t in belief.world.things if t.joint is not None and t.joint.parent]
     pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
     pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
-    if belief.held:
-        pairs |= {frozenset((belief.held.thing, name)) for name in inside_held(belief, context)[1]}
     extra: dict[str, Any] = {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}
@@ -85,6 +73,7 @@ def uncertainty_margins(belief: Belief) -> dict[str, float]:
     spread = {name: e.sigma for name, e in belief.poses.items()}
     if belief.held:
         spread[belief.held.thing] = belief.held.sigma
+        spread |= {name: e.sigma for name, e in belief.held.carries.items()}
     return {name: min(SIGMAS * sigma, WIDEST) for name, sigma in spread.items() if sigma > 0}
 
 

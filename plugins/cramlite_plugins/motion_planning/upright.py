@@ -53,7 +53,7 @@ class Load(Value):
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """Return what is held, if its class limits its tilt."""
+    """Return what is held, if its class limits its tilt; of what is held upside down nothing can be spilled any more."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)
@@ -61,7 +61,8 @@ def load(belief: Belief, context: Context) -> Load | None:
     if not limits:
         return None
     x, y, z = belief.base().inverse().rotate((0.0, 0.0, 1.0)).tolist()
-    return Load(thing.name, math.radians(min(limits)) - SLACK, belief.held.tcp_to_thing, (x, y, z))
+    found = Load(thing.name, math.radians(min(limits)) - SLACK, belief.held.tcp_to_thing, (x, y, z))
+    return found if found.tilt(forward(context.robot, belief.joints)) <= math.pi / 2 else None
 
 
 def carried(

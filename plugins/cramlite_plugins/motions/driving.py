@@ -77,7 +77,6 @@ def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
     if context.robot.platform is None:
         raise Unresolvable(f"'{context.robot.type}' is bolted down; it has no platform to drive", ("",))
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
-    held = (belief.held.thing, belief.held.tcp_to_thing) if belief.held else None
     robots = {context.robot.type: context.robot}
     return ground(
         belief.world,
@@ -85,7 +84,7 @@ def floor_of(belief: Belief, context: Context, clearance: float) -> Ground:
         belief.robot,
         belief.joints,
         poses=poses,
-        held=held,
+        held=belief.in_hand(),
         opening=belief.opening,
         clearance=clearance,
     )

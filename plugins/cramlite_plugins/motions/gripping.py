@@ -18,7 +18,6 @@ from cramlite.model import (
     SetGripper,
     SetPayload,
     enclosing_names,
-    thing_of,
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
@@ -45,11 +44,15 @@ def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
 def _close(motion: Motion, belief: Belief, context: Context) -> Found:
     """Close on the thing at a place; it moves with the hand from then on."""
     from ..motion_planning.reach import tcp
+    from ..shapes.carried_along import carried_along
     from .free_motion import place_of
 
     place, gripper = place_of(motion, context), context.robot.gripper
     width = place.values.get("width_m", 0.0)
-    held = Held(place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width)
+    held = Held(
+        place.thing, tcp(belief, context).inverse() * belief.pose(place.thing), width,
+        carries=carried_along(belief, place.thing),
+    )  # fmt: skip
     grip, is_it = grip_of(held, belief.world, gripper), _names_of(place.thing, context)
     force, why = grip_force(grip, value(motion, "force_n"), context, is_it, tuple(enclosing_names(motion.name)))
     expect = motion.parameters.get("expect", "any")
@@ -95,41 +98,28 @@ def _opening(motion: Motion, context: Context) -> float:
 
 
 def _let_go(motion: Motion, belief: Belief, context: Context, opening: float) -> Belief:
-    """Released things are expected where they are; over a container on its floor, and if they were put down, on that."""
+    """Released things are expected where they are; over a container, and if they were put down, on what is under them."""
     from ..motion_planning.reach import held_pose
-    from ..shapes.bounds import lowest
 
     assert belief.held is not None
-    pose, thing = held_pose(belief, context), belief.world.thing(belief.held.thing)
+    pose = belief.base() * held_pose(belief, context)
     into = motion.to.of if motion.to is not None and motion.to.relation == "in" else None
-    if into:
-        floor = belief.pose(thing_of(str(context.bindings[into]))).position[2]
-        pose = Pose((*pose.position[:2], floor - lowest(thing, pose)), pose.quaternion)
-    elif surface := _surface(belief, belief.held.thing):
-        pose = Pose((*pose.position[:2], surface.position[2] - lowest(thing, pose)), pose.quaternion)
-    source = f"predicted: let go by {motion.name}"
+    if into or belief.relates("on", belief.held.thing):
+        pose = _fallen(belief, pose)
     sigma = math.hypot(DROPPED if into else LET_GO, belief.held.sigma)
-    return _taken_along(belief, context, belief.base() * pose).released(
-        Estimate(belief.base() * pose, sigma, source), opening
-    )
+    return belief.released(Estimate(pose, sigma, f"predicted: let go by {motion.name}"), opening)
 
 
-def _taken_along(belief: Belief, context: Context, pose: Pose) -> Belief:
-    """What lay in a drawer has moved with it."""
-    from ..motion_planning.reach import inside_held
+def _fallen(belief: Belief, pose: Pose) -> Pose:
+    """Straight down onto what would support it there, as it is turned; where it is if nothing would."""
+    from ..shapes.bounds import lowest
+    from ..shapes.surfaces import resting_height
 
-    before, names = inside_held(belief, context)
-    way = pose * before.inverse()
-    return replace(
-        belief, poses={n: replace(e, pose=way * e.pose) if n in names else e for n, e in belief.poses.items()}
-    )
-
-
-def _surface(belief: Belief, thing: str) -> Pose | None:
-    """The surface that a thing was put down on, base frame."""
-    support = belief.relates("on", thing)
-    feature = belief.feature(support, "vrps:SurfaceFeature") if support else None
-    return belief.pose(support) * feature.pose if support and feature else None
+    assert belief.held is not None
+    thing = belief.world.thing(belief.held.thing)
+    under = [(belief.world.thing(name), e.pose) for name, e in belief.poses.items()]
+    height, _ = resting_height(thing, pose, under)
+    return Pose((*pose.position[:2], height - lowest(thing, pose)), pose.quaternion) if math.isfinite(height) else pose
 
 
 def _payload(motion: Motion, belief: Belief, context: Context) -> Found:

@@ -81,6 +81,16 @@ def volume(geom: Geom) -> float:
     return 2 * math.pi * size[0] ** 2 * size[1] + (ball if geom.shape == "capsule" else 0.0)
 
 
+def centre_of_mass(thing: Thing) -> Floats:
+    """Return the centre of mass (3,) in the thing's frame [m]: the stated one, else of the body's geoms with an even density."""
+    if thing.inertia is not None:
+        return np.asarray(thing.inertia.centre)
+    body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
+    volumes = np.array([volume(g) for g in body])
+    centre: Floats = volumes @ np.array([g.pose.position for g in body]) / volumes.sum()
+    return centre
+
+
 def _support(geom: Geom, pose: Pose, way: Floats) -> float:
     if geom.shape == "convex":
         return float((pose.apply(geom.pose.apply(geom.corners)) @ way).max())

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cramlite.model import Belief, Feature, Filling, Floats, Pose, Rollout, Thing
+from cramlite.model import Belief, Feature, Filling, Floats, Rollout, Thing
 
 SHARE, SPILLED = 0.9, 0.1
 """Of the contents: what has to arrive when they are poured, and what may be lost beside; measured, see Pouring."""
@@ -46,13 +46,6 @@ def volume(cavity: Feature) -> float:
 def bulk(filling: Filling) -> float:
     """Compute the bulk volume of a filling, loosely packed [m3]."""
     return filling.count * 4 / 3 * math.pi * filling.radius**3 / PACKED
-
-
-def things_in(belief: Belief, vessel: str, pose: Pose) -> tuple[str, ...]:
-    """List the movable things whose origin is in a vessel's cavity, the vessel at a pose in the world."""
-    thing, row = belief.world.thing(vessel), np.array([[*pose.position, *pose.quaternion]])
-    others = (n for n in belief.poses if n != vessel and belief.world.thing(n).movable)
-    return tuple(n for n in others if within(thing, row, np.array([[belief.poses[n].pose.position]])).item())
 
 
 def within(thing: Thing, poses: Floats, centres: Floats) -> Floats:

@@ -106,8 +106,12 @@ def _watched(thing: Thing, *, hanging: bool) -> Floats:
 
 
 def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list[str]:
-    """What tasks move that bears the thing at a sample."""
-    return [other for other in borne_by(rollout, thing.name, sample) if any(moved.get(other, ()))]
+    """What tasks move that bears the thing at a sample, itself or through others: a drawer bears what is in a bowl in it."""
+    found, new = list[str](), [thing.name]
+    while new:
+        new = [o for n in new if rollout.world.thing(n).movable for o in borne_by(rollout, n, sample) if o not in found]
+        found += dict.fromkeys(new)
+    return [other for other in found if any(moved.get(other, ()))]
 
 
 def _measured(rollout: Rollout, thing: str, points: Floats, first: int, last: int, frame: str) -> Stay:

@@ -9,6 +9,7 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+import shapely
 from conftest import Run
 from hypothesis import given
 from hypothesis import strategies as st
@@ -23,6 +24,7 @@ from cramlite_plugins.locations.place_filters import Spot, Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
+from cramlite_plugins.shapes.surfaces import Surface, surfaces
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 
@@ -41,11 +43,15 @@ def _context(belief: Belief) -> Context:
 
 
 def _wanted(belief: Belief, on: str = "shelf", where: dict[str, Any] | None = None) -> Wanted:
-    feature = belief.world.thing(on).features[0]
     context = _context(belief)
-    target = belief.pose(on) * feature.pose
     scene = make_scene(belief, context)
-    return Wanted(belief.world.thing("it"), on, feature, target, belief, context, scene, where or {})
+    cavity = belief.world.thing(on).feature("cram:Cavity")
+    if cavity is None:
+        target = surfaces(belief.world.thing(on), belief.pose(on))[0]
+    else:
+        half = cavity.size["width"] / 2, cavity.size["depth"] / 2
+        target = Surface(belief.pose(on) * cavity.pose, shapely.box(-half[0], -half[1], *half))
+    return Wanted(belief.world.thing("it"), on, target, belief, context, scene, where or {})
 
 
 def _spot(at: tuple[float, float, float]) -> Spot:
@@ -171,8 +177,9 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
         thing = answer.value.pose * HELD.tcp_to_thing
         assert np.hypot(thing.position[0] - 0.45, thing.position[1] + 0.45) <= 0.13
         assert thing.position[1] > -0.45
-    reasons = [a.reason for a in answers if not isinstance(a, Grounding)]
-    assert any(r.startswith("not beside: ") for r in reasons)
+    nowhere = Location("on(shelf)", "on", "shelf", {"left_of": "tin", "right_of": "tin"})
+    reasons = [a.reason for a in set_down.resolve_location(nowhere, belief, _context(belief)) or ()]
+    assert reasons and all(r.startswith("not beside: ") for r in reasons)
 
 
 SHELF = Path(__file__).parents[3] / "scenarios" / "place_on_shelf.yaml"

@@ -105,7 +105,7 @@ def test_a_held_thing_makes_a_path_impossible() -> None:
     goals = inverse(UR5E, through, seed=start)
     assert isinstance(plan(free, start, goals, seed=2), Path)
     bar = replace(BLOCK, geoms=(Geom("box", (0.3, 0.02, 0.3)),))
-    held = make(*window, bar, held=("block", Pose((0, 0, 0.0))))
+    held = make(*window, bar, held={"block": Pose((0, 0, 0.0))})
     answer = plan(held, start, goals, seed=2, samples=300)
     assert isinstance(answer, Refusal), answer
     assert "'block'" in answer.reason or "samples" in answer.reason

@@ -28,7 +28,7 @@ def agreement(place: PlanningScene, count: int) -> list[tuple[bool, float]]:
 
 
 def test_coal_agrees_on_random_positions() -> None:
-    answers = agreement(make(TABLE, WALL, ROD, BLOCK, held=("block", Pose((0, 0, 0.02)))), 250)
+    answers = agreement(make(TABLE, WALL, ROD, BLOCK, held={"block": Pose((0, 0, 0.02))}), 250)
     assert any(ours for ours, _ in answers)
     assert any(not ours for ours, _ in answers)
     for ours, theirs in answers:
@@ -36,7 +36,7 @@ def test_coal_agrees_on_random_positions() -> None:
 
 
 def test_near_pairs_are_all_seen_with_the_distance_that_coal_measures() -> None:
-    place = make(TABLE, WALL, ROD, BLOCK, held=("block", Pose((0, 0, 0.02))))
+    place = make(TABLE, WALL, ROD, BLOCK, held={"block": Pose((0, 0, 0.02))})
     solids, checked = coal_check.shapes(place), coal_check.pairs(place)
     for q in np.random.default_rng(1).uniform(-3, 3, (150, 6)):
         truth = coal_check.distances(place, q, solids, checked)
@@ -53,7 +53,7 @@ def test_near_convex_hulls_are_all_seen() -> None:
     rng = np.random.default_rng(0)
     large, small = (hull(rng.normal(size=(20, 3)) * size) for size in (0.06, 0.03))
     rock, gem = (Thing(n, f"t:{n}", Pose(), (g,), mass=0.1) for n, g in (("rock", large), ("gem", small)))
-    place = make(rock, gem, held=("gem", Pose((0, 0, 0.05))))
+    place = make(rock, gem, held={"gem": Pose((0, 0, 0.05))})
     q, seen = UR5E.home, [0] * len(place.levels)
     names, middle = [o.name for o in place.compiled.owners], place.tip(UR5E.home)
     pair = names.index("rock"), names.index("gem")
@@ -92,7 +92,7 @@ def test_a_contact_margin_would_miss_boxes() -> None:
 def test_a_capsule_through_a_plate_is_found() -> None:
     """MuJoCo 4.0.0 misses it; the planning model must not."""
     stick = Thing("stick", "t:stick", Pose(), (Geom("capsule", (0.05, 0.2)),), mass=0.1)
-    held = ("stick", Pose((0, 0, 0.2)))
+    held = {"stick": Pose((0, 0, 0.2))}
     q = stance(make(stick, held=held), down(0.45, 0.3, 0.2))
     plate = box("plate", (0.15, 0.15, 0.02), (0.45, 0.3, 0.0))
     assert "'stick'" in make(plate, stick, held=held).why(q)
@@ -137,9 +137,9 @@ def test_allowed_part_does_not_allow_the_rest_of_the_thing() -> None:
 
 def test_a_thing_in_the_hand_moves_with_it_and_collides() -> None:
     q = stance(make(TABLE), down(0.45, 0.3, 0.1))
-    assert make(TABLE, BLOCK, held=("block", Pose((0, 0, 0.02)))).free(q)
+    assert make(TABLE, BLOCK, held={"block": Pose((0, 0, 0.02))}).free(q)
     long = replace(BLOCK, geoms=(Geom("box", (0.02, 0.02, 0.15)),))
-    assert "'block'" in make(TABLE, long, held=("block", Pose())).why(q)
+    assert "'block'" in make(TABLE, long, held={"block": Pose()}).why(q)
 
 
 def test_things_are_reposed() -> None:
@@ -200,6 +200,6 @@ def test_bad_input_is_refused() -> None:
     with pytest.raises(ValueError, match=r"clearance 0\.5 m"):
         make(TABLE, clearance=0.5)
     with pytest.raises(KeyError, match="no thing 'cup'"):
-        make(TABLE, held=("cup", Pose()))
+        make(TABLE, held={"cup": Pose()})
     with pytest.raises(KeyError):
         scene(world(TABLE), ROBOTS, "arm9")

@@ -16,7 +16,7 @@ from cramlite.plugin import Length, Mass, UserError, nearest
 
 from .furniture import cabinet, door, drawer
 from .mesh_thing import mesh_thing
-from .vessels import bottle, bowl, can, jug, mug
+from .vessels import bottle, bowl, can, jug, lid, mug
 
 Size = tuple[Length, Length, Length]
 TAB_RIM, TAB_THICKNESS, TAB_SIDES = 0.008, 0.002, 12
@@ -216,6 +216,7 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "bowl": bowl,
     "mug": mug,
     "jug": jug,
+    "lid": lid,
     "mesh": mesh_thing,
     "cabinet": cabinet,
     "drawer": drawer,

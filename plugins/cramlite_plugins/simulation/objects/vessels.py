@@ -1,4 +1,4 @@
-"""Object models of round vessels: cans, bottles, bowls with a rim, mugs and jugs with a handle. All sizes in metres.
+"""Object models of round vessels: cans, bottles, bowls with a rim, mugs and jugs with a handle, lids. All sizes in metres.
 
 Frame of each: on its axis, half way up the body, z up. Feature "bottom": what it stands on, z down. Hollow ones
 have a "cavity": at the centre of the opening, z out of it; ``grains`` balls are loose in it at the start.
@@ -59,6 +59,16 @@ def mug(
     geoms = (*_shell(radius, height, wall, rgba), *arms, bar)
     features = (_bottom(radius, height), _cavity(radius, height, wall))
     return Thing(name, "soma:Cup", pose, geoms, features, mass, friction)
+
+
+def lid(
+    name: str, pose: Pose, radius: Length = 0.075, thickness: Length = 0.006, knob: Length = 0.012, knob_height: Length = 0.045,
+    mass: Mass = 0.2, friction: float = 0.6, rgba: Colour = (0.60, 0.62, 0.66, 1.0),
+) -> Thing:  # fmt: skip
+    """Make a round plate with a knob in its middle. Frame: the middle of the plate, z up. ``knob`` is the knob's radius."""
+    plate = Geom("cylinder", (radius, thickness / 2), rgba=rgba)
+    grip = Geom("cylinder", (knob, knob_height / 2), Pose((0, 0, (thickness + knob_height) / 2)), rgba=rgba)
+    return Thing(name, "soma:Lid", pose, (plate, grip), (_bottom(radius, thickness),), mass, friction)
 
 
 def jug(

@@ -1,0 +1,230 @@
+"""Surfaces of things: level upper faces, what stands on them and where it stays when it is let go.
+
+A face is level where its normal is within ``LEVEL`` of the vertical, and faces that lie in one plane within ``FLAT`` are
+one surface: the rim of a pot is one, of twelve boxes. Boxes and cylinders have them analytically, hulls by their planes;
+balls and capsules have none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import shapely
+
+from cramlite.model import Feature, Floats, Geom, Pose, Thing, Value, Vector3
+
+from .bounds import centre_of_mass, corners, lowest
+from .convex import hull_planes
+
+FLAT = 0.002
+"""Faces of one surface lie in one plane within this, and this near to its lowest point a thing touches what is under it [m]."""
+LEVEL = math.radians(5.0)
+"""What leans more is no surface: wood on wood slides at 11 deg (a friction of .2), and half of that is left."""
+EDGE = 0.005
+"""How far a centre of mass is inside of what supports it [m]."""
+SURFACE = "vrps:SurfaceFeature"
+_ROUND = 8
+"""Points of a quarter of a circle."""
+
+Area = Any
+"""A shapely polygon or several, of x and y in the frame of a surface [m]."""
+
+
+class Surface(Value):
+    """Level upper face of a thing.
+
+    Args:
+        pose: of its frame, whose z axis is the normal, at the middle of the box around its area.
+        area: in that frame.
+    """
+
+    pose: Pose
+    area: Area
+
+
+class Standing(Value):
+    """Support polygon of a thing, and its centre of mass, seen from above in the frame of a surface.
+
+    Args:
+        area: hull of the points that touch what is under it.
+        centre: of mass.
+    """
+
+    area: Area
+    centre: Any
+
+
+def surfaces(thing: Thing, pose: Pose, part: str = "") -> tuple[Surface, ...]:
+    """Find the surfaces of a thing, the largest first.
+
+    Args:
+        pose: of the thing in a frame whose z is up.
+        part: a feature: only its own surface, as large as it says, if that looks upwards.
+    """
+    up = tuple(float(v) for v in np.round(pose.inverse().rotate((0.0, 0.0, 1.0)), 6))
+    features = (f for f in thing.features if f.name == part and f.type == SURFACE)
+    own = tuple(_stated(f) for f in features if f.pose.rotation[:, 2] @ np.array(up) > math.cos(LEVEL)) if part else ()
+    found = own or _upper_faces(thing.geoms, up, part)
+    return tuple(Surface(pose * s.pose, s.area) for s in found)
+
+
+def _stated(feature: Feature) -> Surface:
+    size = feature.size
+    if "radius" in size:
+        return Surface(feature.pose, shapely.Point(0, 0).buffer(size["radius"], _ROUND))
+    half = [size.get(name, math.inf) / 2 for name in ("width", "depth")]
+    x, y = (min(h, 10.0) for h in half)
+    return Surface(feature.pose, shapely.box(-x, -y, x, y))
+
+
+@lru_cache(maxsize=256)
+def _upper_faces(geoms: tuple[Geom, ...], up: Vector3, part: str) -> tuple[Surface, ...]:
+    faces = [f for g in geoms if part in ("", g.part) for f in _level_faces(g, np.asarray(up))]
+    planes: list[tuple[Pose, list[Floats]]] = []
+    for points in sorted(faces, key=lambda p: -_extent(p, up)):
+        into = next((group for frame, group in planes if np.abs(frame.inverse().apply(points)[:, 2]).max() <= FLAT), None)
+        if into is None:
+            planes.append((_frame(points, up), [points]))
+        else:
+            into.append(points)
+    found = [_united(frame, group) for frame, group in planes]
+    return tuple(sorted(found, key=lambda s: (-round(s.area.area, 8), -round(_height(s, up), 6))))
+
+
+def _extent(points: Floats, up: Vector3) -> float:
+    """Area of a face [m2], rounded; of those alike the highest first."""
+    return round(float(shapely.MultiPoint(_frame(points, up).inverse().apply(points)[:, :2]).convex_hull.area), 9)
+
+
+def _height(surface: Surface, up: Vector3) -> float:
+    return float(np.asarray(surface.pose.position) @ np.asarray(up))
+
+
+def _frame(points: Floats, up: Vector3) -> Pose:
+    """On a face; x as near to the thing's own x as it can be."""
+    middle = points.mean(axis=0)
+    normal = np.linalg.svd(points - middle)[2][2]
+    normal = normal if normal @ np.asarray(up) > 0 else -normal
+    return Pose.from_axes(tuple(middle), normal, (1.0, 0.0, 0.0) if abs(normal[0]) < 0.9 else (0.0, 1.0, 0.0))
+
+
+def _united(frame: Pose, faces: list[Floats]) -> Surface:
+    """Faces in one plane as one area, the frame at its middle."""
+    area = shapely.union_all([shapely.MultiPoint(frame.inverse().apply(p)[:, :2]).convex_hull for p in faces])
+    x, y, x1, y1 = area.bounds
+    middle = (x + x1) / 2, (y + y1) / 2
+    moved = shapely.transform(area, lambda points: points - np.asarray(middle))
+    return Surface(frame * Pose((*middle, 0.0)), moved)
+
+
+def _level_faces(geom: Geom, up: Floats) -> Iterator[Floats]:
+    """Corners (n, 3) of the faces of a geom that look upwards, in its thing's frame."""
+    way = geom.pose.inverse().rotate(up)
+    if geom.shape == "box":
+        axis = int(np.argmax(np.abs(way)))
+        if abs(way[axis]) >= math.cos(LEVEL):
+            yield geom.pose.apply(_box_face(np.asarray(geom.size), axis, math.copysign(1.0, way[axis])))
+    elif geom.shape == "cylinder" and abs(way[2]) >= math.cos(LEVEL):
+        angles = np.linspace(0, math.tau, 4 * _ROUND, endpoint=False)
+        height = np.full_like(angles, math.copysign(geom.size[1], way[2]))
+        yield geom.pose.apply(np.column_stack([geom.size[0] * np.cos(angles), geom.size[0] * np.sin(angles), height]))
+    elif geom.shape == "convex":
+        points = np.asarray(geom.corners)
+        for plane in hull_planes(geom.corners):
+            on = points[np.abs(points @ plane[:3] + plane[3]) < 1e-5]
+            if plane[:3] @ way >= math.cos(LEVEL) and len(on) >= 3:
+                yield geom.pose.apply(on)
+
+
+def _box_face(half: Floats, axis: int, sign: float) -> Floats:
+    ends = np.array([(a, b) for a in (-1.0, 1.0) for b in (-1.0, 1.0)])
+    return np.insert(ends, axis, sign, axis=1) * half
+
+
+def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = math.inf) -> Area:
+    """Outline of a thing seen from above: of each geom that reaches into a range of heights [m], united.
+
+    Args:
+        pose: of the thing in the frame that it is seen in, along z.
+    """
+    parts = []
+    for geom in thing.geoms:
+        there = pose * geom.pose
+        points = corners(Thing("", "", Pose(), (geom,)), pose)
+        if points[:, 2].max() > low and points[:, 2].min() < high:
+            parts.append(_outline(geom, there, points))
+    return shapely.union_all(parts) if parts else shapely.Polygon()
+
+
+def _outline(geom: Geom, there: Pose, points: Floats) -> Area:
+    upright = geom.shape == "sphere" or (geom.shape in ("cylinder", "capsule") and abs(there.rotation[2, 2]) > 1 - 1e-6)
+    if upright:
+        return shapely.Point(*there.position[:2]).buffer(geom.size[0], _ROUND)
+    return shapely.MultiPoint(points[:, :2]).convex_hull
+
+
+def standing(thing: Thing, pose: Pose) -> Standing:
+    """Return what of a thing touches what is under it, at a pose in the frame of a surface."""
+    low = lowest(thing, pose) + pose.position[2]
+    touching = [_level_lowest(g, pose, low) for g in thing.geoms]
+    area = shapely.union_all([t for t in touching if t is not None] or [shapely.Polygon()]).convex_hull
+    return Standing(area, shapely.Point(pose.apply(centre_of_mass(thing))[:2]))
+
+
+def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:
+    """Outline of the points of a geom that are within ``FLAT`` of a height."""
+    there = pose * geom.pose
+    if geom.shape == "cylinder":
+        angles = np.linspace(0, math.tau, 4 * _ROUND, endpoint=False)
+        ring = np.column_stack([geom.size[0] * np.cos(angles), geom.size[0] * np.sin(angles)])
+        points = there.apply(np.vstack([np.column_stack([ring, np.full(len(ring), s * geom.size[1])]) for s in (-1, 1)]))
+    elif geom.shape in ("sphere", "capsule"):
+        ends = (0.0,) if geom.shape == "sphere" else (-geom.size[1], geom.size[1])
+        points = np.array([there.apply((0.0, 0.0, z)) - (0.0, 0.0, geom.size[0]) for z in ends])
+    else:
+        points = corners(Thing("", "", Pose(), (geom,)), pose)
+    touching = points[points[:, 2] <= low + FLAT]
+    return shapely.MultiPoint(touching[:, :2]).convex_hull if len(touching) else None
+
+
+def inset(standing: Standing, area: Area) -> tuple[float, float]:
+    """Return how far a centre of mass is inside of what supports it [m], negative outside, and how far it should be.
+
+    What supports it is the hull of what touches the area. It should be by ``EDGE``, or, of what stands on less, by half of
+    what its own support leaves it.
+    """
+    own, under = _depth(standing.centre, standing.area), standing.area.intersection(area).convex_hull
+    wanted = min(EDGE, own / 2) if own > 0 else EDGE
+    return (_depth(standing.centre, under) if own > 0 else _depth(standing.centre, area)), wanted
+
+
+def _depth(point: Any, area: Area) -> float:
+    """How far a point is inside an area [m], negative outside; -inf where there is none."""
+    if area.is_empty:
+        return -math.inf
+    inside = area.area > 0 and area.covers(point)
+    return float(area.boundary.distance(point)) if inside else -float(area.distance(point))
+
+
+def resting_height(thing: Thing, pose: Pose, others: Iterable[tuple[Thing, Pose]]) -> tuple[float, str]:
+    """Return the height of the highest surface that would support a thing, and whose it is; -inf and "" for none.
+
+    Args:
+        pose: of the thing, in the frame of the others' poses, z up: it falls straight down from there.
+        others: what there is under it, with poses.
+    """
+    found, bottom = [(-math.inf, "")], lowest(thing, pose) + pose.position[2]
+    for other, at in others:
+        for surface in surfaces(other, at):
+            local = surface.pose.inverse() * pose
+            if surface.pose.position[2] <= bottom + SUNK and inset(standing(thing, local), surface.area)[0] > 0:
+                found.append((surface.pose.position[2], other.name))
+    return max(found)
+
+
+SUNK = 0.01
+"""What is believed to stand may reach into what it stands on by this [m]: poses are as sure as that."""
