@@ -18,6 +18,7 @@ from cramlite.model import (
     SetGripper,
     SetPayload,
     enclosing_names,
+    thing_of,
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl  # fmt: skip
 
