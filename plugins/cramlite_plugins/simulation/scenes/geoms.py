@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -10,6 +10,9 @@ from msgspec.structs import replace
 
 from cramlite.model import Contact, Feature, Floats, Geom, Pose, Value, Vector3
 from cramlite.plugin import UserError
+
+if TYPE_CHECKING:
+    from ...shapes.shape import Shape
 
 HOLLOW = 0.1
 """A mesh whose hull adds more than this share of its volume is taken apart."""
@@ -100,8 +103,6 @@ def _colour(model: Any, geom: int) -> tuple[float, float, float, float]:
 
 def _meshed(model: Any, geom: int, at: Pose, look: dict[str, Any], name: str) -> Shaped:
     """A convex mesh as its hull; a hollow one, which MuJoCo would fill, in convex parts."""
-    import trimesh
-
     from ...shapes import files, shape
 
     mesh = int(model.geom_dataid[geom])
@@ -110,18 +111,34 @@ def _meshed(model: Any, geom: int, at: Pose, look: dict[str, Any], name: str) ->
     if faces > files.MOST_FACES:
         raise UserError(f"mesh '{name}' has {faces:,} faces; up to {files.MOST_FACES:,} are read: simplify it to some 20,000")
     points = np.asarray(model.mesh_vert[first : first + count], dtype=float)
-    body = trimesh.Trimesh(points, np.asarray(model.mesh_face[start : start + faces]), process=False)
-    try:
-        closed = files.closed(body, f"mesh '{name}'")
-    except UserError as error:
-        return Shaped((_hull(points, at, look),), (), (f"{error}; its convex hull is used",), name)
-    if closed.mesh.convex_hull.volume <= (1 + HOLLOW) * closed.mesh.volume:
-        return Shaped((_hull(points, at, look),), (), closed.notes, name)
-    found = shape.from_mesh(closed.mesh, closed.notes)
+    triangles = np.asarray(model.mesh_face[start : start + faces])
+    found = shape.kept_shape(points.tobytes() + triangles.tobytes() + name.encode(), lambda: _parts(points, triangles, name))
     geoms = tuple(replace(g, pose=at * g.pose, **look) for g in found.geoms)
-    features = tuple(replace(f, pose=at * f.pose) for f in found.features)
+    return Shaped(geoms, tuple(replace(f, pose=at * f.pose) for f in found.features), found.notes, name)
+
+
+def _parts(points: Floats, triangles: Any, name: str) -> Shape:
+    import trimesh
+
+    from ...shapes import files, shape
+
+    try:
+        closed = files.closed(trimesh.Trimesh(points, triangles, process=False), f"mesh '{name}'")
+    except UserError as error:
+        return _convex(points, (f"{error}; its convex hull is used",))
+    if closed.mesh.convex_hull.volume <= (1 + HOLLOW) * closed.mesh.volume:
+        return _convex(points, closed.notes)
+    found = shape.from_mesh(closed.mesh, closed.notes)
     said = f"mesh '{name}' is hollow: {found.notes[-1]}, where MuJoCo would collide its hull"
-    return Shaped(geoms, features, (*found.notes[:-1], said), name)
+    return replace(found, notes=(*found.notes[:-1], said))
+
+
+def _convex(points: Floats, notes: tuple[str, ...]) -> Shape:
+    from ...shapes.convex import hull_volume
+    from ...shapes.shape import Shape
+
+    hull = _hull(points, Pose(), {})
+    return Shape((hull,), (), hull_volume(hull.corners), hull.pose.position, (0.0,) * 6, notes)  # type: ignore[arg-type]
 
 
 def _hull(points: Floats, at: Pose, look: dict[str, Any]) -> Geom:
