@@ -56,7 +56,7 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
     try:
         spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
         if urdf:
-            spec.compiler.fusestatic = False
+            _loosen(spec)
         model = spec.compile()
     except ValueError as error:
         raise UserError(_explained(path, str(error))) from error
@@ -65,6 +65,29 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
     mujoco.mj_forward(model, data)
     _check_numbers(path, model, data)
     return Source(path, urdf, spec, model, data)
+
+
+def _loosen(spec: Any) -> None:
+    """Move the links of a URDF that float to the top level, where they are: MuJoCo takes free joints nowhere else."""
+    spec.compiler.fusestatic = False
+    loose = [b for b in spec.bodies for j in b.joints if int(j.type) == 0 and b.parent.name != "world"]
+    for body in loose:
+        for joint in list(body.joints):
+            spec.delete(joint)
+    if not loose:
+        return
+    model = spec.copy().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    spec.copy_during_attach = True
+    for body in loose:
+        name, there = body.name, data.body(body.name)
+        frame = spec.worldbody.add_frame(pos=there.xpos, quat=there.xquat)
+        body.pos, body.quat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
+        moved = frame.attach_body(body, "moved/", "")
+        spec.delete(body)
+        moved.name = name
+        moved.add_freejoint()
 
 
 def _start(path: Path, model: Any, data: Any, keyframe: str) -> None:
