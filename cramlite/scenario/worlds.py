@@ -112,7 +112,7 @@ def build_world(
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
     written = scenario.spec.physics.model_dump(exclude_unset=True)
-    physics = Physics(**{**(imported.physics if imported else {}), **written})  # type: ignore[arg-type]
+    physics = Physics(**{**(imported.physics if imported else {}), **written})
     camera = camera_of(scenario)
     cameras = () if camera is None else (camera,)
     notes = imported.notes if imported else ()

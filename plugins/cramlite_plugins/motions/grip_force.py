@@ -81,7 +81,7 @@ def load(thing: Thing) -> float:
 def grip_of(held: Held, world: World, gripper: Gripper) -> Grip:
     """Return what the pads are to hold when a thing is held so; a thing on a joint hangs on that."""
     thing = world.thing(held.thing)
-    x, _, z = (held.tcp_to_thing * Pose(centre_of_mass(thing))).position
+    x, _, z = (held.tcp_to_thing * Pose(tuple(centre_of_mass(thing)))).position
     return Grip(thing, load(thing), world.physics.pad_friction, thing.least_friction, math.hypot(x, z), gripper)
 
 

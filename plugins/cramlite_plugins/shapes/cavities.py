@@ -87,10 +87,12 @@ def _points(geom: Geom) -> Floats:
         return np.asarray(geom.corners)
     half = np.asarray(geom.half_extents)
     if geom.shape == "box":
-        return np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
+        ends: Floats = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
+        return ends
     turns = np.linspace(0.0, math.tau, ROUND, endpoint=False)
     ring = np.column_stack([np.cos(turns), np.sin(turns), np.ones(ROUND)])
-    return np.vstack([ring, ring * (1, 1, -1)]) * half
+    prism: Floats = np.vstack([ring, ring * (1, 1, -1)]) * half
+    return prism
 
 
 def _largest_pool(top: Floats, step: float) -> tuple[float, float, tuple[int, int, int, int]] | None:

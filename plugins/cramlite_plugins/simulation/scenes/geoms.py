@@ -44,7 +44,8 @@ def pose_of(position: Any, matrix: Any) -> Pose:
     """Convert a position and a rotation matrix of nine numbers to a pose."""
     quaternion = np.zeros(4)
     mujoco.mju_mat2Quat(quaternion, np.asarray(matrix, dtype=float).reshape(9))
-    return Pose(_three(position), tuple(float(v) for v in quaternion))
+    w, x, y, z = quaternion.tolist()
+    return Pose(_three(position), (w, x, y, z))
 
 
 def collides(model: Any, geom: int) -> bool:
@@ -138,7 +139,7 @@ def _convex(points: Floats, notes: tuple[str, ...]) -> Shape:
     from ...shapes.shape import Shape
 
     hull = _hull(points, Pose(), {})
-    return Shape((hull,), (), hull_volume(hull.corners), hull.pose.position, (0.0,) * 6, notes)  # type: ignore[arg-type]
+    return Shape((hull,), (), hull_volume(hull.corners), hull.pose.position, (0.0,) * 6, notes)
 
 
 def _hull(points: Floats, at: Pose, look: dict[str, Any]) -> Geom:

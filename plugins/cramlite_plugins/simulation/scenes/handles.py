@@ -101,7 +101,7 @@ def _handle(geoms: Sequence[Geom], parts: tuple[int, ...], out: Floats, joint: J
         return None
     bar_axis = frame.rotation[:, along]
     x = bar_axis if joint.kind == "hinge" else np.cross(bar_axis, out)
-    pose = Pose.from_axes(tuple(float(v) for v in middle), out, x)  # type: ignore[arg-type]
+    pose = Pose.from_axes(tuple(float(v) for v in middle), out, x)
     length = {"radius": round(float(size[1 - along]) / 2, 5), "length": round(float(size[along]), 5)}
     return Handle(Feature("handle", "cram:Handle", pose, length), parts, why)
 

@@ -122,7 +122,7 @@ def _joint(model: Any, data: Any, body: int, parent: str) -> tuple[Joint, list[s
     if float(model.dof_armature[dof]) > 0:
         notes.append(f"joint '{name}' has an armature of {float(model.dof_armature[dof]):g}, which is left out")
     x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
-    pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)  # type: ignore[arg-type]
+    pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
     kind: Any = "slide" if slide else "hinge"
     damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
     return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction), notes
