@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from ..base.errors import PluginError, UserError, nearest
 from ..base.value import Value
+from ..ontology.foundation import OBJECT
 from ..ontology.taxonomy import words_of
 
 if TYPE_CHECKING:
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from ..ontology.taxonomy import Taxonomy
     from ..plugin.catalogue import Knowledge
     from .scenario import Scenario
-
-OBJECT = "dul:PhysicalObject"
-"""What things are; words that name anything else, such as features, say nothing of a thing's class."""
 
 
 class Proposal(Value):
@@ -103,7 +101,7 @@ def propose(thing: Thing, names: tuple[str, ...], types: Mapping[str, str], taxo
             for start in range(len(words) - count, -1, -1):  # what a thing is stands last: a black bowl is a bowl
                 label = words[start : start + count]
                 found = taxonomy.labels.get(label)
-                if found and taxonomy.is_a(found, OBJECT):
+                if found and taxonomy.is_a(found, OBJECT):  # words for features and the like say nothing of a thing
                     return Proposal(found, f"'{name}' has its label '{' '.join(label)}'")
     how = "can be moved" if thing.joint is None and thing.movable else "is mounted on a joint" if thing.joint else "is fixed"
     return Proposal(thing.type, f"it {how} and no label of the ontology is in its names")

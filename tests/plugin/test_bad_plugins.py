@@ -82,6 +82,7 @@ EVERY_COMMAND = {
     "judge": ("program.script", "--world", "fetch_from_hanger", "--goal", "coffee in basket"),
     "experiment": ("fetch_from_hanger",),
     "explain": ("run",),
+    "import": ("scene.xml",),
     "interpret": ("episode",),
     "new": ("task", "thing"),
     "ontology": ("check",),
