@@ -61,7 +61,7 @@ BLOCKED = {
 COMPOUND = {
     "pick_and_place": "4 kg (39.2 N) on friction 0.171 (pads 0.1, 'block' 0.6) needs 321 N on each pad",
     "from_drawer": "1.Opening/pull: force",
-    "set_table": "not beside: 0 mm left of 'bowl_stand'",
+    "set_table": "mm left of 'bowl_stand', at least 20 mm is needed",
     "pour_and_put_back": "0 of 12 grains of 'jug' are in 'bowl', 11 are wanted",
 }
 """The same for the scenarios of several tasks."""

@@ -25,6 +25,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
 }  # fmt: skip
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
+ABOVE_IT = "above it"  # where a refusal says that the stand-off is to blame
 SEEN = 0.5  # share of a thing that others may not hide
 
 
@@ -138,7 +139,7 @@ def reachable(spot: Spot, wanted: Wanted) -> str:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
     from ..kinematics.kinematics import inverse, reach_shortfall
 
-    for pose, where in ((spot.before, "above it"), (spot.pose, "at it")):
+    for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
         if not inverse(wanted.context.robot, pose, seed=wanted.belief.joints):
             why = reach_shortfall(wanted.context.robot, pose)
             return f"{where}: {why or 'no inverse solution: the wrist cannot be turned that way there'}"
@@ -151,7 +152,7 @@ def collision_free(spot: Spot, wanted: Wanted) -> str:
 
     above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
     if isinstance(above, str):
-        return f"above it: {above}"
+        return f"{ABOVE_IT}: {above}"
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, above)
     return f"at it: {there}" if isinstance(there, str) else ""
 

@@ -14,17 +14,18 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing
+from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import centre_of_mass, support
 from .free_area import Offset, beside, free_area, positions
-from .place_filters import ASIDE, CHEAP, DEAR, SIDES, Filter, Spot, Wanted
+from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Spot, Wanted
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
 INSET = 0.12  # of what is nearest to a robot that drove, from the edge [m]
 GAP = 0.006  # between outlines seen from above [m]: a little more than paths keep
+SAME = 1e-6  # stand-offs that are one [m]
 ROUNDED = 0.0002  # twice what positions are rounded by [m]
 PER_PLACE = 0.5  # cost of each position that comes before: more than any turn and height
 YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # turns about the vertical that are tried first [deg]
@@ -46,19 +47,36 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Positions, best first; at each every turn, at the lowest height at which hand and thing are free."""
-    targets, now, because = _targets(location, belief, context), held_now(belief, context), (location.of or "",)
-    work, found = context.samples, False
+    """Positions, best first; at each every turn, at the lowest height at which hand and thing are free.
+
+    What shapes refuse is told when the first placement gets past them. If none does, no other grasp would help: it depends on
+    the two things alone, and on where tasks have put what stands there.
+    """
+    targets, now, cheap = _targets(location, belief, context), held_now(belief, context), len(CHEAP[location.relation])
+    work, kept, passed = context.samples, list[Refused](), False
+    for k, answer in _answers(targets, now, location):
+        shapes = isinstance(answer, Refused) and answer.passed < cheap
+        work -= OUTLINE if shapes else ARM
+        if shapes and not passed:
+            kept.append(answer)  # type: ignore[arg-type]
+        else:
+            yield from kept
+            passed, kept = True, []
+            yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
+        if work <= 0 and passed:
+            said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
+            raise Unresolvable(said, (location.of or "",))
+        if work <= 0:
+            break
+    if not passed:
+        raise _no_room(kept or list(_at_best(targets, now, location)), targets, location, context)
+
+
+def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[int, Grounding | Refused]]:
+    """Each placement with the number of its position."""
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         for yaw in (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ())):
-            for answer in _turned(wanted, now, offset, yaw, location.relation):
-                work -= OUTLINE if isinstance(answer, Refused) and answer.passed < len(CHEAP[location.relation]) else ARM
-                found = found or isinstance(answer, Grounding)
-                yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
-        if work <= 0:
-            raise Unresolvable(f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow", because)
-    if not found:
-        yield from _no_room(targets, now, location)
+            yield from ((k, answer) for answer in _turned(wanted, now, offset, yaw, location.relation))
 
 
 def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[Wanted, Offset]]:
@@ -68,22 +86,36 @@ def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterat
         yield from (found for found in row if found is not None)
 
 
-def _no_room(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
-    """Why there is not one position: what objects at the best one of each surface."""
+def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
+    """What objects at the best position of each surface, where there is not one free position."""
     for wanted in targets:
         bare = replace(wanted, where={}, obstacles=())
         offset = next(positions(_free(bare, now, location), _anchor(wanted)), (0.0, 0.0))
         spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
-        reason = _refusal(spot, wanted, CHEAP[location.relation])
         said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
-        yield Refused(spot.name, *(reason or (said, 0)))
+        yield Refused(spot.name, *(_refusal(spot, wanted, CHEAP[location.relation]) or (said, 0)))
+
+
+def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, context: Context) -> Unresolvable:
+    """What to say where shapes refuse every placement: the first that each filter refused, and the choices that it depends on."""
+    there = {name for t in targets for name, _ in t.obstacles}
+    there -= {thing_of(targets[0].entity)}  # its own shape goes along with it
+    there |= {str(targets[0].where[name]) for name in (*SIDES, "near") if targets[0].where.get(name)}
+    put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and "height_m" in v.values)
+    about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
+    first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
+    said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
+    return Unresolvable(f"none of {len(kept)} placements fits; {said}", (location.of or "", *put, *about))
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
-    cheap = CHEAP[relation]
+    """The lowest height at which all is free; from a stand-off that is blocked no other height is tried."""
+    cheap, blocked = len(CHEAP[relation]), None
     for k, (height, above) in enumerate(_heights(wanted, now, relation)):
         spot = _spot(wanted, now, offset, yaw, height, above)
-        reason = _refusal(spot, wanted, {**cheap, **DEAR})
+        if blocked is not None and blocked.distance(spot.before)[0] < SAME:
+            continue
+        reason = _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
         if not reason:
             values = {"height_m": height}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
@@ -91,7 +123,8 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
             return
         yield Refused(spot.name, *reason)
-        if reason[1] < len(cheap):
+        blocked = spot.before if ABOVE_IT in reason[0] else None
+        if reason[1] < cheap:
             return  # no height changes what is seen from above
 
 

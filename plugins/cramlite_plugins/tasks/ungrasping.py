@@ -15,11 +15,11 @@ class Ungrasping(TaskType):
     aliases = ("DropInto", "Ungrasp")
     roles = (Role("Locatum"), Role("Relatum", ("soma:DesignedContainer",), features=("cram:Cavity",)))
     places = True
-    summary = "carry a held object into a container's opening, let go, and come out again"
+    summary = "carry a held object into a container's opening and let go"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         what_is_held(belief, "let go")
-        place, container, thing = self.begins_at(action), action.roles["Relatum"].entity, action.roles["Locatum"].name
+        place, container = self.begins_at(action), action.roles["Relatum"].entity
         steps = (
             place,
             Motion(action.inside("transfer"), "transfer", place, reason=f"above {container}"),
@@ -32,9 +32,8 @@ class Ungrasping(TaskType):
             ),
             Motion(action.inside("open"), "gripper", place, {"to": "open", "expect": "none"}, reason="let go"),
             Motion(action.inside("payload"), "payload", reason="the gripper is empty again"),
-            Motion(action.inside("out"), "linear", place, {"stage": "before"}, (thing,), f"out of {container} as it came"),
         )
-        yield Decomposition(steps, f"move above {container}, lower, open, out again")
+        yield Decomposition(steps, f"move above {container}, lower, open")
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         locatum, relatum = action.roles["Locatum"].entity or "", action.roles["Relatum"].entity or ""

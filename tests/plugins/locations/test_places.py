@@ -18,7 +18,7 @@ from properties import examples
 
 from cramlite import Engine
 from cramlite.model import Belief, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
-from cramlite.plugin import Context, Grounding
+from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.place_filters import Spot, Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
@@ -178,8 +178,9 @@ def test_near_draws_the_position_and_refusals_name_their_filter() -> None:
         assert np.hypot(thing.position[0] - 0.45, thing.position[1] + 0.45) <= 0.13
         assert thing.position[1] > -0.45
     nowhere = Location("on(shelf)", "on", "shelf", {"left_of": "tin", "right_of": "tin"})
-    reasons = [a.reason for a in set_down.resolve_location(nowhere, belief, _context(belief)) or ()]
-    assert reasons and all(r.startswith("not beside: ") for r in reasons)
+    with pytest.raises(Unresolvable, match=r"not beside: .* at least 20 mm is needed") as none:
+        list(set_down.resolve_location(nowhere, belief, _context(belief)) or ())
+    assert set(none.value.because) == {"shelf"}, "no other grasp, and no other way of carrying it, would help"
 
 
 SHELF = Path(__file__).parents[3] / "scenarios" / "place_on_shelf.yaml"

@@ -1,0 +1,48 @@
+"""Free area and positions in it: endless, none twice, ever finer, nothing outside."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import shapely
+from hypothesis import given
+from hypothesis import strategies as st
+from properties import examples
+
+from cramlite_plugins.locations.free_area import beside, free_area, positions
+
+SHELF = shapely.box(-0.15, -0.1, 0.15, 0.1)
+
+
+@examples(20)
+@given(st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(0.0, 0.05))
+def test_positions_are_free_endless_and_nowhere_twice(x: float, y: float, radius: float) -> None:
+    standing = shapely.box(-0.05, -0.05, 0.05, 0.05)
+    free = free_area(SHELF, [standing], radius)
+    found = list(itertools.islice(positions(free, (x, y)), 400))
+    assert len(found) == 400
+    assert len(set(found)) >= 396, "rounded to a tenth of a millimetre, a few of the finest may meet"
+    assert all(free.distance(shapely.Point(p)) < 1.5e-4 for p in found)
+    assert all(standing.distance(shapely.Point(p)) >= radius - 1.5e-4 for p in found)
+
+
+def test_the_first_is_nearest_to_what_is_wanted_and_gaps_get_smaller() -> None:
+    assert next(positions(SHELF, (0.0, 0.0))) == (0.0, 0.0)
+    assert next(positions(SHELF, (0.3, 0.0))) == (0.15, 0.0)
+    gaps = []
+    for count in (20, 100, 500):
+        points = np.array(list(itertools.islice(positions(SHELF, (0.0, 0.0)), count)))
+        grid = np.stack(np.meshgrid(np.linspace(-0.15, 0.15, 31), np.linspace(-0.1, 0.1, 21)), axis=-1).reshape(-1, 2)
+        gaps.append(float(np.linalg.norm(grid[:, None] - points[None], axis=2).min(axis=1).max()))
+    assert gaps[0] > gaps[1] > gaps[2] and gaps[2] < 0.03
+
+
+def test_nothing_free_has_no_positions_and_a_sliver_has_one() -> None:
+    assert not list(positions(free_area(SHELF, [SHELF], 0.01), (0.0, 0.0)))
+    assert len(list(positions(shapely.box(0, 0, 0.1, 1e-6), (0.0, 0.0)))) <= 2
+
+
+def test_one_side_of_a_line() -> None:
+    half = beside(SHELF, (0.0, 2.0), 0.1)
+    assert half.bounds[1] == 0.05 and half.area == shapely.box(-0.15, 0.05, 0.15, 0.1).area

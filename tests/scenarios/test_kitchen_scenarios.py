@@ -1,0 +1,60 @@
+"""Kitchens: containers, joints and stacks are proven by physics, and the sibling of each is refused for the stated reason."""
+
+from __future__ import annotations
+
+import pytest
+from task_scenarios import attempt
+
+from cramlite import Engine, data_folder
+
+REFUSED = {
+    "into_drawer": "'tin' is 0",
+    "lid_on_pot": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.09 m",
+    "mug_upside_down": "'effector/body' is 42.0 mm inside 'floor'",
+    "sample_off_hanger": "from the middle of the opening of 'basket'",
+    "small_into_basket": "mm of it would stick out by",
+    "stack_of_four": "its centre of mass would be only 4 mm from the edge of 'second'; 5 mm inside is needed",
+    "swap": "its outline would overlap that of 'red' and the gap around it by",
+    "tin_in_bowl_in_drawer": "'tin' is 0",
+    "two_on_one_shelf": "its outline would overlap that of 'red' and the gap around it by",
+    "unstack": "hit 'middle' with",
+}
+"""Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
+LONG = {"into_drawer", "tin_in_bowl_in_drawer", "two_on_one_shelf"}
+"""Whose siblings take more than 5 s."""
+
+
+@pytest.fixture(scope="module")
+def engine() -> Engine:
+    return Engine()
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", sorted(REFUSED))
+def test_it_is_proven(engine: Engine, name: str) -> None:
+    _, verdict, reasons = attempt(engine, name, folder="kitchen")
+    assert verdict is not None and verdict.passed, reasons
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.heavy) if n in LONG else n for n in sorted(REFUSED)])
+def test_its_sibling_is_refused(engine: Engine, name: str) -> None:
+    _, verdict, reasons = attempt(engine, f"{name}_fails", folder="kitchen")
+    assert verdict is None or not verdict.passed
+    assert REFUSED[name] in reasons
+
+
+def test_what_is_in_a_drawer_is_believed_in_it_when_it_is_closed(engine: Engine) -> None:
+    candidate, verdict, reasons = attempt(engine, "into_drawer", folder="kitchen")
+    assert candidate is not None and verdict is not None and verdict.passed, reasons
+    assert candidate.rollout is not None
+    believed, drawer = (candidate.belief.poses[n].pose for n in ("tin", "drawer"))
+    x, y, z = drawer.inverse().apply(believed.position)
+    assert -0.25 < x < 0.0 and abs(y) < 0.12 and z < 0.0
+    assert ("in", "tin", "drawer") in candidate.belief.relations
+    ran = candidate.rollout.poses["tin"][-1, :3]
+    assert abs(float(ran[0]) - believed.position[0]) < 0.02 and abs(float(ran[1]) - believed.position[1]) < 0.02
+
+
+def test_none_is_left_out() -> None:
+    shipped = {p.stem for p in (data_folder("scenarios") / "kitchen").glob("*.yaml")}
+    assert shipped == {*REFUSED, *(f"{name}_fails" for name in REFUSED)}
