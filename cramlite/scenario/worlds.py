@@ -19,6 +19,7 @@ from .scenario import read_scenario
 
 if TYPE_CHECKING:
     from ..model.belief import Relation
+    from ..model.imported_scene import ImportedScene
     from ..model.world import Thing
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ModelMaker
@@ -110,13 +111,17 @@ def build_world(
         built[spec.name] = thing
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
+    return _completed(scenario, tuple(built.values()), imported), tuple(relations)
+
+
+def _completed(scenario: Scenario, things: tuple[Thing, ...], imported: ImportedScene | None) -> World:
+    """The world of things with the scenario's robot, camera and physics, which stands above that of a scene file."""
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
     written = scenario.spec.physics.model_dump(exclude_unset=True)
     physics = Physics(**{**(imported.physics if imported else {}), **written})
     camera = camera_of(scenario)
     cameras = () if camera is None else (camera,)
-    notes = imported.notes if imported else ()
-    return World(tuple(built.values()), (mount,), physics, cameras=cameras, notes=notes), tuple(relations)
+    return World(things, (mount,), physics, cameras=cameras, notes=imported.notes if imported else ())
 
 
 def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: dict[str, Pose], rng: Any) -> Thing:
