@@ -69,11 +69,14 @@ def _things(source: Any, groups: tuple[Group, ...]) -> tuple[list[Made], list[st
 
     model, taken, notes = source.model, dict[str, str](), list[str]()
     made: list[Made] = []
-    names = {g.root: _named(model.body(g.root).name or f"body_{g.root}", taken, notes) for g in groups}
-    for group in groups:
+    called = {g.root: model.body(g.root).name or f"body_{g.root}" for g in groups}
+    solid = [g for g in groups if _solid(model, g)]
+    notes += [f"'{called[g.root]}' has no shape that collides; left out" for g in groups if g not in solid]
+    names = {g.root: _named(called[g.root], taken, notes) for g in solid}
+    for group in solid:
         found = make(source, group, names[group.root], _mounted(source, group, names))
         if found is None:
-            notes.append(f"'{names[group.root]}' has no shape that collides; left out")
+            notes.append(f"'{names[group.root]}' has no shape that things can have; left out")
         else:
             made.append(found)
     for g in range(int(model.body_geomnum[0])):
@@ -81,7 +84,14 @@ def _things(source: Any, groups: tuple[Group, ...]) -> tuple[list[Made], list[st
             found = make_of_world(source, g, _named(model.geom(g).name or f"geom_{g}", taken, notes))
             made += [found] if found else []
     shown = sum(not collides(model, g) for g in range(model.ngeom))
-    return made, notes + ([f"{shown} shapes only look and collide with nothing; left out"] if shown else [])
+    return made, notes + ([f"{shown} shape{'s' * (shown != 1)} without contacts, which only look: left out"] if shown else [])
+
+
+def _solid(model: Any, group: Group) -> bool:
+    """Whether anything of a group collides."""
+    from .geoms import collides
+
+    return any(collides(model, g) for g in range(model.ngeom) if int(model.geom_bodyid[g]) in group.bodies)
 
 
 def _named(name: str, taken: dict[str, str], notes: list[str]) -> str:
@@ -140,7 +150,7 @@ def _not_kept(model: Any) -> Iterator[str]:
     }  # fmt: skip
     for what, count in counts.items():
         if count:
-            yield f"{count} {what} {'are' if count > 1 else 'is'} left out"
+            yield f"left out: {count} {what if count > 1 else what.removesuffix('s')}"
     if model.nkey:
         yield f"keyframes there are: {', '.join(repr(model.key(k).name) for k in range(model.nkey))}; 'keyframe' takes one as the start"
     if any(int(a) not in (0, 1) or int(b) not in (0, 1) for a, b in zip(model.geom_contype, model.geom_conaffinity, strict=True)):
