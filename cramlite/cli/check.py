@@ -65,6 +65,9 @@ def _check_scenario(path: Path, data: Any, plugins: PluginChoice) -> int:
     setting = engine.setting(scenario)
     for doubt in doubts(scenario, setting, engine.knowledge):
         print(doubt)
+    if scenario.spec.world is not None:
+        for thing in setting.world.things:
+            print("".join(f"thing '{thing.name}': {note}\n" for note in thing.notes), end="")
     things = len(setting.world.things)
     start = _start(scenario) if scenario.spec.demonstration is not None else ""
     if scenario.spec.goal is not None:

@@ -86,7 +86,7 @@ def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Pi
             raise UserError(f"'{path}' is in no format that a plugin reads as a view; see 'cramlite plugins'.")
     scenario = read_scenario(find_scenario(source))
     robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
-    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge.models, seed)
+    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
     real = real_world(scenario, world, relations, seed)
     return next(pictures(scenario, query, Look((), world, relations, {}, real), robot, knowledge, seed))
 

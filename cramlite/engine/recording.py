@@ -39,7 +39,7 @@ def record_episode(scenario: Scenario, engine: Engine, *, seed: int, out: Path) 
     recipe = scenario.spec.record
     if recipe is None:
         raise UserError(f"{scenario.path}: has no 'record' section, which says what a person should do in which world.")
-    world, _ = build_world(scenario, recipe.things, recipe.vary, engine.knowledge.models, seed)
+    world, _ = build_world(scenario, recipe.things, recipe.vary, engine.knowledge, seed)
     knowledge = engine.knowledge
     rollout = knowledge.simulator.demonstrate(replace(world, robots=()), recipe.script, seed=seed)
     episode = knowledge.episodes.detect(rollout, scenario.name)

@@ -272,7 +272,7 @@ def _furniture(scenario: Scenario, engine: Engine, seed: int) -> Setting:
     from ..scenario.worlds import build_world
 
     spec, knowledge = scenario.spec, engine.knowledge
-    world, _ = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
+    world, _ = build_world(scenario, spec.things, spec.vary, knowledge, seed)
     robot = knowledge.robots[spec.robot.type]
     fixed = replace(world, things=tuple(t for t in world.things if not t.movable))
     return Setting(scenario.name, fixed, (), robot, knowledge.backends[robot.backend], seed, force_limit=spec.force_limit)

@@ -48,7 +48,7 @@ def setting_of(
     name = backend or scenario.spec.backend or robot.backend
     place = scenario.where("backend") if scenario.spec.backend == name else ""
     writer = pick("backend", knowledge.backends, name, place)
-    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge.models, seed)
+    world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
     _check_world(scenario, world, knowledge)
     if now is not None:
         world = replace(world, robots=now.robots)

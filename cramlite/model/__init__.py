@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .error_model import ErrorModel, PoseError
     from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3
+    from .imported_scene import ImportedScene
     from .judging_limits import JudgingLimits
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     from .view import D435, Depth, Image, Intrinsics, Mask, Points, View
     from .world import (
         Camera,
+        Contact,
         Disturbance,
         Feature,
         Filling,
@@ -84,6 +86,7 @@ _HOMES = {
     ".error_model": "ErrorModel PoseError",
     ".friction": "pair_friction",
     ".geometry": "Floats Pose Vector3",
+    ".imported_scene": "ImportedScene",
     ".judging_limits": "JudgingLimits",
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
@@ -99,7 +102,7 @@ _HOMES = {
     ".twin_verdict": "Draw TwinRun TwinVerdict",
     ".verdict": "Cost Finding Verdict",
     ".view": "D435 Depth Image Intrinsics Mask Points View",
-    ".world": "Camera Disturbance Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
+    ".world": "Camera Contact Disturbance Feature Filling Geom Inertia Joint MeshFile Physics RobotMount Thing World",
 }
 _NAMES = LazyNames(__name__, _HOMES)
 
@@ -114,6 +117,7 @@ __all__ = [
     "Code",
     "CompliantSlide",
     "Compound",
+    "Contact",
     "Control",
     "Cost",
     "Depth",
@@ -139,6 +143,7 @@ __all__ = [
     "Gripper",
     "Held",
     "Image",
+    "ImportedScene",
     "Inertia",
     "Intrinsics",
     "Joint",

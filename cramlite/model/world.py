@@ -18,6 +18,31 @@ from .geometry import Pose, Vector3
 from .view import D435, Intrinsics
 
 
+class Contact(Value):
+    """Contact parameters of a geom that a file states: MuJoCo's, in its units and with its defaults.
+
+    Two geoms that both have them meet by MuJoCo's own rule; with any other geom, friction is that of ``pair_friction``.
+
+    Args:
+        condim: 1, 3, 4 or 6 dimensions.
+        torsional, rolling: friction coefficients [m].
+        priority: the higher one's parameters are taken.
+        solref, solimp: of its constraint solver.
+        solmix: weight in the mean of both.
+        margin, gap: [m].
+    """
+
+    condim: int = 3
+    torsional: float = 0.005
+    rolling: float = 0.0001
+    priority: int = 0
+    solref: tuple[float, float] = (0.02, 1.0)
+    solimp: tuple[float, float, float, float, float] = (0.9, 0.95, 0.001, 0.5, 2.0)
+    solmix: float = 1.0
+    margin: float = 0.0
+    gap: float = 0.0
+
+
 class Geom(Value):
     """Convex part of a thing's shape.
 
@@ -30,6 +55,7 @@ class Geom(Value):
         friction: sliding friction coefficient; None takes the thing's.
         rgba: colour for pictures.
         corners: of a convex hull, in the geom's frame [m]; empty for the primitives.
+        contact: further contact parameters, where a file states them; None takes this simulation's.
     """
 
     shape: Literal["box", "cylinder", "capsule", "sphere", "convex"]
@@ -39,6 +65,7 @@ class Geom(Value):
     friction: float | None = None
     rgba: tuple[float, float, float, float] = (0.6, 0.6, 0.65, 1.0)
     corners: tuple[Vector3, ...] = ()
+    contact: Contact | None = None
 
     @property
     def half_extents(self) -> Vector3:
@@ -292,6 +319,7 @@ class World(Value):
         disturbance: what a real robot has and a planned one has not.
         cameras: depth cameras, fixed ones and those on flanges.
         poses: "camera" where nobody knows of anything that can be moved where it is, until a camera has seen it.
+        notes: what of a scene file could not be taken over, for people.
     """
 
     things: tuple[Thing, ...]
@@ -300,6 +328,7 @@ class World(Value):
     disturbance: Disturbance = Disturbance()
     cameras: tuple[Camera, ...] = ()
     poses: Literal["known", "camera"] = "known"
+    notes: tuple[str, ...] = ()
 
     def thing(self, name: str) -> Thing:
         """Return the thing of that name.

@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import tempfile
 from collections.abc import Iterable
 from functools import cached_property
@@ -26,6 +27,11 @@ from .prefixes import PREFIXES, curie, local_name
 
 _CACHE_FORMAT = "3"
 """Part of the cache key: raise it when what is extracted changes."""
+
+
+def words_of(name: str) -> tuple[str, ...]:
+    """Split a name as programmers write them into words, in lower case and without numbers: "akita_black_bowl_1", "MilkBottle"."""
+    return tuple(w.lower() for w in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", name))
 
 
 class Restriction(Value):
@@ -80,6 +86,12 @@ class Taxonomy(Value, dict=True):
             local = local_name(name)
             found[local] = "" if local in found else name
         return {local: name for local, name in found.items() if name}
+
+    @cached_property
+    def labels(self) -> dict[tuple[str, ...], str]:
+        """Words of a class's name or alias, in lower case -> the class: ("milk", "bottle") -> "soma:MilkBottle"."""
+        named = {**self._locals, **self.aliases}
+        return {words: named[name] for name in sorted(named) if (words := words_of(name))}
 
     def curie(self, iri: str) -> str:
         """Convert an IRI to its CURIE; unchanged if no prefix fits."""

@@ -13,7 +13,7 @@ A plugin is a module (or object) with functions of these names, marked with
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from ..model.belief import Belief
     from ..model.designators import Action, Late, Location, Motion, Object
     from ..model.episode import Episode
+    from ..model.imported_scene import ImportedScene
     from ..model.robot import Robot
     from ..model.rollout import Rollout
     from ..model.steps import AnyStep
@@ -134,6 +135,19 @@ def read_view(path: Path) -> View | None:
 
     Raises:
         UserError: it is of this format and cannot be used.
+    """
+
+
+@hookspec(firstresult=True)
+def read_scene(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedScene | None:
+    """Read the scene that another program wrote to a file; None if it is of another format. First answer wins.
+
+    Args:
+        packages: name in ``package://`` -> its folder, where the scenario says so.
+        keyframe: name of the state that it starts in; empty for the one that its bodies say.
+
+    Raises:
+        UserError: it is of this format and cannot be used; with file and line.
     """
 
 

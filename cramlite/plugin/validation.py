@@ -117,6 +117,10 @@ def _answer_type(hook: str) -> type:
         from ..model.view import View
 
         return View
+    if hook == "read_scene":
+        from ..model.imported_scene import ImportedScene
+
+        return ImportedScene
     if hook in ("read_episode", "detect_events", "episode_repairs"):
         from ..model.episode import Episode
 

@@ -185,6 +185,19 @@ class PhysicsSpec(_Spec):
     pad_friction: Annotated[float, Field(ge=0, le=10)] = 0.9
 
 
+class WorldFileSpec(_Spec):
+    """Scene file of another program, whose things are in the robot's world beside the scenario's own.
+
+    ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names.
+    """
+
+    file: str
+    types: dict[str, str] = {}
+    packages: dict[str, str] = {}
+    leave_out: tuple[str, ...] = ()
+    keyframe: str = ""
+
+
 class LimitsSpec(_Spec):
     """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``)."""
 
@@ -211,7 +224,8 @@ class ScenarioSpec(_Spec):
     objects: dict[str, ObjectSpec] = {}
     robot: RobotSpec
     force_limit: Force | None = Field(None, gt=0, le=HIGHEST_FORCE_LIMIT)
-    things: tuple[ThingSpec, ...]
+    world: WorldFileSpec | None = None
+    things: tuple[ThingSpec, ...] = ()
     vary: tuple[VarySpec, ...] = ()
     unknown_error: UnknownErrorSpec | None = None
     late: tuple[LateSpec, ...] = ()
@@ -237,6 +251,8 @@ class ScenarioSpec(_Spec):
             )
         if self.plan is not None and self.goal is None:
             raise ValueError("'plan' is a PDDL plan for a 'goal', and there is none")
+        if self.world is None and "things" not in self.model_fields_set:
+            raise ValueError("a scenario needs 'things', or a 'world' with a scene file")
         if self.poses == "camera" and self.camera is None:
             raise ValueError("'poses: camera' needs a 'camera'")
         return self
@@ -266,8 +282,10 @@ class Scenario(Value):
 
     def where_thing(self, name: str) -> str:
         """Return "file:line" of a thing of the robot's or the person's world."""
-        names = [t.get("name") for t in self.data["things"]]
-        return self.where("things", names.index(name)) if name in names else self.where("record", "things")
+        names = [t.get("name") for t in self.data.get("things", ())]
+        if name in names:
+            return self.where("things", names.index(name))
+        return self.where("world") if self.spec.world else self.where("record", "things")
 
     def resolve_path(self, name: str) -> Path:
         """Resolve a path that the scenario mentions, relative to its folder."""
@@ -346,6 +364,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "record": RecordSpec,
         "objects": ObjectSpec,
         "physics": PhysicsSpec,
+        "world": WorldFileSpec,
         "limits": LimitsSpec,
         "proof": ProofSpec,
         "errors": ErrorSpec,

@@ -14,10 +14,12 @@ from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
 from ..model.world import Camera, Physics, RobotMount, World
+from .imported_world import imported_world
 from .scenario import read_scenario
 
 if TYPE_CHECKING:
     from ..model.belief import Relation
+    from ..model.imported_scene import ImportedScene
     from ..model.world import Thing
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import ModelMaker
@@ -37,7 +39,7 @@ def read_world(name: str, knowledge: Knowledge, seed: int) -> World:
     if path.suffix != ".json":
         scenario = read_scenario(_scenario_or_run(name))
         spec = scenario.spec
-        world, relations = build_world(scenario, spec.things, spec.vary, knowledge.models, seed)
+        world, relations = build_world(scenario, spec.things, spec.vary, knowledge, seed)
         return real_world(scenario, world, relations, seed)
     from msgspec import DecodeError, json
 
@@ -68,10 +70,12 @@ def build_world(
     scenario: Scenario,
     things: Iterable[ThingSpec],
     vary: Iterable[VarySpec],
-    models: Mapping[str, ModelMaker],
+    knowledge: Knowledge,
     seed: int,
 ) -> tuple[World, tuple[Relation, ...]]:
     """Build the world of a scenario, and return it with the relations that it states.
+
+    What the scenario's scene file has comes first, if the things are the scenario's own.
 
     Args:
         seed: 0 gives the world as written; any other draws ``vary`` from it.
@@ -84,18 +88,22 @@ def build_world(
     seed = whole_seed(seed)
     changes = {v.thing: v for v in vary} if seed else {}
     rng = np.random.default_rng([seed, 77]) if changes else None  # only then: numpy.random takes a fifth of NumPy's import
-    built: dict[str, Thing] = {}
+    specs = list(things)
+    imported = imported_world(scenario, knowledge) if specs == list(scenario.spec.things) else None
+    built: dict[str, Thing] = {t.name: t for t in imported.things} if imported else {}
+    names = [*built, *(s.name for s in specs)]
+    for name in changes:
+        if name not in names:
+            raise UserError(f"{scenario.where('vary')}: no thing '{name}'; {nearest(name, names)}.")
     shifts: dict[str, Pose] = {}
     relations: list[Relation] = []
-    specs = list(things)
-    for name in changes:
-        if name not in {s.name for s in specs}:
-            raise UserError(f"{scenario.where('vary')}: no thing '{name}'; {nearest(name, [s.name for s in specs])}.")
+    for thing in tuple(built.values()):
+        built[thing.name] = _varied(scenario, thing, changes.get(thing.name), shifts, rng)
     for spec in specs:
         place = scenario.where_thing(spec.name)
         if spec.name in built:
             raise UserError(f"{place}: two things are called '{spec.name}'; names must be unique.")
-        thing = _build(scenario, spec, changes.get(spec.name), built, models, rng, place)
+        thing = _build(scenario, spec, changes.get(spec.name), built, knowledge.models, rng, place)
         if thing.joint is not None and thing.joint.parent in shifts:  # what is mounted moves with what carries it
             thing = replace(thing, pose=shifts[thing.joint.parent] * thing.pose)
         if spec.name in changes and spec.at:
@@ -103,11 +111,37 @@ def build_world(
         built[spec.name] = thing
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
+    return _completed(scenario, tuple(built.values()), imported), tuple(relations)
+
+
+def _completed(scenario: Scenario, things: tuple[Thing, ...], imported: ImportedScene | None) -> World:
+    """The world of things with the scenario's robot, camera and physics, which stands above that of a scene file."""
     mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
-    physics = Physics(**scenario.spec.physics.model_dump())
+    written = scenario.spec.physics.model_dump(exclude_unset=True)
+    physics = Physics(**{**(imported.physics if imported else {}), **written})
     camera = camera_of(scenario)
     cameras = () if camera is None else (camera,)
-    return World(tuple(built.values()), (mount,), physics, cameras=cameras), tuple(relations)
+    return World(things, (mount,), physics, cameras=cameras, notes=imported.notes if imported else ())
+
+
+def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: dict[str, Pose], rng: Any) -> Thing:
+    """An imported thing where a seed puts it; what is mounted in another moves with it.
+
+    Raises:
+        UserError: the scenario varies its model or parameters, which a file's thing has not.
+    """
+    parent = thing.joint.parent if thing.joint else ""
+    moved = replace(thing, pose=shifts[parent] * thing.pose) if parent in shifts else thing
+    if change is None:
+        return moved
+    if change.model or change.parameters:
+        raise UserError(
+            f"{scenario.where('vary')}: '{thing.name}' comes from a scene file and has no model or parameters to vary; "
+            "'position' and 'yaw' can be."
+        )
+    moved = replace(moved, pose=_shifted(moved.pose, change, rng))
+    shifts[thing.name] = moved.pose * thing.pose.inverse()
+    return moved
 
 
 def camera_of(scenario: Scenario) -> Camera | None:
@@ -179,7 +213,7 @@ def _where_said(scenario: Scenario, spec: ThingSpec, said: str) -> str:
     """ "file:line" of the parameter that a complaint names first; empty where it names none that was written."""
     found = {k: re.search(rf"'{re.escape(k)}'|^{re.escape(k)}\b", said) for k in spec.parameters}
     named = sorted((m.start(), k) for k, m in found.items() if m is not None)
-    things = [t.get("name") for t in scenario.data["things"]]
+    things = [t.get("name") for t in scenario.data.get("things", ())]
     if not named or spec.name not in things:
         return ""
     return scenario.where("things", things.index(spec.name), "with", named[0][1])

@@ -199,6 +199,7 @@ SPECS = {
     "late": scenario.LateSpec,
     "record": scenario.RecordSpec,
     "physics": scenario.PhysicsSpec,
+    "world": scenario.WorldFileSpec,
     "limits": scenario.LimitsSpec,
     "proof": error_spec.ProofSpec,
     "errors": error_spec.ErrorSpec,

@@ -83,6 +83,7 @@ EVERY_COMMAND = {
     "goal": ("hang_up_a_product",),
     "experiment": ("fetch_from_hanger",),
     "explain": ("run",),
+    "import": ("scene.xml",),
     "interpret": ("episode",),
     "new": ("task", "thing"),
     "ontology": ("check",),

@@ -29,7 +29,7 @@ def engine() -> Engine:
 @pytest.fixture(scope="module")
 def furniture(engine: Engine) -> World:
     scenario = read_scenario(SCENARIOS / "hang_onto_hanger_camera.yaml")
-    world = build_world(scenario, scenario.spec.things, (), engine.knowledge.models, 0)[0]
+    world = build_world(scenario, scenario.spec.things, (), engine.knowledge, 0)[0]
     return replace(world, things=tuple(t for t in world.things if not t.movable))
 
 
@@ -61,7 +61,7 @@ def test_without_obstacles_the_program_hits_the_box(tmp_path: Path) -> None:
 
 def belief_of(engine: Engine, sigma: float, *, held: bool = False) -> Any:
     scenario = read_scenario(FETCH)
-    world = build_world(scenario, scenario.spec.things, (), engine.knowledge.models, 0)[0]
+    world = build_world(scenario, scenario.spec.things, (), engine.knowledge, 0)[0]
     belief = initial_belief(world, "arm", engine.knowledge.robots["ur5e"].home, 0.08)
     if held:
         return belief.grasped(Held("second", Pose(), 0.05, sigma))

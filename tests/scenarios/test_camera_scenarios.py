@@ -66,7 +66,7 @@ def world() -> World:
     scenario = read_scenario(FETCH)
     from cramlite.scenario.worlds import build_world
 
-    return build_world(scenario, scenario.spec.things, (), Engine().knowledge.models, 0)[0]
+    return build_world(scenario, scenario.spec.things, (), Engine().knowledge, 0)[0]
 
 
 def test_the_judge_finds_the_real_thing_by_its_place(world: World) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 import os
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -54,17 +55,29 @@ def shape_of(path: Path, scale: float = 1.0) -> Shape:
     from .files import _check_file
 
     _check_file(path)
-    key = hashlib.sha256(path.read_bytes() + f"|{path.suffix}|{scale!r}|{VERSION}".encode()).hexdigest()
-    return _shape(key, path, scale)
+    return kept_shape(path.read_bytes() + f"|{path.suffix}|{scale!r}".encode(), lambda: compute(path, scale))
+
+
+def kept_shape(content: bytes, make: Callable[[], Shape]) -> Shape:
+    """Return the shape that was kept of some content, else make and keep it."""
+    return _shape(_Content(hashlib.sha256(content + f"|{VERSION}".encode()).hexdigest(), make))
+
+
+@dataclass(frozen=True)
+class _Content:
+    """What a shape is made of: one of the same key is the same."""
+
+    key: str
+    make: Callable[[], Shape] = field(compare=False)
 
 
 @lru_cache(maxsize=64)
-def _shape(key: str, path: Path, scale: float) -> Shape:
-    kept = _folder() / f"{key}.json"
+def _shape(content: _Content) -> Shape:
+    kept = _folder() / f"{content.key}.json"
     try:
         return json.decode(kept.read_bytes(), type=Shape)
     except (OSError, DecodeError):
-        shape = compute(path, scale)
+        shape = content.make()
         _keep(kept, json.encode(shape))
         return shape
 

@@ -30,7 +30,7 @@ def world(name: str) -> World:
     scenario = read_scenario(find_experiment(name).parent / "hard.yaml")
     assert scenario.spec.record is not None
     things, vary = scenario.spec.record.things, scenario.spec.record.vary
-    return replace(build_world(scenario, things, vary, ENGINE.knowledge.models, 7)[0], robots=())
+    return replace(build_world(scenario, things, vary, ENGINE.knowledge, 7)[0], robots=())
 
 
 @cache

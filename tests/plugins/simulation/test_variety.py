@@ -26,7 +26,7 @@ def world(name: str, seed: int = 5) -> World:
     scenario = read_scenario(find_experiment(name).parent / "scenario.yaml")
     assert scenario.spec.record is not None
     built, _ = build_world(
-        scenario, scenario.spec.record.things, scenario.spec.record.vary, ENGINE.knowledge.models, seed
+        scenario, scenario.spec.record.things, scenario.spec.record.vary, ENGINE.knowledge, seed
     )
     return replace(built, robots=())
 

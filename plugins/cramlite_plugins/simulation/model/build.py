@@ -14,7 +14,7 @@ from typing import Any
 import mujoco
 from msgspec.structs import replace
 
-from cramlite.model import Geom, Inertia, Joint, Physics, Pose, Robot, RobotMount, Thing, Value, World
+from cramlite.model import Contact, Geom, Inertia, Joint, Physics, Pose, Robot, RobotMount, Thing, Value, World
 from cramlite.plugin import UserError, nearest
 
 from ...shapes.bounds import volume
@@ -195,7 +195,8 @@ def _carry(spec: Any, thing: Thing, carried: Carried) -> Any:
 
 
 def _solid(index: int, geom: Geom, planning: bool) -> list[tuple[str, Geom]]:
-    """The geom; in a planning model a capsule as a cylinder and two spheres."""
+    """The geom; in a planning model a capsule as a cylinder and two spheres, and without margins, which are no contact."""
+    geom = replace(geom, contact=None) if planning else geom
     if geom.shape != "capsule" or not planning:
         return [(str(index), geom)]
     radius, half = geom.size
@@ -213,7 +214,7 @@ def _add_geom(
     name, hull = f"{thing.name}/{geom.part or 'body'}/{key}", geom.shape == "convex"
     if hull:
         spec.add_mesh(name=name, uservert=[v for corner in geom.corners for v in corner])
-    body.add_geom(
+    added = body.add_geom(
         name=name,
         meshname=name if hull else "",
         type=SHAPES[geom.shape][0],
@@ -227,6 +228,16 @@ def _add_geom(
         contype=mask[0],
         conaffinity=mask[1],
     )
+    if geom.contact is not None:
+        _state_contact(added, friction, geom.contact)
+
+
+def _state_contact(geom: Any, friction: float, contact: Contact) -> None:
+    """What a file says of a geom's contacts, instead of what this simulation takes."""
+    geom.friction = [friction, contact.torsional, contact.rolling]
+    geom.condim, geom.priority, geom.solmix = contact.condim, contact.priority, contact.solmix
+    geom.solref, geom.solimp = contact.solref, contact.solimp
+    geom.margin, geom.gap = contact.margin, contact.gap
 
 
 def finish(spec: Any) -> Model:

@@ -143,7 +143,7 @@ def compile_world(
         if not planning:
             add_grains(spec, thing)
     if not planning:
-        add_pairs(spec)
+        add_pairs(spec, _stated(world))
     model = finish(spec)
     found = {name: hand_index(model, rest, name) for name, rest in hands.items()}
     return Compiled(
@@ -155,6 +155,12 @@ def compile_world(
         hand=found.get(HANDS[0]),
         other_hand=found.get(HANDS[1]),
     )
+
+
+def _stated(world: World) -> frozenset[str]:
+    """Names of the geoms whose contacts a file states."""
+    geoms = ((t.name, k, g) for t in world.things for k, g in enumerate(t.geoms))
+    return frozenset(f"{thing}/{g.part or 'body'}/{k}" for thing, k, g in geoms if g.contact is not None)
 
 
 def _rests(hand: bool | Pose | tuple[Pose, ...]) -> tuple[Pose, ...]:

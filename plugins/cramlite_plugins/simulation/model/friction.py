@@ -10,6 +10,7 @@ be 6,000 pairs, and a step a third slower.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Container
 from typing import Any
 
 from cramlite.model import Value, pair_friction
@@ -30,8 +31,9 @@ class Surface(Value):
         pad: whether it is a finger pad.
         friction: sliding, torsional and rolling.
         priority: of its contact parameters.
-        condim, solref: of its contacts.
+        condim, solref, solimp, margin, gap: of its contacts.
         bits: contype and conaffinity.
+        stated: whether a file states them.
     """
 
     geom: str
@@ -42,7 +44,11 @@ class Surface(Value):
     priority: int
     condim: int
     solref: tuple[float, float]
+    solimp: tuple[float, ...]
+    margin: float
+    gap: float
     bits: tuple[int, int]
+    stated: bool
 
     def meets(self, other: Surface) -> bool:
         """Check whether MuJoCo would look for contacts of the two, exclusions apart."""
@@ -56,20 +62,25 @@ class Surface(Value):
         return (sliding, sliding, torsional, rolling, rolling)
 
     def agrees(self, other: Surface) -> bool:
-        """Check whether MuJoCo's own rule gives the pair's friction."""
-        return self.priority == other.priority and self.friction[0] == other.friction[0]
+        """Check whether MuJoCo's own rule gives the pair's friction, or is meant because a file states both."""
+        alike = self.priority == other.priority and self.friction[0] == other.friction[0]
+        return alike or (self.stated and other.stated)
 
 
-def add_pairs(spec: Any) -> None:
-    """State the friction of every pair of pad and thing, and of thing and thing; after all geoms were added."""
+def add_pairs(spec: Any, stated: Container[str] = ()) -> None:
+    """State the friction of every pair of pad and thing, and of thing and thing; after all geoms were added.
+
+    Args:
+        stated: names of geoms whose contacts a file states; two of them are left to MuJoCo's rule.
+    """
     excluded = {frozenset((e.bodyname1, e.bodyname2)) for e in spec.excludes}
-    surfaces = [s for s in map(_surface, spec.geoms) if s is not None]
+    surfaces = [s for s in (_surface(g, stated) for g in spec.geoms) if s is not None]
     for a, b in itertools.combinations(surfaces, 2):
         if a.meets(b) and not (a.pad and b.pad) and not a.agrees(b) and frozenset((a.body, b.body)) not in excluded:
             _add_pair(spec, a, b)
 
 
-def _surface(geom: Any) -> Surface | None:
+def _surface(geom: Any, stated: Container[str]) -> Surface | None:
     """A pad or a thing's geom; None for a grain, and for one of a robot's links, which gets the friction ``LINK``."""
     if f"/{GRAIN}/" in geom.name:
         return None
@@ -80,19 +91,21 @@ def _surface(geom: Any) -> Surface | None:
     body, (time, damping) = geom.parent, map(float, geom.solref)
     return Surface(
         geom.name, body.name, pad or bool(body.joints), pad, (sliding, torsional, rolling), int(geom.priority),
-        int(geom.condim), (time, damping), (int(geom.contype), int(geom.conaffinity)),
+        int(geom.condim), (time, damping), tuple(map(float, geom.solimp)), float(geom.margin), float(geom.gap),
+        (int(geom.contype), int(geom.conaffinity)), geom.name in stated,
     )  # fmt: skip
 
 
 def _add_pair(spec: Any, a: Surface, b: Surface) -> None:
-    """All else as MuJoCo would take it from the geoms: from the one with priority, else the larger condim and the mean solref."""
+    """All else as MuJoCo would take it from the geoms: from the one with priority, else the larger condim and the means."""
     if a.priority != b.priority:
         first = max(a, b, key=lambda s: s.priority)
-        condim, solref = first.condim, first.solref
+        condim, solref, solimp = first.condim, first.solref, first.solimp
     else:
         (time_a, damping_a), (time_b, damping_b) = a.solref, b.solref
         condim, solref = max(a.condim, b.condim), ((time_a + time_b) / 2, (damping_a + damping_b) / 2)
+        solimp = tuple((x + y) / 2 for x, y in zip(a.solimp, b.solimp, strict=True))
     spec.add_pair(
         name=f"{a.geom} on {b.geom}", geomname1=a.geom, geomname2=b.geom, condim=condim, solref=solref,
-        friction=a.friction_with(b),
+        friction=a.friction_with(b), solimp=solimp, margin=max(a.margin, b.margin), gap=max(a.gap, b.gap),
     )  # fmt: skip

@@ -1,0 +1,96 @@
+"""``cramlite import``: a scene that another program wrote becomes the beginning of a scenario."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError
+from .arguments import Add, plugin_choice
+
+if TYPE_CHECKING:
+    from ..model.imported_scene import ImportedScene
+    from ..scenario.imported_world import Proposal
+
+
+def import_scene(arguments: argparse.Namespace) -> int:
+    """Read a scene file, print what was understood of it and what was not, and write a scenario around it.
+
+    Raises:
+        UserError: the file cannot be used; or the scenario exists already.
+    """
+    from ..plugin.catalogue import Knowledge, pick
+    from ..scenario.imported_world import propose, read_scene_file
+
+    knowledge = Knowledge(plugin_choice(arguments).registry())
+    out: Path | None = arguments.out
+    if out is not None and out.exists() and not arguments.force:
+        raise UserError(f"'{out}' exists already; --force writes over it.")
+    robot = arguments.robot or next(iter(knowledge.robots))
+    pick("robot", knowledge.robots, robot, "--robot")
+    packages = dict(_package(p) for p in arguments.package)
+    scene = read_scene_file(arguments.scene, packages, arguments.keyframe, knowledge)
+    classes = {t.name: propose(t, scene.names.get(t.name, ()), {}, knowledge.taxonomy) for t in scene.things}
+    print("\n".join(_report(arguments.scene, scene, classes)))
+    if out is not None:
+        out.write_text(_scenario(arguments, packages, robot, classes), encoding="utf-8")
+        print(f"Written: {out}. Put tasks into it, correct the classes, then 'cramlite check {out}'.")
+    return 0
+
+
+def _package(said: str) -> tuple[str, Path]:
+    name, equals, folder = said.partition("=")
+    if not equals or not Path(folder).is_dir():
+        raise UserError(f"--package {said}: it is NAME=FOLDER, with a folder that there is.")
+    return name, Path(folder)
+
+
+def _report(path: Path, scene: ImportedScene, classes: dict[str, Proposal]) -> list[str]:
+    """What each thing is taken for and why, and what could not be taken over."""
+    lines = [f"{path}: {len(scene.things)} things"]
+    for thing in scene.things:
+        how = f"{thing.joint.kind} joint" if thing.joint else f"{thing.mass:.3g} kg" if thing.mass is not None else "fixed"
+        found = classes[thing.name]
+        lines.append(f"  {thing.name}  {found.type}, because {found.reason}")
+        lines.append(f"    {how}, {len(thing.geoms)} shapes, {scene.found[thing.name]}")
+        lines += [f"    {note}" for note in thing.notes]
+    lines += [f"  kept of its options: {', '.join(f'{k}={v}' for k, v in scene.physics.items())}"] if scene.physics else []
+    return [*lines, *(f"  not taken over: {note}" for note in scene.notes)]
+
+
+def _scenario(arguments: argparse.Namespace, packages: dict[str, Path], robot: str, classes: dict[str, Proposal]) -> str:
+    """The text of a scenario, its comments saying what is left to do."""
+    folder = arguments.out.resolve().parent
+    name = re.sub(r"\W", "_", arguments.out.stem, flags=re.ASCII)
+    name = name if name[:1].isalpha() else f"scene_{name}"
+
+    def relative(path: Path) -> str:
+        return Path(os.path.relpath(path.resolve(), folder)).as_posix()
+
+    lines = [f"scenario: {name}", "world:", f"  file: {_quoted(relative(arguments.scene))}"]
+    lines += [f"  keyframe: {_quoted(arguments.keyframe)}"] if arguments.keyframe else []
+    lines += ["  packages:", *(f"    {n}: {_quoted(relative(p))}" for n, p in packages.items())] if packages else []
+    lines += ["  # Proposed from names, else from how things move; the scenario has the last word.", "  types:"]
+    lines += [f"    {n}: {c.type}  # {c.reason}" for n, c in classes.items()]
+    lines += [f"robot: {{type: {robot}}}", "# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]
+    return "\n".join(lines) + "\n"
+
+
+def _quoted(text: str) -> str:
+    import json
+
+    return json.dumps(text, ensure_ascii=False)
+
+
+def add_commands(add: Add) -> None:
+    """Declare ``import`` with its arguments."""
+    command = add("import", import_scene)
+    command.add_argument("scene", type=Path, help="an MJCF or URDF file")
+    command.add_argument("--out", type=Path, metavar="FILE", help="write a scenario there; else only say what is understood")
+    command.add_argument("--force", action="store_true", help="write over a scenario that exists")
+    command.add_argument("--robot", metavar="TYPE", help="who acts in the scenario; the first robot there is, if not said")
+    command.add_argument("--keyframe", default="", metavar="NAME", help="the state that the scene starts in")
+    command.add_argument("--package", action="append", default=[], metavar="NAME=FOLDER", help="where a URDF's package is")

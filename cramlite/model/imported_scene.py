@@ -1,0 +1,26 @@
+"""Scene that another program wrote, in the words of this one."""
+
+from __future__ import annotations
+
+from msgspec import field
+
+from ..base.value import Value
+from .world import Thing
+
+
+class ImportedScene(Value):
+    """Things that a scene file describes, and what of it could not be taken over.
+
+    Args:
+        things: furniture first, then what is mounted in it, then what is loose.
+        names: thing -> what else the file calls it: its meshes, its title; for classes.
+        physics: settings that the file states, by the names of ``Physics``.
+        found: what each thing is taken for and why, with its features, for people.
+        notes: what was changed, left out or not understood, for people.
+    """
+
+    things: tuple[Thing, ...]
+    names: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    physics: dict[str, float | int | str] = field(default_factory=dict)
+    found: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,107 @@
+"""Things of a scenario that come from a scene file of another program, with their classes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from ..base.errors import PluginError, UserError, nearest
+from ..base.value import Value
+from ..ontology.foundation import OBJECT
+from ..ontology.taxonomy import words_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from ..model.imported_scene import ImportedScene
+    from ..model.world import Thing
+    from ..ontology.taxonomy import Taxonomy
+    from ..plugin.catalogue import Knowledge
+    from .scenario import Scenario
+
+
+class Proposal(Value):
+    """Class of an imported thing.
+
+    Args:
+        type: as a CURIE.
+        reason: why, as a clause.
+    """
+
+    type: str
+    reason: str
+
+
+def read_scene_file(path: Path, packages: Mapping[str, Path], keyframe: str, knowledge: Knowledge) -> ImportedScene:
+    """Read a scene file with the first plugin that knows its format.
+
+    Raises:
+        UserError: no plugin does, or it cannot be used.
+        PluginError: the one that should have read it failed.
+    """
+    scene: ImportedScene | None = knowledge.registry.first("read_scene", path=path, packages=packages, keyframe=keyframe)
+    if scene is None:
+        nobody = f"'{path}' is in no format that a plugin reads as a scene (MJCF, URDF); see 'cramlite plugins'."
+        failed = [str(f) for f in knowledge.registry.faults if f.hook == "read_scene"]
+        raise PluginError(f"{nobody} Failed: {'; '.join(failed)}.") if failed else UserError(nobody)
+    return scene
+
+
+def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | None:
+    """Read the scene that a scenario's ``world`` names, with its classes and without what is left out; None if it names none.
+
+    Raises:
+        UserError: the file, a class or a pattern cannot be used; with file and line.
+    """
+    spec = scenario.spec.world
+    if spec is None:
+        return None
+    path = scenario.resolve_path(spec.file)
+    if not path.is_file():
+        beside = [p.name for p in path.parent.glob("*.xml")] + [p.name for p in path.parent.glob("*.urdf")]
+        raise UserError(f"{scenario.where('world', 'file')}: there is no scene file '{path}'; {nearest(path.name, beside)}.")
+    packages = {name: scenario.resolve_path(folder) for name, folder in spec.packages.items()}
+    scene = read_scene_file(path, packages, spec.keyframe, knowledge)
+    names = [t.name for t in scene.things]
+    for key, patterns in (("types", tuple(spec.types)), ("leave_out", spec.leave_out)):
+        for k, pattern in enumerate(patterns):
+            if not any(fnmatchcase(n, pattern) for n in names):
+                place = scenario.where("world", key, *((pattern,) if key == "types" else (k,)))
+                raise UserError(f"{place}: no thing of '{path.name}' is called '{pattern}'; {nearest(pattern, names)}.")
+    types = {p: knowledge.taxonomy.known(c, scenario.where("world", "types", p)) for p, c in spec.types.items()}
+    kept = [t for t in scene.things if not any(fnmatchcase(t.name, p) for p in spec.leave_out)]
+    return replace(scene, things=tuple(_classed(t, scene, types, knowledge.taxonomy) for t in kept))
+
+
+def _classed(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxonomy: Taxonomy) -> Thing:
+    found = propose(thing, scene.names.get(thing.name, ()), types, taxonomy)
+    said = f"taken for {found.type}, because {found.reason}; {scene.found.get(thing.name, '')}".rstrip("; ")
+    return replace(thing, type=found.type, notes=(said, *thing.notes))
+
+
+def propose(thing: Thing, names: tuple[str, ...], types: Mapping[str, str], taxonomy: Taxonomy) -> Proposal:
+    """Propose the class of an imported thing.
+
+    A pattern of the scenario comes first, then the longest label of the ontology in its own name or else in those of its
+    parts, then what its reader takes it for by how it moves.
+
+    Args:
+        names: what else the file calls it.
+        types: pattern of names -> class.
+    """
+    for pattern, name in types.items():
+        if fnmatchcase(thing.name, pattern):
+            return Proposal(name, f"the scenario says so of '{pattern}'")
+    for name in (thing.name, *names):
+        words = words_of(name)
+        for count in range(len(words), 0, -1):
+            for start in range(len(words) - count, -1, -1):  # what a thing is stands last: a black bowl is a bowl
+                label = words[start : start + count]
+                found = taxonomy.labels.get(label)
+                if found and taxonomy.is_a(found, OBJECT):  # words for features and the like say nothing of a thing
+                    return Proposal(found, f"'{name}' has its label '{' '.join(label)}'")
+    how = "can be moved" if thing.joint is None and thing.movable else "is mounted on a joint" if thing.joint else "is fixed"
+    return Proposal(thing.type, f"it {how} and no label of the ontology is in its names")

@@ -1,0 +1,1 @@
+"""Scenes that other programs wrote: MJCF and URDF become things."""

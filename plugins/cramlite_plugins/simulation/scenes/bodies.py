@@ -1,0 +1,139 @@
+"""Bodies of a scene in groups that move as one: furniture, what is mounted in it, what is loose; robots apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal
+
+import mujoco
+
+from cramlite.model import Value
+
+HINGE, SLIDE, BALL, FREE = (
+    int(getattr(mujoco.mjtJoint, f"mjJNT_{kind}")) for kind in ("HINGE", "SLIDE", "BALL", "FREE")
+)
+CHAIN = 4
+"""So many joints in a row are an arm: doors with handles and microwaves have two, no furniture has more than three."""
+DRIVEN = 3
+"""So many, if motors drive one of them."""
+
+
+class Group(Value):
+    """Bodies that are fixed to each other.
+
+    Args:
+        root: whose frame it has.
+        bodies: all of them.
+        kind: how it moves.
+        parent: root of what it is mounted in; 0 for nothing.
+    """
+
+    root: int
+    bodies: tuple[int, ...]
+    kind: Literal["fixed", "joint", "free"]
+    parent: int = 0
+
+
+class Grouped(Value):
+    """Groups of a scene, and what was not understood.
+
+    Args:
+        groups: in the file's order.
+        notes: for people.
+    """
+
+    groups: tuple[Group, ...]
+    notes: tuple[str, ...]
+
+
+def grouped(model: Any) -> Grouped:
+    """Group the bodies of a model by what moves together."""
+    robots, notes = _robots(model)
+    of: dict[int, int] = {}
+    kinds: dict[int, tuple[Literal["fixed", "joint", "free"], int]] = {}
+    for body in range(1, model.nbody):
+        above = int(model.body_parentid[body])
+        if body in robots:
+            continue
+        carrier = of.get(above, 0)
+        kind, note = _kind(model, body, kinds[carrier][0] if carrier else "fixed")
+        notes += [note] if note else []
+        own = kind != "fixed" or not carrier
+        of[body] = body if own else carrier
+        if own:
+            kinds[body] = (kind, carrier)
+    members = {root: tuple(b for b, r in of.items() if r == root) for root in kinds}
+    return Grouped(tuple(Group(r, members[r], k, p) for r, (k, p) in kinds.items()), tuple(notes))
+
+
+def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:
+    """How a body moves, and what of that cannot be had."""
+    types, name = [int(model.jnt_type[j]) for j in joints(model, body)], model.body(body).name
+    if not types:
+        said = f"'{name}' is a mocap body; it is fixed where it starts" if model.body_mocapid[body] >= 0 else ""
+        return "fixed", said
+    if types == [FREE]:
+        return "free", ""
+    if len(types) > 1 or types == [BALL]:
+        what = "a ball joint" if types == [BALL] else f"{len(types)} joints"
+        return "fixed", f"'{name}' has {what}; things have one hinge or slide, so it is held where it starts"
+    if carrier != "fixed":
+        return "fixed", f"'{name}' is jointed to what moves itself; its own joint is held where it starts"
+    return "joint", ""
+
+
+def joints(model: Any, body: int) -> range:
+    """Return the joints of a body."""
+    first = int(model.body_jntadr[body])
+    return range(first, first + int(model.body_jntnum[body])) if first >= 0 else range(0)
+
+
+def _robots(model: Any) -> tuple[frozenset[int], list[str]]:
+    """Bodies of arms, and a sentence for each arm."""
+    driven = {int(model.actuator_trnid[a, 0]) for a in range(model.nu) if int(model.actuator_trntype[a]) in (0, 1)}
+    found: set[int] = set()
+    notes: list[str] = []
+    for body in range(1, model.nbody):
+        if body in found or not len(joints(model, body)):
+            continue
+        tree = tuple(_below(model, body))
+        length = max(_chain(model, b, body) for b in tree)
+        motors = any(j in driven for b in tree for j in joints(model, b))
+        if length >= CHAIN or (length >= DRIVEN and motors):
+            base = _base(model, body, frozenset(tree))
+            found.update(base)
+            why = f"{length} joints in a row" + (", driven by motors" if motors else "")
+            notes.append(f"'{model.body(min(base)).name}' is a robot ({why}): left out with {len(base)} bodies; 'robot' says who acts")
+    return frozenset(found), notes
+
+
+def _below(model: Any, body: int) -> Iterator[int]:
+    """A body and all that it carries."""
+    inside = {body}
+    for b in range(body, model.nbody):
+        if b in inside or int(model.body_parentid[b]) in inside:
+            inside.add(b)
+            yield b
+
+
+def _chain(model: Any, body: int, top: int) -> int:
+    """How many hinges and slides there are from a body up to another."""
+    count = 0
+    while True:
+        count += sum(int(model.jnt_type[j]) in (HINGE, SLIDE) for j in joints(model, body))
+        if body == top:
+            return count
+        body = int(model.body_parentid[body])
+
+
+def _base(model: Any, body: int, tree: frozenset[int]) -> frozenset[int]:
+    """The arm with what carries nothing but it: its base, and further up frames without shapes."""
+    above, first = int(model.body_parentid[body]), True
+    while above and not len(joints(model, above)):
+        whole = frozenset(_below(model, above))
+        shapes = int(model.body_geomnum[above]) > 0
+        others = any(len(joints(model, b)) for b in whole - tree)
+        if others or (shapes and not first):
+            break
+        tree, above, first = whole, int(model.body_parentid[above]), first and not shapes
+    return tree

@@ -1,0 +1,202 @@
+"""Scene files as MuJoCo compiles them: includes, defaults, meshes and packages are resolved, or refused with file and line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Value
+from cramlite.plugin import UserError, nearest
+
+PACKAGE = re.compile(r"package://([^/\"']+)/([^\"']*)")
+FILENAME = re.compile(r"(filename\s*=\s*[\"'])([^\"']+)")
+READ = ("stl", "obj", "msh")
+LARGEST = 100.0
+"""A scene that reaches farther [m] is in another unit: the largest kitchens are 20 m long."""
+
+
+class Source(Value):
+    """Compiled scene file.
+
+    Args:
+        path: of the file.
+        urdf: whether it is a URDF.
+        spec, model, data: as MuJoCo has them; the data is that of the state the scene starts in.
+    """
+
+    path: Path
+    urdf: bool
+    spec: Any
+    model: Any
+    data: Any
+
+
+def root_tag(path: Path) -> str:
+    """Return the first tag of an XML file; empty if it has none, or cannot be read."""
+    try:
+        text = path.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+    found = re.search(r"<([A-Za-z_][\w.-]*)", re.sub(r"<!--.*?-->|<\?.*?\?>", "", text, flags=re.DOTALL))
+    return found[1] if found else ""
+
+
+def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") -> Source:
+    """Compile a scene file, in the state of a keyframe if one is named.
+
+    Raises:
+        UserError: XML, a mesh, an include, a package, a mass or a number cannot be used; with file and line.
+    """
+    urdf = root_tag(path) == "robot"
+    try:
+        spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
+        if urdf:
+            _loosen(spec)
+        model = spec.compile()
+    except ValueError as error:
+        raise UserError(_explained(path, str(error))) from error
+    data = mujoco.MjData(model)
+    _start(path, model, data, keyframe)
+    mujoco.mj_forward(model, data)
+    _check_numbers(path, model, data)
+    return Source(path, urdf, spec, model, data)
+
+
+def _loosen(spec: Any) -> None:
+    """Move the links of a URDF that float to the top level, where they are: MuJoCo takes free joints nowhere else."""
+    spec.compiler.fusestatic = False
+    loose = [b for b in spec.bodies for j in b.joints if int(j.type) == 0 and b.parent.name != "world"]
+    for body in loose:
+        for joint in list(body.joints):
+            spec.delete(joint)
+    if not loose:
+        return
+    model = spec.copy().compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    spec.copy_during_attach = True
+    for body in loose:
+        name, there = body.name, data.body(body.name)
+        frame = spec.worldbody.add_frame(pos=there.xpos, quat=there.xquat)
+        body.pos, body.quat = [0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]
+        moved = frame.attach_body(body, "moved/", "")
+        spec.delete(body)
+        moved.name = name
+        moved.add_freejoint()
+
+
+def _start(path: Path, model: Any, data: Any, keyframe: str) -> None:
+    names = [model.key(k).name for k in range(model.nkey)]
+    if keyframe and keyframe not in names:
+        raise UserError(f"{path}:1: there is no keyframe '{keyframe}'; {nearest(keyframe, names)}.")
+    if keyframe:
+        mujoco.mj_resetDataKeyframe(model, data, names.index(keyframe))
+
+
+def _check_numbers(path: Path, model: Any, data: Any) -> None:
+    for b in range(1, model.nbody):
+        name = model.body(b).name
+        if not np.isfinite([*data.xpos[b], model.body_mass[b], *model.body_inertia[b]]).all():
+            raise UserError(f"{path}:{_line(path, name)}: body '{name}' has a pose, mass or inertia that is no finite number.")
+        if np.abs(data.xpos[b]).max() > LARGEST:
+            far = float(np.abs(data.xpos[b]).max())
+            raise UserError(
+                f"{path}:{_line(path, name)}: body '{name}' is {far:.0f} m away; scenes are in metres and reach {LARGEST:g} m. "
+                "If this one is in millimetres, scale it by 0.001."
+            )
+
+
+def _urdf(path: Path, packages: Mapping[str, Path]) -> str:
+    """The text with paths of files as MuJoCo finds them, and one root: MuJoCo drops further ones without a word."""
+    text = path.read_text(encoding="utf-8", errors="replace")
+    lines = [_resolved(path, k, line, packages) for k, line in enumerate(text.splitlines(), 1)]
+    joined = "\n".join(lines)
+    links = re.findall(r"<link\b[^>]*\bname\s*=\s*[\"']([^\"']+)", joined)
+    roots = [name for name in links if not re.search(rf"<child\b[^>]*[\"']{re.escape(name)}[\"']", joined)]
+    if len(roots) > 1:
+        raise UserError(
+            f"{path}:{_line(path, roots[1])}: a URDF has one root link, this one has {len(roots)}: {', '.join(roots[:4])}; "
+            "join them by fixed joints to a link 'world'."
+        )
+    if re.search(r"<mujoco\b", joined):
+        return joined
+    compiler = '<mujoco><compiler fusestatic="false" strippath="false" discardvisual="false"/></mujoco>'
+    return re.sub(r"(<robot\b[^>]*>)", rf"\1{compiler}", joined, count=1)
+
+
+def _resolved(path: Path, line: int, text: str, packages: Mapping[str, Path]) -> str:
+    def file(found: re.Match[str]) -> str:
+        package = PACKAGE.fullmatch(found[2])
+        where = f"{path}:{line}"
+        target = _package(path, where, package[1], packages) / package[2] if package else path.parent / found[2].removeprefix("file://")
+        if not target.is_file():
+            raise UserError(f"{where}: there is no file '{target}', which '{found[2]}' means.")
+        if target.suffix[1:].lower() not in READ:
+            raise UserError(f"{where}: '{target.name}' is no mesh that MuJoCo reads ({', '.join(READ)}); convert it.")
+        return f"{found[1]}{target.resolve()}"
+
+    return FILENAME.sub(file, text) if "<mesh" in text or FILENAME.search(text) else text
+
+
+def _package(path: Path, where: str, name: str, packages: Mapping[str, Path]) -> Path:
+    """The folder of a package: as the scenario says, else the nearest folder above the file, or in one above, of that name."""
+    if name in packages:
+        return packages[name]
+    for folder in path.resolve().parents:
+        if folder.name == name:
+            return folder
+        if (folder / name).is_dir():
+            return folder / name
+    raise UserError(
+        f"{where}: the package '{name}' is in no folder above the file; say where it is: 'packages: {{{name}: FOLDER}}' under "
+        f"'world', or --package {name}=FOLDER."
+    )
+
+
+def _explained(path: Path, error: str) -> str:
+    """MuJoCo's reason in one line, with the file and line that it is about, as near as it says."""
+    reason = " ".join(error.split())
+    stated = re.search(r"[Ll]ine(?: number=|\s)(\d+)", reason)
+    names = re.findall(r"'([^']+)'", reason)
+    for file in _files(path):
+        for name in names:
+            line = _line(file, Path(name).name, 0)
+            if line:
+                return f"{file}:{line}: {_said(reason)}"
+    return f"{path}:{stated[1] if stated else 1}: {_said(reason)}"
+
+
+def _said(reason: str) -> str:
+    reason = re.sub(r"^(XML )?Error: |Error=|ErrorID=\S+ \S+ ", "", reason)
+    hints = {
+        "Error opening file": "put the file there, or correct its name or 'meshdir'",
+        "mass and inertia of moving bodies": "give the body a mass, or a geom with one",
+        "already included": "a file includes itself; take one 'include' out",
+        "XML": "correct the XML",
+    }
+    hint = next((h for key, h in hints.items() if key in reason), "correct what is named there")
+    return f"MuJoCo does not take the scene: {reason}; {hint}."
+
+
+def _files(path: Path, seen: tuple[Path, ...] = ()) -> list[Path]:
+    """The file and what it includes, each once."""
+    if not path.is_file() or path in seen:
+        return []
+    found = [path]
+    for name in re.findall(r"<include\b[^>]*file\s*=\s*[\"']([^\"']+)", path.read_text(encoding="utf-8", errors="replace")):
+        found += [f for f in _files(path.parent / name, (*seen, *found)) if f not in found]
+    return found
+
+
+def _line(path: Path, word: str, otherwise: int = 1) -> int:
+    """The first line on which a word stands in quotes or ends a path."""
+    if not word:
+        return otherwise
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    shape = re.compile(rf"[\"'/]{re.escape(word)}[\"']")
+    return next((k for k, line in enumerate(lines, 1) if shape.search(line)), otherwise)

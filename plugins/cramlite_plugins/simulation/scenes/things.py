@@ -1,0 +1,184 @@
+"""Groups of bodies as things: shape, mass, joint, and the features that names, sites and geometry show."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Feature, Floats, Inertia, Joint, Pose, Thing, Value
+
+from .bodies import SLIDE, Group, joints
+from .geoms import Shaped, collides, pose_of, shaped
+from .handles import with_handle
+
+CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door"}
+"""What a thing is taken for by how it moves, where its names say nothing."""
+LARGE = 0.0025
+"""A surface that is smaller bears nothing worth naming [m2]."""
+NARROW = 0.015
+"""Nor does one that is narrower, such as a rim [m]."""
+MOST = 6
+"""Surfaces of one thing that become features."""
+HOLDS = re.compile(r"contain|inside|cavity|interior|_in$|region", re.IGNORECASE)
+BOX_SITE = 6
+
+
+class Made(Value):
+    """A thing of a scene.
+
+    Args:
+        thing: without a class that its name would give it.
+        names: what else the file calls it.
+        found: what it is taken for, in words.
+        notes: what was changed or left out.
+    """
+
+    thing: Thing
+    names: tuple[str, ...]
+    found: str
+    notes: tuple[str, ...]
+
+
+def make(source: Any, group: Group, name: str, parent: str) -> Made | None:
+    """Make the thing of a group; None if it has no shape that collides.
+
+    Args:
+        source: a ``Source``.
+        name: of the thing.
+        parent: name of the thing that it is mounted in, if the file keeps the two from colliding.
+    """
+    model, data = source.model, source.data
+    frame = pose_of(data.xpos[group.root], data.xmat[group.root])
+    shapes = [shaped(model, data, g, frame) for g in _geoms_of(model, group.bodies) if collides(model, g)]
+    geoms = tuple(g for s in shapes for g in s.geoms)
+    if not geoms:
+        return None
+    thing = Thing(name, CLASSES[group.kind if group.kind != "joint" else "slide"], frame, geoms)
+    notes = [n for s in shapes for n in s.notes]
+    if group.kind != "fixed":
+        mass, inertia = _inertia(model, data, group.bodies, frame)
+        thing = replace(thing, mass=mass, inertia=inertia)
+    if group.kind == "joint":
+        joint, said = _joint(model, data, group.root, parent)
+        thing = replace(thing, joint=joint, type=CLASSES[joint.kind])
+        notes += said
+    names = (*(model.body(b).name for b in group.bodies), *(s.name for s in shapes))
+    thing, found = _featured(source, group, thing, shapes)
+    return Made(thing, tuple(dict.fromkeys(n for n in names if n)), found, tuple(dict.fromkeys(notes)))
+
+
+def make_of_world(source: Any, geom: int, name: str) -> Made | None:
+    """Make a fixed thing of a geom that belongs to no body."""
+    made = shaped(source.model, source.data, geom, Pose())
+    if not made.geoms:
+        return None
+    at = made.geoms[0].pose
+    geoms = tuple(replace(g, pose=at.inverse() * g.pose) for g in made.geoms)
+    thing, found = _surfaced(Thing(name, CLASSES["fixed"], at, geoms, made.features))
+    return Made(thing, (made.name,), found, made.notes)
+
+
+def _geoms_of(model: Any, bodies: Iterable[int]) -> list[int]:
+    return [g for b in bodies for g in range(int(model.body_geomadr[b]), int(model.body_geomadr[b]) + int(model.body_geomnum[b]))]
+
+
+def _inertia(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> tuple[float, Inertia]:
+    """Mass and inertia of bodies together, by Steiner's theorem."""
+    rows = [b for b in bodies if model.body_mass[b] > 0]
+    masses = np.array([model.body_mass[b] for b in rows])
+    centres = np.array([data.xipos[b] for b in rows])
+    centre = masses @ centres / masses.sum()
+    whole = np.zeros((3, 3))
+    for b, mass, at in zip(rows, masses, centres, strict=True):
+        turn, off = data.ximat[b].reshape(3, 3), at - centre
+        whole += turn @ np.diag(model.body_inertia[b]) @ turn.T + mass * (off @ off * np.eye(3) - np.outer(off, off))
+    own: Floats = frame.rotation.T @ whole @ frame.rotation
+    x, y, z = frame.inverse().apply(centre).tolist()
+    xx, yy, zz, xy, xz, yz = (float(own[i]) for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    return float(masses.sum()), Inertia((x, y, z), (xx, yy, zz, xy, xz, yz))
+
+
+def _joint(model: Any, data: Any, body: int, parent: str) -> tuple[Joint, list[str]]:
+    """The joint with its closed end at the lower value: that end which it is nearer to at the start."""
+    j = joints(model, body)[0]
+    slide, dof = int(model.jnt_type[j]) == SLIDE, int(model.jnt_dofadr[j])
+    name, value, notes = model.joint(j).name or model.body(body).name, float(data.qpos[model.jnt_qposadr[j]]), []
+    low, high = (float(v) for v in model.jnt_range[j])
+    if not model.jnt_limited[j]:
+        low, high = (value - 1.0, value + 1.0) if slide else (value - math.pi, value + math.pi)
+        notes.append(f"joint '{name}' has no limits; it is taken for {low:.2f} to {high:.2f} {'m' if slide else 'rad'}")
+    axis = np.asarray(model.jnt_axis[j], dtype=float)
+    if value - low > high - value and not math.isclose(value - low, high - value):
+        axis = -axis
+        low, high, value = -high, -low, -value
+        notes.append(f"joint '{name}' is closed at its upper end; its axis is turned round")
+    if model.jnt_stiffness[j].max() > 0:
+        notes.append(f"joint '{name}' has a spring, which joints of things cannot have; left out")
+    if float(model.dof_armature[dof]) > 0:
+        notes.append(f"joint '{name}' has an armature of {float(model.dof_armature[dof]):g}, which is left out")
+    x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
+    pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
+    kind: Any = "slide" if slide else "hinge"
+    damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
+    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction), notes
+
+
+def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> tuple[Thing, str]:
+    """With what sites say, else what geometry shows: openings, surfaces, a handle."""
+    sites = _sites(source.model, source.data, group.bodies, thing.pose)
+    found = {f.name: f for s in shapes for f in s.features} | {f.name: f for f in sites}
+    thing = replace(thing, features=tuple(found.values()))
+    thing, said = _surfaced(thing)
+    if thing.joint is not None:
+        names = [s.name for s in shapes for _ in s.geoms]
+        thing, handle = with_handle(thing, names)
+        said = f"{said}; {handle}"
+    return thing, said
+
+
+def _sites(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> list[Feature]:
+    """Boxes that are called after what they contain become cavities."""
+    found = []
+    for s in range(model.nsite):
+        name = model.site(s).name
+        if int(model.site_bodyid[s]) in bodies and int(model.site_type[s]) == BOX_SITE and HOLDS.search(name):
+            at = frame.inverse() * pose_of(data.site_xpos[s], data.site_xmat[s])
+            x, y, z = (float(v) for v in model.site_size[s])
+            size = {"width": 2 * x, "depth": 2 * y, "height": 2 * z}
+            found.append(Feature("cavity", "cram:Cavity", at * Pose((0.0, 0.0, z)), size))
+    return found
+
+
+def _surfaced(thing: Thing) -> tuple[Thing, str]:
+    """With its cavity and its largest level faces; and in words."""
+    from ...shapes.cavities import cavity
+    from ...shapes.surfaces import surfaces
+
+    hollow = None if thing.feature("cram:Cavity") else cavity(thing, thing.pose)
+    level = [(s.pose, _largest(s.area)) for s in surfaces(thing, thing.pose) if s.area.area > LARGE]
+    tops = [
+        Feature(f"surface{k + 1 if k else ''}", "vrps:SurfaceFeature", thing.pose.inverse() * pose, size)
+        for k, (pose, size) in enumerate((p, s) for p, s in level[:MOST] if min(s.values()) > NARROW)
+    ]
+    features = (*thing.features, *([hollow] if hollow else ()), *tops)
+    said = [f"{len(tops)} surface{'s' * (len(tops) != 1)}"] if tops else []
+    for feature in features:
+        if feature.type != "vrps:SurfaceFeature" and feature.name != "handle":
+            said.append(f"{feature.name} of {' x '.join(f'{1000 * v:.0f}' for v in feature.size.values())} mm")
+    return replace(thing, features=features), ", ".join(said) or "no surfaces"
+
+
+def _largest(area: Any) -> dict[str, float]:
+    """Sides of the largest box in the proportions of the area's, about the origin, that the area covers."""
+    import shapely
+
+    x, y, x1, y1 = area.bounds
+    wide = area.buffer(1e-6)  # rounding
+    shares = [k / 50 for k in range(50, 0, -1)]
+    share = next((s for s in shares if wide.covers(shapely.box(s * x, s * y, s * x1, s * y1))), 0.0)
+    return {"width": round(share * (x1 - x), 4), "depth": round(share * (y1 - y), 4)}
