@@ -103,3 +103,13 @@ def _corners(geom: Geom, pose: Pose) -> Floats:
     if geom.shape == "convex":
         return pose.apply(geom.pose.apply(geom.corners))
     return (pose * geom.pose).apply(_CORNERS * geom.half_extents)
+
+
+def centre_of_mass(thing: Thing) -> Vector3:
+    """Centre of mass in the thing's frame [m]: the stated one, else of the body's geoms with an even density."""
+    if thing.inertia is not None:
+        return thing.inertia.centre
+    body = [g for g in thing.geoms if not g.part] or list(thing.geoms)
+    volumes = np.array([volume(g) for g in body])
+    x, y, z = (volumes @ np.array([g.pose.position for g in body]) / volumes.sum()).tolist()
+    return (x, y, z)
