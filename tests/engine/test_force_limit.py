@@ -68,7 +68,7 @@ def test_who_set_a_limit_changes_no_text(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "low", "said", "enough"),
     [
-        ("grasp_one_thing", "0.7 N", r"force 0\.7\d* N > 0\.7 N; .*limit 0\.7 N of the scenario", "2 N"),
+        ("grasp_one_thing", "0.7 N", r"force 0\.7\d* N > 0\.7 N; .*limit 0\.7 N of the scenario", "3 N"),
         ("sliding_gripper", "24 N", r"force limit of 25 N is not in 0 \.\. 24 N, the program's \(of the scenario\)", "25 N"),
     ],
 )

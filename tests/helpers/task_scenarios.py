@@ -22,7 +22,7 @@ REFUSED = {
     "extract_hole_from_peg": "before 2.ExtractHoleFromPeg 'grasps(Gripper, Locatum)' does not hold",
     "grasping": "after 1.Grasping 'grasps(Gripper, Patient)' does not hold",
     "holding": "before 3.Holding 'grasps(Gripper, Patient)' does not hold",
-    "insert_hole_onto_peg": "3.InsertHoleOntoPeg/lower: no contact within 0.0135 m",
+    "insert_hole_onto_peg": "3.InsertHoleOntoPeg/lower/attempt_5: no contact within 0.0135 m",
     "looking_at": "after 1.LookingAt 'in_view(Patient)' does not hold",
     "looking_for": "dul:PhysicalObject is no cram:CoffeePack",
     "navigating": "after 1.Navigating 'stands_at(Base, Destination)' does not hold",

@@ -25,6 +25,7 @@ OTHERS = {
     "plugins/cramlite_plugins/simulation/model/grains.py": MODEL,
     "plugins/cramlite_plugins/simulation/model/hand_model.py": MODEL,
     "plugins/cramlite_plugins/simulation/model/index.py": MODEL,
+    "plugins/cramlite_plugins/simulation/scenes/source.py": "addresses of files",
 }
 READERS = {"split", "rsplit", "partition", "rpartition", "startswith", "endswith", "removeprefix", "removesuffix", "lstrip"}
 WRITTEN = re.compile(r"\{\}/(\{\}|\w+|$)(/.*)?")

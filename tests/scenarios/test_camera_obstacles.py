@@ -17,7 +17,7 @@ from cramlite.perception.view_queries import queries_of
 from cramlite.scenario.worlds import build_world
 
 CLUTTER = (
-    "  - {name: clutter, model: block, at: {position: [0.55, -0.24, 0.205]}, with: {size: [0.1, 0.1, 0.4], mass: 2}}\n"
+    "  - {name: clutter, model: block, at: {position: [0.52, -0.24, 0.255]}, with: {size: [0.14, 0.1, 0.5], mass: 2}}\n"
 )
 
 
@@ -34,7 +34,7 @@ def furniture(engine: Engine) -> World:
 
 
 def cluttered(folder: Path) -> Path:
-    """A box of 100 mm by 100 mm by 400 mm that nobody declared stands where the shortest ways home lead."""
+    """A box of 140 mm by 100 mm by 500 mm that nobody declared stands where the shortest ways home lead."""
     return variant(
         folder,
         ("  - name: basket\n", CLUTTER + "  - name: basket\n"),

@@ -121,7 +121,7 @@ def test_bad_names_are_explained(name: str, says: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "name", "says"),
     [
-        ("task", "shaking", "'cram:Shaking' has a rule already .shaking.yaml."),
+        ("task", "shaking", "There is a plugin 'shaking' already"),
         ("task", "lift", "'Lift' is a name of the task 'soma:PickingUp', of the plugin 'picking_up'"),
         ("task", "handle", "there is a class 'cram:Handle' already"),
         ("task", "cup", "there is a class 'soma:Cup' already"),

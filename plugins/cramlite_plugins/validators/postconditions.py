@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cramlite.plugin import Clause, Phase, PhaseName, Rule, Timeline
 
 GRAVITY = 9.81
-NO_STEPS, THERE = "its program has no steps", "what it is to bring about was there when it began"
+NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
 BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
 
@@ -155,10 +155,26 @@ class TaskRules(Value):
             if missing:
                 yield Finding(self.name, False, missing, origin=action.name)
             elif action.task in rules:
-                already = NO_STEPS if ran is None and now > candidate.rollout.times[0] else ""
+                already = _already(candidate, action) if ran else NO_STEPS if now > candidate.rollout.times[0] else ""
                 done = ran or Span(now, now)
                 yield _judged(rules[action.task], action, timeline, done, self.name, already)
                 yield from _as_many(rules[action.task], action, timeline, done, self.name)
+
+
+def _already(candidate: Candidate, action: Action) -> str:
+    """Say which part of the action before did the same with the same things; empty for none. What it changed cannot be asked for
+    once more: a hand that withdrew, as the last part of placing, touches nothing that it could withdraw from."""
+    names = [a.name for a in candidate.actions]
+    if action.name not in names[1:]:
+        return ""
+    before = names[names.index(action.name) - 1]
+    same = (p.name for p in candidate.parts if is_part_of(p.name, before) and (p.task, _fillers(p)) == (action.task, _fillers(action)))
+    done = next(same, "")
+    return f"{done} did it already" if done else ""
+
+
+def _fillers(action: Action) -> dict[str, str | None]:
+    return {role: o.entity for role, o in action.roles.items()}
 
 
 def _in_order(candidate: Candidate) -> Iterator[tuple[Action, Span | None, float]]:
@@ -217,8 +233,6 @@ def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str
 
     clauses = [c for c in rule.written_order if _asked(c, action, rule) and (not already or c.phase == "post" or _binds(c))]
     unmet = _unmet_in(rule, clauses, action, _ways(timeline, *ran))
-    if unmet and unmet[0].phase == "pre" and not already and _there(rule, action, timeline, ran.start):
-        return _judged(rule, action, timeline, ran, name, THERE)
     if unmet is None:
         said = " and ".join(c.text for c in clauses if c.phase != "pre")
         nothing = f"nothing was left to do, {already}; {'afterwards: ' if said else ''}" if already else ""
@@ -243,13 +257,6 @@ def _as_many(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: st
         if isinstance(wanted, int | float):
             said = f"{action.name}: {value} {count:g}, {wanted:g} are wanted"
             yield Finding(name, count >= wanted, said, count, float(wanted), "", action.name)
-
-
-def _there(rule: Rule, action: Action, timeline: Timeline, moment: float) -> bool:
-    """Whether all that a task is to bring about was there when it began: a hand that the task before has withdrawn touches nothing
-    that it could withdraw from."""
-    wanted = [c for c in rule.written_order if c.phase == "post" or _binds(c)]
-    return _unmet(wanted, action, rule, dict.fromkeys(("pre", "run", "post"), timeline.instant(moment))) is None
 
 
 def _asked(clause: Clause, action: Action, rule: Rule) -> bool:

@@ -108,9 +108,10 @@ def test_a_longer_one_also_later_with_its_effects_or_from_a_change_on() -> None:
 
 
 def test_what_is_asked_for_before_may_have_ended_in_the_moments_before() -> None:
-    """Fingers that let go leave the block before Releasing begins, by up to 0.6 s; sooner, it was not held to its place."""
-    opened = touching(range(OPENED - 6, COUNT), without=lambda t: bool({LEFT, RIGHT} & {t.a, t.b}))
-    assert set(wrong(opened)) == {"3.Placing/PuttingDown"}
+    """Fingers that let go leave the block before Releasing begins, by up to 0.6 s."""
+    for early, passes in ((6, True), (20, False)):
+        opened = touching(range(OPENED - early, COUNT), without=lambda t: bool({LEFT, RIGHT} & {t.a, t.b}))
+        assert ("3.Placing/Releasing" not in wrong(opened)) is passes, early
 
 
 def test_all_through_its_run_the_arm_moves() -> None:
@@ -208,17 +209,26 @@ def repeated(task: str, roles: dict[str, Object]) -> Finding:
     return judged(replace(made, actions=actions, code=code))["4.Releasing"]
 
 
-def test_what_a_task_is_to_bring_about_may_be_there_when_it_begins() -> None:
-    found = repeated("soma:Placing", {"Locatum": BLOCK, "Relatum": SHELF})
-    assert found.passed and "nothing was left to do, what it is to bring about was there when it began; afterwards: not" in found.reason
+def test_what_the_last_part_of_the_task_before_did_cannot_be_done_again() -> None:
+    found = repeated("soma:Releasing", {"Locatum": BLOCK, "Relatum": SHELF})
+    assert found.passed and "nothing was left to do, 3.Placing/Releasing did it already; afterwards: not grasps" in found.reason
 
 
-def test_unless_not_all_of_it_is() -> None:
-    """The block stands on the shelf, not on the cup; and nobody holds it, whom picking it up would have hold it."""
-    cup = repeated("soma:Placing", {"Locatum": BLOCK, "Relatum": Object("o", entity="cup")})
-    assert not cup.passed and "before 4.Releasing" in cup.reason and "does not hold" in cup.reason
-    up = repeated("soma:PuttingDown", {"Locatum": BLOCK, "Relatum": SHELF})
-    assert not up.passed and "before 4.Releasing" in up.reason and "does not hold" in up.reason
+def test_unless_it_was_another_task_or_with_other_things() -> None:
+    for roles in ({"Locatum": BLOCK, "Relatum": Object("o", entity="cup")}, {"Locatum": Object("o", entity="cup"), "Relatum": SHELF}):
+        found = repeated("soma:Releasing", roles)
+        assert not found.passed and "does not hold" in found.reason
+    other = repeated("soma:Placing", {"Locatum": BLOCK, "Relatum": SHELF})
+    assert not other.passed and "before 4.Releasing 'not supports(_, Locatum)' does not hold" in other.reason
+
+
+def test_nor_the_task_before_the_one_before() -> None:
+    made = good()
+    again = Action("5.Releasing", "soma:Releasing", {"Locatum": BLOCK, "Relatum": SHELF})
+    code = replace(made.code, origins={**ORIGINS, 8: "4.ParkingArms/move", 9: "5.Releasing/open"})  # type: ignore[type-var]
+    lines = np.where((ran(made).lines == 9) & (np.arange(COUNT) < 85), 8, ran(made).lines)
+    found = judged(replace(good(lines=lines), actions=(*made.actions, again), code=code))
+    assert not found["5.Releasing"].passed and "before 5.Releasing" in found["5.Releasing"].reason
 
 
 # Rules
@@ -239,9 +249,10 @@ def test_the_condition_that_is_said_is_the_one_of_the_way_that_came_furthest() -
 def test_who_holds_something_takes_nothing_else() -> None:
     """The gripper is no role of Grasping: that it holds nothing is asked all the same."""
     made = good()
-    other = replace(made.actions[1], task="soma:Grasping", roles={"Patient": Object("o", entity="cup")})
-    found = wrong(replace(made, actions=(made.actions[0], other, *made.actions[2:])))
-    assert found["2.PickingUp"].startswith("before 2.PickingUp 'not grasps(Gripper, _)' does not hold (Patient = cup): it held from 0.00")
+    again = replace(made.actions[1], task="soma:Grasping", roles={"Patient": BLOCK})
+    found = wrong(replace(made, actions=(made.actions[0], again, *made.actions[2:])))
+    assert found == {"2.PickingUp": "before 2.PickingUp 'not grasps(Gripper, _)' does not hold (Patient = block): it held from 0.00 to "
+                                    "0.40 s, from 3.50 to 5.00 s; 2.PickingUp ran from 1.25 to 2.45 s"}  # fmt: skip
 
 
 def test_what_a_task_finds_done_is_no_fault_of_its_program() -> None:
@@ -301,6 +312,17 @@ def test_a_part_without_steps_is_judged_after_the_parts_before_it() -> None:
     lines = np.where(ran(made).lines == 7, 5, ran(made).lines)
     found = judged(replace(good(lines=lines), code=code))["3.Placing/Releasing"]
     assert found.passed and NO_STEPS in found.reason
+
+
+def test_the_first_task_has_none_before_it_and_the_second_the_first() -> None:
+    made = good()
+    roles = {"Locatum": BLOCK, "Relatum": SHELF}
+    code = replace(made.code, origins={**ORIGINS, 9: "4.Releasing/open"})  # type: ignore[type-var]
+    again = Action("4.Releasing", "soma:Releasing", roles)
+    second = judged(replace(made, actions=(made.actions[2], again), code=code))["4.Releasing"]
+    assert second.passed and "3.Placing/Releasing did it already" in second.reason
+    first = judged(replace(made, actions=(again, made.actions[2]), code=code))["4.Releasing"]
+    assert "did it already" not in first.reason
 
 
 def test_what_contacts_name_is_a_part_with_a_shape_or_the_whole() -> None:

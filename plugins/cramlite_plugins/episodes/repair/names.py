@@ -35,7 +35,7 @@ def local(name: str) -> str:
     if "://" in bare:
         return re.split(r"[#/]", bare.rstrip("#/"))[-1]
     prefixed = re.fullmatch(r"[A-Za-z][\w.-]*:([^:/\s]+)", bare)
-    return prefixed[1] if prefixed else bare.lstrip("/")
+    return prefixed[1] if prefixed else re.sub("^/+", "", bare)
 
 
 def unlabelled(name: str) -> str:
