@@ -51,12 +51,14 @@ def test_unknown_things_are_driven_around(tmp_path: Path) -> None:
     assert "clutter" in json.dumps(real), "and executed with the box in its world"
 
 
-def test_without_obstacles_the_program_hits_the_box(tmp_path: Path) -> None:
+def test_without_the_expert_nobody_knows_of_the_box(tmp_path: Path) -> None:
+    """Its program passes the box by chance: since the shortest reading of the demonstration no longer drives home past it."""
     done = cramlite(
         "resolve", cluttered(tmp_path), "--block", "perception_obstacles", "--out", tmp_path / "run", "--no-report"
     )
-    assert done.returncode == 1
-    assert "first execution failed" in done.stderr and "hit 'clutter' with" in done.stderr
+    assert done.returncode == 0, done.stderr
+    believed, real = ((tmp_path / "run" / at / "world.json").read_text() for at in ("", "execution"))
+    assert "obstacle_1" not in believed and "clutter" in real
 
 
 def belief_of(engine: Engine, sigma: float, *, held: bool = False) -> Any:
