@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -32,6 +32,33 @@ from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
 ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]
+
+
+class Applied(NamedTuple):
+    """What gripper and load apply to their environment, as ``Rollout.wrench``: the gripper's own weight is taken off, that of a
+    carried object is not; no tare.
+
+    Args:
+        turn: orientation of the sensor (3, 3) in the world.
+        weight, center: the gripper's own (3,) [N], and where it acts (3,) [m], sensor axes.
+        reading: of the sensor (6,), the wrench of the wrist on the tool [N, Nm].
+    """
+
+    turn: Floats
+    weight: Floats
+    center: Floats
+    reading: Floats
+
+    @property
+    def force(self) -> Floats:
+        """The force (3,), world axes [N]; most cycles need no more."""
+        return np.asarray(self.turn @ (self.reading[:3] + self.weight))
+
+    @property
+    def wrench(self) -> Floats:
+        """The wrench (6,), world axes, at the sensor [N, Nm]."""
+        torque = self.turn @ (self.reading[3:] + cross(self.center, self.weight))
+        return np.concatenate([self.force, torque])
 
 
 class Controller:
@@ -202,7 +229,7 @@ class Controller:
     def actual_tcp(self) -> Pose:
         """Return the TCP in the base frame, from the encoders and the nominal kinematics."""
         self._measure()
-        return Pose.from_matrix(self._tcp)
+        return Pose.from_matrix(self._flange @ self.kinematics.tcp)
 
     def tool_speed(self) -> Floats:
         """Return the commanded twist (6,) of the TCP, base axes [m/s, rad/s]."""
@@ -211,33 +238,26 @@ class Controller:
     def wrench(self) -> Floats:
         """Return the wrench (6,) of the environment on the tool, base axes, at the TCP [N, Nm]."""
         self._measure()
+        if self._wrench is None:
+            tcp = self._flange @ self.kinematics.tcp
+            self._wrench = np.concatenate([self._felt, self.sensor.torque(self._flange, tcp, self._felt)])
         return self._wrench
+
+    def force_vector(self) -> Floats:
+        """Return the force (3,) of ``wrench`` alone [N]."""
+        self._measure()
+        return self._felt
 
     def force(self) -> float:
         """Return the magnitude of the force of ``wrench`` [N]."""
         self._measure()
         return self._force
 
-    def applied(self) -> Floats:
-        """Return the wrench (6,) of gripper and load on their environment, world axes, at the sensor; no tare [N, Nm].
-
-        As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
-        """
+    def applied(self) -> Applied:
+        """Return what gripper and load apply to their environment."""
         self._measure()
-        turn, weight = self._gripper_weight()
-        local = self.sensor.raw + np.concatenate([weight, cross(self.gripper_center, weight)])
-        return np.concatenate([turn @ local[:3], turn @ local[3:]])
-
-    def applied_force(self) -> Floats:
-        """Return the force (3,) of ``applied`` alone [N]: most cycles need no more."""
-        self._measure()
-        turn, weight = self._gripper_weight()
-        return np.asarray(turn @ (self.sensor.raw[:3] + weight))
-
-    def _gripper_weight(self) -> tuple[Floats, Floats]:
-        """Orientation of the sensor (3, 3), world axes, and what the gripper's own weight is in its axes (3,) [N]."""
         turn = self.base.rotation @ self._flange[:3, :3]
-        return turn, -self.arm.gripper.mass * GRAVITY * turn[2]
+        return Applied(turn, -self.arm.gripper.mass * GRAVITY * turn[2], self.gripper_center, self.sensor.raw)
 
     def zero_sensor(self) -> None:
         """Tare the wrist sensor."""
@@ -353,9 +373,9 @@ class Controller:
         if self._measured:
             return
         self._flange = self.kinematics.flange(self.actual_joints())
-        self._tcp = self._flange @ self.kinematics.tcp
-        self._wrench = self.sensor.wrench(self._flange, self._tcp)
-        self._force = math.hypot(*self._wrench[:3].tolist())
+        self._felt = self.sensor.force(self._flange)
+        self._force = math.hypot(*self._felt.tolist())
+        self._wrench: Floats | None = None
         self._measured = True
 
 

@@ -71,7 +71,7 @@ class Compiled(Value):
             index = self.robots[mount.name]
             data.qpos[list(index.joints)] = data.ctrl[list(index.actuators)] = mount.joints or index.robot.home
             if mount.opening is not None:
-                index.set_opening(self.model, data, mount.opening)
+                index.set_opening(data, mount.opening)
         for k, hand in enumerate(self.hands):
             home = Pose((0.0, k * APART, 0.0)) * hand.home
             hand.teleport(self.model, data, home)
