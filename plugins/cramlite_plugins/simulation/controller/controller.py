@@ -52,12 +52,12 @@ class Applied(NamedTuple):
     @property
     def force(self) -> Floats:
         """The force (3,), world axes [N]; most cycles need no more."""
-        return np.asarray(self.turn @ (self.reading[:3] + self.weight))
+        return np.asarray(self.turn.dot(self.reading[:3] + self.weight))
 
     @property
     def wrench(self) -> Floats:
         """The wrench (6,), world axes, at the sensor [N, Nm]."""
-        torque = self.turn @ (self.reading[3:] + cross(self.center, self.weight))
+        torque = self.turn.dot(self.reading[3:] + cross(self.center, self.weight))
         return np.concatenate([self.force, torque])
 
 
@@ -107,7 +107,7 @@ class Controller:
         torques = model.actuator_forcerange[self.servos, 1].copy()
         self.watch = SafetyWatch(safety, index.robot, torques, self.period)
         self.q = np.array(data.qpos[self.joints])
-        self.rate = np.zeros(len(self.q))
+        self.rate = self.nothing = np.zeros(len(self.q))
         self.motion: Motion | None = None
         self.time = 0.0
         self.force_mode: ForceMode | None = None
@@ -256,7 +256,7 @@ class Controller:
     def applied(self) -> Applied:
         """Return what gripper and load apply to their environment."""
         self._measure()
-        turn = self.base.rotation @ self._flange[:3, :3]
+        turn = self.base.rotation.dot(self._flange[:3, :3])
         return Applied(turn, -self.arm.gripper.mass * GRAVITY * turn[2], self.gripper_center, self.sensor.raw)
 
     def zero_sensor(self) -> None:
@@ -332,6 +332,7 @@ class Controller:
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
         model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
+        readings, wrist = self.readings, self.wrist
         forward_fed = self.lag * self.rate + self._payload()
         goal = self.q
         if self.errors is not None:
@@ -343,7 +344,7 @@ class Controller:
             if platform is not None:
                 platform.apply(k / self.steps)
             mujoco.mj_step(model, data)
-            reading += self.readings[self.wrist]
+            reading += readings[wrist]
         reading /= self.steps
         if self.errors is not None:
             reading = self.errors.measured(self.encoders(), reading)
@@ -351,12 +352,11 @@ class Controller:
         self._forget()
 
     def _payload(self) -> Floats:
-        """The servo offset [rad] that carries what the program says hangs on the flange beside the gripper."""
+        """The servo offset (n,) [rad] that carries what the program says hangs on the flange beside the gripper."""
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
-            return np.zeros(len(self.q))
-        hold = self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY)
-        return np.asarray(hold / self.stiffness)
+            return self.nothing
+        return self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY) / self.stiffness
 
     def _watch(self) -> None:
         if reason := unstable(self.data):

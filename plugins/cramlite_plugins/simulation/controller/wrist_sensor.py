@@ -71,7 +71,7 @@ class WristSensor:
             flange: (4, 4) in the base frame; the sensor sits there.
         """
         turn = flange[:3, :3]
-        return np.asarray(turn @ (self._force(turn) - self.bias[:3]))
+        return np.asarray(turn.dot(self._force(turn) - self.bias[:3]))
 
     def torque(self, flange: Floats, tcp: Floats, force: Floats) -> Floats:
         """Return the torque (3,) of the environment on the tool about the TCP, base axes [Nm].
@@ -81,12 +81,12 @@ class WristSensor:
             force: what ``force`` returns there (3,) [N].
         """
         turn = flange[:3, :3]
-        return np.asarray(turn @ (self._torque(turn) - self.bias[3:]) - cross(tcp[:3, 3] - flange[:3, 3], force))
+        return np.asarray(turn.dot(self._torque(turn) - self.bias[3:]) - cross(tcp[:3, 3] - flange[:3, 3], force))
 
     def _force(self, turn: Floats) -> Floats:
         """The force (3,) on the tool less the payload's weight, sensor axes, bias included [N]."""
         felt: Floats = -self.raw[:3] - self._weight(turn)
-        return felt if self.turning is None else felt + self.turning @ turn
+        return felt if self.turning is None else felt + self.turning.dot(turn)
 
     def _torque(self, turn: Floats) -> Floats:
         """The torque (3,) on the tool less the payload's, sensor axes, bias included [Nm]."""
@@ -94,4 +94,4 @@ class WristSensor:
 
     def _weight(self, turn: Floats) -> Floats:
         """The payload's weight (3,), sensor axes [N]."""
-        return np.asarray(self.up @ turn * -(self.mass * GRAVITY))
+        return np.asarray(self.up.dot(turn) * -(self.mass * GRAVITY))

@@ -28,7 +28,7 @@ BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("Q
 
 def unstable(data: Data) -> str:
     """Explain, as a clause, why the simulation has diverged; empty while it has not."""
-    if data.warning.number[BAD[0] : BAD[-1] + 1].any():
+    if any(data.warning.number[BAD[0] : BAD[-1] + 1].tolist()):
         return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
     return ""
 
