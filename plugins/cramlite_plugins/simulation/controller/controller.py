@@ -361,7 +361,7 @@ class Controller:
     def _watch(self) -> None:
         if reason := unstable(self.data):
             raise ProtectiveStop(reason)
-        error = np.abs(self.q - (self.encoders() if self.errors is None else self.errors.now))
+        error = self.q - (self.qpos[self.joints] if self.errors is None else self.errors.now)
         late = self.platform.late() if self.platform is not None else ""
         self.watch.cycle(self.force(), self.efforts[self.servos], error, late)
 

@@ -7,6 +7,7 @@ the inverse; here one solution is followed from cycle to cycle by Newton's metho
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import sub
 
 import numpy as np
 
@@ -82,14 +83,12 @@ class NominalArm:
 
     def follow(self, target: Pose, near: Floats) -> Floats | None:
         """Solve inverse kinematics on the branch of a near joint position; None where Newton's method fails."""
-        place, turn, q = np.array(target.position), target.rotation, near
+        turn, q = target.rotation, near
         for _ in range(ROUNDS):
             frames = self._frames_again(q)
             end = frames[-1].dot(self.tcp)
-            error = np.empty(6)
-            error[:3] = place - end[:3, 3]
-            error[3:] = _turn(turn.dot(end[:3, :3].T))
-            if max(map(abs, error.tolist())) < CLOSE:
+            error = [*map(sub, target.position, end[:3, 3].tolist()), *_turn(turn.dot(end[:3, :3].T))]
+            if max(map(abs, error)) < CLOSE:
                 return q
             j = _columns(frames, end[:3, 3])
             q = q + j.T.dot(np.linalg.solve(j.dot(j.T) + self.damping, error))

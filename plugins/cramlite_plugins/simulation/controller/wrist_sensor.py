@@ -54,7 +54,7 @@ class WristSensor:
             self.wandered = self.wandered + period * self.drift
             reading = reading + self.wandered
         if self.noise:
-            reading = reading + self.random.normal(0.0, self.noise, 6) * SPREAD
+            reading = reading + self.noise * self.random.standard_normal(6) * SPREAD
         share = period / (SMOOTHING + period) if self.started else 1.0
         self.started = True
         self.raw = self.raw + share * (reading - self.raw)
