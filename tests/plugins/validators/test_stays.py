@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from short_runs import COUNT, FLOOR, WEIGHT, candidate, good, only, posed, said, shifted
+from short_runs import COUNT, FLOOR, STEP, WEIGHT, candidate, good, only, posed, said, shifted
 from test_bystanders import carried, hanging, moving, ran, swinging
 
 from cramlite.model import Floats, Pose, Rollout, Touch
@@ -229,23 +229,47 @@ def test_the_last_half_second_begins_with_the_sample_half_a_second_before_the_en
         assert (restless(replace(base, poses={**base.poses, "cup": rows}), "cup", hanging=False) == "") is still
 
 
-def test_what_turns_in_place_is_where_it_was() -> None:
-    for axis in (1, 3):
-        angle, rows = np.arange(COUNT) * 0.01, ran(good()).poses["cup"].copy()
-        rows[:, 3], rows[:, 3 + axis] = np.cos(angle), np.sin(angle)
-        assert restless(ran(posed(cup=rows)), "cup", hanging=False) == ""
+def spinning(axis: int, speed: float) -> Rollout:
+    """The cup turns about one of its axes, its middle where it was [rad/s]."""
+    half, rows = np.arange(COUNT) * STEP * speed / 2, ran(good()).poses["cup"].copy()
+    rows[:, 3], rows[:, 3 + axis] = np.cos(half), np.sin(half)
+    return ran(posed(cup=rows))
 
 
-def test_what_hangs_may_turn_about_the_vertical() -> None:
+@pytest.mark.parametrize("axis", [1, 2, 3])
+def test_what_spins_in_place_is_not_at_rest(axis: int) -> None:
+    assert restless(spinning(axis, 0.099), "cup", hanging=False) == ""
+    assert restless(spinning(axis, -0.099), "cup", hanging=False) == ""
+    said = "'cup' still turns at 0.12 rad/s at the end, limit 0.1 rad/s"
+    assert restless(spinning(axis, 0.12), "cup", hanging=False) == said
+    assert "turns at 25 rad/s" in restless(spinning(axis, 25.0), "cup", hanging=False)  # twice round in the half second
+
+
+def test_what_rocks_in_place_is_not_at_rest() -> None:
+    for amplitude, rests in ((0.030, True), (0.036, False)):
+        half, rows = amplitude / 2 * np.sin(np.arange(COUNT) * STEP * 2 * np.pi / 0.5), ran(good()).poses["cup"].copy()
+        rows[:, 3], rows[:, 4] = np.cos(half), np.sin(half)
+        assert (restless(ran(posed(cup=rows)), "cup", hanging=False) == "") is rests
+
+
+def test_a_bystander_that_spins_is_an_objection() -> None:
+    rows = spinning(3, 0.2).poses["cup"]
+    rows[:-8, 3:] = rows[-8, 3:]  # it began to in the last 0.4 s
+    (wrong,) = said(Bystanders(), posed(cup=rows))
+    assert wrong.startswith("'cup' still turns at 0.")
+
+
+@pytest.mark.parametrize(("speed", "says"), [(0.56, ""), (0.6, "'box' still turns at 0.6 rad/s at the end, limit 0.57 rad/s")])
+def test_what_hangs_may_turn_a_little_about_the_vertical(speed: float, says: str) -> None:
     still = hanging(np.zeros(COUNT))
     hole = still.world.thing("box").feature("vrps:Hole")
     assert hole is not None
     rows, start = [], Pose(tuple(still.poses["box"][0, :3]), tuple(still.poses["box"][0, 3:]))
     pivot = np.array(start.apply(hole.pose.position))
-    for angle in np.arange(COUNT) * 0.01:
-        new = Pose((0, 0, 0), (math.cos(angle), 0, 0, math.sin(angle))) * Pose((0, 0, 0), start.quaternion)
+    for half in np.arange(COUNT) * STEP * speed / 2:
+        new = Pose((0, 0, 0), (math.cos(half), 0, 0, math.sin(half))) * Pose((0, 0, 0), start.quaternion)
         rows.append([*(pivot - np.array(new.apply(hole.pose.position))), *new.quaternion])
-    assert restless(replace(still, poses={**still.poses, "box": np.array(rows)}), "box", hanging=True) == ""
+    assert restless(replace(still, poses={**still.poses, "box": np.array(rows)}), "box", hanging=True) == says
 
 
 def test_a_run_of_one_sample_is_at_rest() -> None:
