@@ -107,7 +107,7 @@ class Controller:
         torques = model.actuator_forcerange[self.servos, 1].copy()
         self.watch = SafetyWatch(safety, index.robot, torques, self.period)
         self.q = np.array(data.qpos[self.joints])
-        self.rate = self.nothing = np.zeros(len(self.q))
+        self.rate, self.nothing = np.zeros(len(self.q)), np.zeros(len(self.q))
         self.motion: Motion | None = None
         self.time = 0.0
         self.force_mode: ForceMode | None = None
@@ -115,6 +115,7 @@ class Controller:
         self.freedrive = False
         self.nominal = self.kinematics.forward(self.q)
         self.errors: ArmErrors | None = None
+        self._wrench: Floats | None = None
         self._forget()
 
     def disturb(self, off: Disturbance) -> None:
@@ -356,7 +357,7 @@ class Controller:
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
             return self.nothing
-        return self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY) / self.stiffness
+        return np.asarray(self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY) / self.stiffness)
 
     def _watch(self) -> None:
         if reason := unstable(self.data):
@@ -375,7 +376,7 @@ class Controller:
         self._flange = self.kinematics.flange(self.actual_joints())
         self._felt = self.sensor.force(self._flange)
         self._force = math.hypot(*self._felt.tolist())
-        self._wrench: Floats | None = None
+        self._wrench = None
         self._measured = True
 
 
