@@ -33,7 +33,7 @@ from typing import Any
 import yaml
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 20  # of one mutant's tests [s]: one that runs on for ever is found by that
+PATIENCE = 6  # so many times as long as they take for the module as it is, and a second, its tests may: a mutant may run on for ever
 BINARY = ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul", "Mod_Mul", "BitAnd_BitOr", "BitOr_BitAnd")
 COMPARISON = (
     "Eq_NotEq", "NotEq_Eq", "Lt_LtE", "Lt_Gt", "LtE_Lt", "LtE_Gt", "Gt_GtE", "Gt_Lt", "GtE_Gt", "GtE_Lt", "Is_IsNot", "IsNot_Is",
@@ -137,12 +137,12 @@ def _sides(lines: Iterator[str]) -> tuple[list[str], list[str]]:
     return [k for k in kept if k[0] == "-"], [k for k in kept if k[0] == "+"]
 
 
-def survives(name: str, path: Path, changed: str, entry: dict[str, Any]) -> bool:
-    """Whether the tests of a module pass with another text of it: in a process of its own, which begins where this one is."""
+def survives(name: str, path: Path, changed: str, entry: dict[str, Any], patience: float = 600.0) -> bool:
+    """Whether the tests of a module pass with another text of it in so many seconds: in a process that begins where this one is."""
     child = os.fork()
     if not child:
         os._exit(_tested(name, path, changed, entry))
-    until = time.monotonic() + PATIENCE
+    until = time.monotonic() + patience
     while time.monotonic() < until:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
@@ -170,12 +170,13 @@ def surviving(module: str, entry: dict[str, Any], by_hand_alone: bool) -> Iterat
     text = path.read_text()
     if not survives(name, path, text, entry):
         raise SystemExit(f"{module}: its tests fail as it is; run them by themselves: {' '.join(entry['tests'])}")
+    patience = 1.0 + PATIENCE * (time.monotonic() - start)
     by_hand = entry.get("by_hand", {})
     if stale := [old for old in by_hand if old not in text]:
         raise SystemExit(f"{module}: mutants.yaml changes what is not there: {stale}")
     for changed in chain((text.replace(old, new) for old, new in by_hand.items()), () if by_hand_alone else mutants(path)):
         count += 1
-        if survives(name, path, changed, entry):
+        if survives(name, path, changed, entry, patience):
             lived += 1
             yield difference(path, changed)
     print(f"{module}: {count} mutants, {lived} survived, {time.monotonic() - start:.0f} s", flush=True)

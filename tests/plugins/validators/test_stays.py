@@ -187,6 +187,9 @@ def test_at_rest_is_asked_over_a_fifth_of_a_second_whatever_the_clock_says_and_t
     falls = ran(good()).poses["cup"].copy()
     falls[:6, 2] += 0.02 * np.arange(6, 0, -1)
     assert moved_at(0.05, falls, start=30.0)[:7] == [""] * 6 + [None]
+    bounces = falls.copy()
+    bounces[2:4, 2] = bounces[2, 2]  # two samples of the same height: it turns round
+    assert moved_at(0.05, bounces, start=30.0)[:7] == [""] * 6 + [None]
     fast = ran(good()).poses["cup"].copy()
     fast[0, 2] += 0.1  # at two samples a second two make a fifth
     assert moved_at(0.5, fast)[:2] == ["", None]
@@ -210,6 +213,21 @@ def test_a_turn_beside_the_middle_counts_as_far_as_its_points_get() -> None:
         rows[:, :2] += 0.05 * np.column_stack([1 - np.cos(angle), -np.sin(angle)])
         rows[:, 3:] = np.column_stack([np.cos(angle / 2), np.zeros((COUNT, 2)), np.sin(angle / 2)])
         assert (moved_at(0.05, rows)[0] is None) is rests
+
+
+@pytest.mark.parametrize(("way", "rests"), [(0.002, True), (math.nextafter(0.002, 1.0), False)])
+def test_at_rest_are_two_millimetres_in_a_fifth_of_a_second_and_no_more(way: float, rests: bool) -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[:, 2] = way * (np.arange(COUNT) % 2)
+    assert (moved_at(0.05, rows)[0] is None) is rests
+
+
+@pytest.mark.parametrize(("degrees", "rests"), [(3.1, True), (3.4, False)])
+def test_a_turn_about_a_diagonal_counts_as_far_as_its_points_get(degrees: float, rests: bool) -> None:
+    """Points on both sides of the axis, 45 deg off it: 2 mm of their 50 mm are 3.24 deg."""
+    angle, rows = np.radians(np.arange(COUNT) * degrees / 4) / 2, ran(good()).poses["cup"].copy()
+    rows[:, 3], rows[:, 4], rows[:, 5] = np.cos(angle), np.sin(angle) * math.sqrt(0.5), np.sin(angle) * math.sqrt(0.5)
+    assert (moved_at(0.05, rows)[0] is None) is rests
 
 
 def test_from_the_last_sample_of_a_task_on_it_is_asked_whether_its_things_rest() -> None:
