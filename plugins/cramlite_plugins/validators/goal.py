@@ -88,8 +88,7 @@ def _recorded(entity: str, episode: Episode) -> str:
     if entity == contents(whole):
         return contents_of(whole)
     known, owner = episode.known(entity), episode.known(whole)
-    felt = entity == whole or owner is None or (known is not None and bool(known.geoms))
-    return entity if felt else whole
+    return entity if owner is None or (known is not None and known.geoms) else whole
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:

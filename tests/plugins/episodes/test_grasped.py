@@ -38,14 +38,14 @@ NOWHERE = np.zeros((COUNT, 3))
 
 def held(
     left: Any = 10.0, right: Any = 10.0, *, lift: tuple[float, float] = (0.0, 0.0), others: float = 0.0, hand: Floats = NOWHERE,
-    inside: Floats = NOWHERE, opening: float = 0.04, step: float = STEP, turn: Floats | None = None,
+    inside: Floats = NOWHERE, opening: float = 0.04, step: float = STEP, turn: Floats | None = None, pads: float = 0.02,
 ) -> list[tuple[float, float]]:  # fmt: skip
     """When a thing was grasped, of which is known what the pads and others do to it, and where the hand and the thing in it are."""
     base, angle = rollout(), np.zeros(COUNT) if turn is None else turn
     quaternion = np.column_stack([np.cos(angle / 2), np.zeros((COUNT, 2)), np.sin(angle / 2)])
     c, s = np.cos(angle), np.sin(angle)
     turned = np.column_stack([c * inside[:, 0] - s * inside[:, 1], s * inside[:, 0] + c * inside[:, 1], inside[:, 2]])
-    frames = {"effector": hand, "product": hand + turned, **{f"effector/{n}": hand + (0, y, 0) for n, y in (("left", 0.02), ("right", -0.02))}}
+    frames = {"effector": hand, "product": hand + turned, **{f"effector/{n}": hand + (0, y, 0) for n, y in (("left", pads), ("right", -pads))}}
     run = replace(
         base, times=np.arange(COUNT) * step, opening=np.full(COUNT, opening), poses={n: np.hstack([p, quaternion]) for n, p in frames.items()}
     )
@@ -124,6 +124,12 @@ def test_what_goes_along_is_held(metres: float, grasped: bool) -> None:
 
 def test_what_is_pushed_along_by_one_of_the_pads_is_not() -> None:
     assert held(4.0, 4.0, hand=way(ALONG, 0.05)) == []
+
+
+def test_without_a_direction_in_which_they_close_every_way_counts() -> None:
+    """On average over half a turn of the hand there is none."""
+    assert held(4.0, 4.0, hand=way(ALONG, 0.03), pads=0.0) == WHOLE
+    assert held(4.0, 4.0, hand=way(ALONG, 0.03), pads=1e-3) == []
 
 
 @pytest.mark.parametrize(("creeps", "grasped"), [(0.008, True), (0.012, False)])

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from cramlite import Engine
 from cramlite.interpretation.fluents import symbolic_world
-from cramlite.model import Finding, Plan, Pose, RobotMount, Rollout, Thing, World
+from cramlite.model import Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch, World
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.model.compile import compile_world
@@ -19,7 +19,7 @@ from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product, table
 from cramlite_plugins.simulation.objects.vessels import bowl, jug
 from cramlite_plugins.simulation.recording.recorder import Recorder
-from cramlite_plugins.validators.goal import Goal
+from cramlite_plugins.validators.goal import Goal, _recorded
 
 KNOWLEDGE = Engine().knowledge
 FLOOR = table("floor", Pose((0.4, 0, 0)), size=(1.6, 1.6, 0.02))
@@ -139,3 +139,100 @@ def test_poured_is_what_has_arrived_for_the_most_part() -> None:
 
     assert arrived(18).passed, arrived(18).reason
     assert not arrived(17).passed and "17 of 20 grains" in arrived(17).reason
+
+
+# Borders
+
+
+FINGER = Touch("effector/left", "tin", 5.0, 0.0)
+
+def placed(tin: tuple[float, float], cup: tuple[float, float] = (0.0, 0.0), rollout: Rollout | None = None) -> Rollout:
+    """The run in which both stand on the floor, and are so far in front of the robot and to its left all along."""
+    rollout = rollout or settled(*TWO)
+    poses = {n: rollout.poses[n].copy() for n in ("tin", "cup")}
+    poses["tin"][:, :2], poses["cup"][:, :2] = tin, cup
+    return replace(rollout, poses={**rollout.poses, **poses})
+
+
+def touching(rollout: Rollout, *touches: Touch, first: float, last: float) -> Rollout:
+    """The run in which others touch from a time until another [s]."""
+    rows = zip(rollout.times, rollout.touches, strict=True)
+    return replace(rollout, touches=tuple((*row, *touches) if first - 1e-9 <= t < last - 1e-9 else row for t, row in rows))
+
+
+@pytest.mark.parametrize(("way", "near"), [(0.2, True), (0.201, False)])
+def test_near_is_up_to_a_distance_from_middle_to_middle(way: float, near: bool) -> None:
+    for tin in ((way, 0.0), (0.0, -way), (0.6 * way, 0.8 * way)):
+        (finding,) = judged(placed(tin), "tin on floor near cup")
+        assert finding.passed is near
+        assert near or "'tin on floor near cup' is not reached: it is 201 mm from 'cup', up to 200 mm are near" in finding.reason
+
+
+@pytest.mark.parametrize(("way", "beside"), [(0.01, True), (0.0099, False)])
+def test_beside_is_from_a_distance_on(way: float, beside: bool) -> None:
+    for side, tin in (("left of", (0.0, way)), ("right of", (0.0, -way)), ("behind", (way, 0.0)), ("in front of", (-way, 0.0))):
+        (finding,) = judged(placed(tin), f"tin on floor {side} cup")
+        assert finding.passed is beside
+        assert beside or f"it is 10 mm {side} 'cup', at least 10 mm are needed" in finding.reason
+        (opposite,) = judged(placed((-tin[0], -tin[1])), f"tin on floor {side} cup")
+        assert not opposite.passed
+
+
+@pytest.mark.parametrize(("way", "rests"), [(0.02, True), (0.0201, False)])
+def test_at_rest_it_gets_about_by_so_much_at_most(way: float, rests: bool) -> None:
+    run = placed((0.0, 0.1), (0.3, 0.3))
+    run.poses["tin"][::2, 0] = way
+    (finding,) = judged(run, "tin on floor")
+    assert finding.passed is rests
+    assert rests or "'tin' moves by 20 mm in the last 0.5 s, up to 20 mm are at rest" in finding.reason
+
+
+@pytest.mark.parametrize(("sample", "rests"), [(17, True), (18, False)])
+def test_at_rest_is_asked_of_the_last_half_second(sample: int, rests: bool) -> None:
+    """At 64 samples a second the last of 51 is 0.5 s after number 18."""
+    run = placed((0.0, 0.1), (0.3, 0.3))
+    run.poses["tin"][sample, 0] = 0.1
+    (finding,) = judged(replace(run, times=np.arange(51) / 64), "tin on floor")
+    assert finding.passed is rests
+
+
+@pytest.mark.parametrize(("last", "reached"), [(0.4, True), (0.7, False)])
+def test_it_holds_all_through_the_last_half_second(last: float, reached: bool) -> None:
+    """A finger touches it until then."""
+    (finding,) = judged(touching(settled(*TWO), FINGER, first=0.0, last=last), "tin on floor")
+    assert finding.passed is reached
+    assert reached or finding.reason.startswith(
+        "'tin on floor' is not reached: at 0.70 s, 0.30 s before the end, 'not touches(gripper, tin)' does not hold"
+    ), finding.reason
+
+
+def test_it_is_asked_between_the_moments_too_where_something_changes() -> None:
+    (finding,) = judged(touching(settled(*TWO), FINGER, first=0.72, last=0.78), "tin on floor")
+    assert not finding.passed and "at 0.72 s, 0.28 s before the end" in finding.reason
+
+
+def test_what_does_not_hold_at_the_end_is_said_so() -> None:
+    (finding,) = judged(touching(settled(*TWO), FINGER, first=0.5, last=9.0), "tin on floor")
+    assert not finding.passed and "is not reached: at the end 'not touches" in finding.reason
+
+
+def test_where_it_is_is_said_in_the_frame_of_its_place() -> None:
+    (finding,) = judged(placed((0.52, 0.1)), "tin on floor")
+    assert finding.reason == "'tin on floor' holds for the last 0.5 s; 'tin' is at +120 +100 +30 mm in the frame of 'floor'"
+
+
+def test_how_far_open_is_a_share_of_the_range() -> None:
+    rollout = settled(cabinet("c", Pose((0.7, 0, 0.3))), drawer("d", Pose((0.7, 0, 0.3)), "c", opened=0.12))
+    for lower, upper, share in ((0.0, 0.2, 60), (-0.1, 0.3, 55), (0.1, 0.2, 20), (0.12, 0.12, 0)):
+        things = tuple(replace(t, joint=t.joint and replace(t.joint, lower=lower, upper=upper)) for t in rollout.world.things)
+        (finding,) = judged(replace(rollout, world=replace(rollout.world, things=things)), "d open")
+        assert f"'d' is open by {share} % of its range" in finding.reason, (lower, upper)
+
+
+def test_what_contacts_name_is_a_part_with_a_shape_or_the_whole() -> None:
+    rollout = settled(hanger("hook", Pose((0.87, 0, 0.45))), IN[0])
+    episode = KNOWLEDGE.episodes.detect(rollout, "run")
+    felt = {name: _recorded(name, episode) for name in ("hook/peg", "basket/cavity", "basket", "ghost", "ghost/top")}
+    assert episode.known("basket/cavity") is not None
+    assert felt == {"hook/peg": "hook/peg", "basket/cavity": "basket", "basket": "basket", "ghost": "ghost", "ghost/top": "ghost/top"}
+    assert _recorded("hook/ghost", episode) == "hook"
