@@ -16,18 +16,21 @@ from cramlite import find_scenario, read_scenario
 from cramlite.engine.executor_group import ExecutorGroup, processes_here
 from cramlite.engine.setting import Setting
 from cramlite.engine.twin_proof import doubt, executors, sight_of, twin_seed
-from cramlite.model import Camera, ErrorModel, Finding, Pose, PoseError, ProofDoubts, Rollout, Verdict, World
+from cramlite.model import Camera, ErrorModel, Finding, Pose, PoseError, ProofDoubts, RobotMount, Rollout, Verdict, World
 from cramlite.model.error_model import NO_ERRORS
 from cramlite.perception.active_perception import Look, Picture
 from cramlite.plugin import Candidate
 from cramlite.plugin.selection import INSTALLED
 from cramlite.scenario.twin import draw_twin
+from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.robots.ur5e import UR5E
 
 NOMINAL = Verdict((Finding("nominal", True, "it was accepted"),))
 TWO = replace(NO_ERRORS, friction=0.5, mass=0.2)
 """Two sources of error."""
 
 
+SEEDS = [133627082, 488915954]
 BELIEVED = engine().setting(read_scenario(find_scenario("tasks/picking_up")))
 
 
@@ -156,5 +159,42 @@ def looked(camera: Camera | None) -> Look:
     return Look(pictures, World(()), (), {"block": nothing}, World(()))
 
 
+def test_no_more_worlds_are_drawn_than_there_are_twins() -> None:
+    drawn, candidate = list[int](), proven("picking_up")
+
+    class Ahead(Answers):
+        """Group that asks for every place before the first run."""
+
+        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+            """Count the places, then answer."""
+            every = list(places)
+            drawn.append(len(every))
+            return super().runs(text, iter(every))
+
+    group = Ahead(candidate, True, True, True)
+    assert doubt(candidate, NOMINAL, setting(ProofDoubts(3, 1.0, TWO)), engine().knowledge, group, lambda _: None) is not None
+    assert drawn == [3]
+
+
+def test_it_is_the_first_that_failed_which_is_explained() -> None:
+    found, _, said = doubted("it fell", "it slipped", True, True, twins=4, at_least=0.8)
+    assert found.twins is not None and [r.looked_for for r in found.twins.twins] == [True, False]
+    assert "twin 1: which error it was" in said
+
+
+def test_a_programs_twins_are_the_same_ones_whenever_they_are_drawn() -> None:
+    assert [twin_seed(0, "text", k) for k in (1, 2)] == SEEDS
+
+
 def test_where_the_camera_was() -> None:
+    """One that is fixed is where it is; one on a flange is where the arm was when it looked."""
     assert sight_of(BELIEVED) is None and sight_of(replace(BELIEVED, look=looked(None))) is None
+    at = Pose((0.1, 0.2, 0.3), (0.5, 0.5, 0.5, 0.5))
+    fixed = sight_of(replace(BELIEVED, look=looked(Camera(at))))
+    assert fixed is not None and (fixed.camera, fixed.things) == (at, frozenset({"block"}))
+    elsewhere = RobotMount("other", "ur5e", Pose((1.0, 1.0, 0.0)))
+    two = replace(BELIEVED, world=replace(BELIEVED.world, robots=(*BELIEVED.world.robots, elsewhere)))
+    for joints in ((0.1, -1.2, 1.3, -1.4, -1.5, 0.6), ()):
+        sight = sight_of(replace(two, look=looked(Camera(at, "arm", joints))))
+        flange = forward(UR5E, joints or UR5E.home) * UR5E.gripper.tcp.inverse()
+        assert sight is not None and sight.camera.distance(flange * at) == pytest.approx((0.0, 0.0), abs=1e-6)

@@ -138,6 +138,12 @@ def test_the_force_limit_of_a_program_is_positive_and_at_most_150_newtons(limit:
     assert (list(violations(program(force_limit=limit), UR5E)) == []) is passes
 
 
+@pytest.mark.parametrize("limit", [0.0, -0.5])
+def test_a_step_without_a_force_limit_is_told_so(limit: float) -> None:
+    said = [v.reason for v in violations(program(replace(PUSH, force=0.0, force_limit=limit)), UR5E)]
+    assert said[0] == f"its force limit of {limit:g} N is not in 0 .. 60 N, the program's (of robot 'ur5e')"
+
+
 def test_a_posture_that_is_there_already_takes_no_speed() -> None:
     assert list(violations(program(turned(0.0, 9.0), start=ZERO), UR5E)) == []
 
