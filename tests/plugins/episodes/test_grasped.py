@@ -45,10 +45,9 @@ def held(
     quaternion = np.column_stack([np.cos(angle / 2), np.zeros((COUNT, 2)), np.sin(angle / 2)])
     c, s = np.cos(angle), np.sin(angle)
     turned = np.column_stack([c * inside[:, 0] - s * inside[:, 1], s * inside[:, 0] + c * inside[:, 1], inside[:, 2]])
-    frames = {"effector": hand, "product": hand + turned, **{f"effector/{n}": hand + (0, y, 0) for n, y in (("left", pads), ("right", -pads))}}
-    run = replace(
-        base, times=np.arange(COUNT) * step, opening=np.full(COUNT, opening), poses={n: np.hstack([p, quaternion]) for n, p in frames.items()}
-    )
+    tips = {f"effector/{n}": hand + np.array([0.0, y, 0.0]) for n, y in (("left", pads), ("right", -pads))}
+    poses = {n: np.hstack([p, quaternion]) for n, p in {"effector": hand, "product": hand + turned, **tips}.items()}
+    run = replace(base, times=np.arange(COUNT) * step, opening=np.full(COUNT, opening), poses=poses)
     forces = (pressing(v) if np.ndim(v) == 0 else v for v in (left, right))
     pairs = {(f"hand/{n}", "product"): Pair(f, pressing(up)) for n, f, up in zip(("left", "right"), forces, lift, strict=True)}
     pairs["basket", "product"] = Pair(np.full(COUNT, others), np.full(COUNT, others))
