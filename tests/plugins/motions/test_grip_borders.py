@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from cramlite import Engine
-from cramlite.model import Filling, Gripper, Held, Pose, RobotMount, Thing, World
+from cramlite.model import Filling, Gripper, Held, Pose, RobotMount, World
 from cramlite.plugin import Context, Unresolvable
 from cramlite_plugins.motions.grip_force import Grip, grip_force, grip_of, load
 from cramlite_plugins.robots.robotiq_2f85 import GRIPPER
