@@ -131,14 +131,17 @@ def test_poured_is_what_has_arrived_for_the_most_part() -> None:
     rollout = settled(jug("jug", Pose((0.4, 0.3, 0.1)), grains=20), bowl("bowl", Pose((0.6, -0.2, 0.06))), seconds=0.7)
     assert not judged(rollout, "jug poured into bowl")[0].passed  # nothing was poured
 
-    def arrived(count: int) -> Finding:
+    def arrived(count: int, before: int = 0) -> Finding:
+        """So many are in the bowl at the last sample, and so many before."""
         grains = rollout.grains["jug"].copy()
         grains[:, :count] = rollout.poses["bowl"][:, None, :3]
+        grains[:-1, :before] = rollout.poses["bowl"][:-1, None, :3]
         carried = tuple(tuple(t for t in touches if "jug" not in t.a + t.b) for touches in rollout.touches)
         return judged(replace(rollout, grains={"jug": grains}, touches=carried), "jug poured into bowl")[0]
 
     assert arrived(18).passed, arrived(18).reason
     assert not arrived(17).passed and "17 of 20 grains" in arrived(17).reason
+    assert not arrived(17, before=20).passed
 
 
 # Borders
