@@ -224,12 +224,23 @@ def test_where_it_is_is_said_in_the_frame_of_its_place() -> None:
     assert finding.reason == "'tin on floor' holds for the last 0.5 s; 'tin' is at +120 +100 +30 mm in the frame of 'floor'"
 
 
+def test_where_it_is_is_where_it_is_at_the_last_sample() -> None:
+    run = placed((0.2, 0.0))
+    run.poses["tin"][:-1, 0] += 0.01
+    (finding,) = judged(run, "tin on floor near cup")
+    assert finding.passed
+    run.poses["tin"][-1, 0] += 0.01
+    assert not judged(run, "tin on floor near cup")[0].passed
+
+
 def test_how_far_open_is_a_share_of_the_range() -> None:
     rollout = settled(cabinet("c", Pose((0.7, 0, 0.3))), drawer("d", Pose((0.7, 0, 0.3)), "c", opened=0.12))
     for lower, upper, share in ((0.0, 0.2, 60), (-0.1, 0.3, 55), (0.1, 0.2, 20), (0.12, 0.12, 0)):
         things = tuple(replace(t, joint=t.joint and replace(t.joint, lower=lower, upper=upper)) for t in rollout.world.things)
         (finding,) = judged(replace(rollout, world=replace(rollout.world, things=things)), "d open")
         assert f"'d' is open by {share} % of its range" in finding.reason, (lower, upper)
+    rollout.values["d"][-1] = 0.13
+    assert "'d' is open by 65 % of its range" in judged(rollout, "d open")[0].reason
 
 
 def test_what_contacts_name_is_a_part_with_a_shape_or_the_whole() -> None:
