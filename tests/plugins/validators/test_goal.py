@@ -19,7 +19,7 @@ from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product, table
 from cramlite_plugins.simulation.objects.vessels import bowl, jug
 from cramlite_plugins.simulation.recording.recorder import Recorder
-from cramlite_plugins.validators.goal import Goal, _recorded
+from cramlite_plugins.validators.goal import Goal, _measured, _recorded
 
 KNOWLEDGE = Engine().knowledge
 FLOOR = table("floor", Pose((0.4, 0, 0)), size=(1.6, 1.6, 0.02))
@@ -222,6 +222,18 @@ def test_what_does_not_hold_at_the_end_is_said_so() -> None:
 def test_where_it_is_is_said_in_the_frame_of_its_place() -> None:
     (finding,) = judged(placed((0.52, 0.1)), "tin on floor")
     assert finding.reason == "'tin on floor' holds for the last 0.5 s; 'tin' is at +120 +100 +30 mm in the frame of 'floor'"
+
+
+def test_of_three_things_the_first_is_measured_in_the_frame_of_the_second_where_both_are_known() -> None:
+    rollout = placed((0.5, 0.1), (0.5, -0.05))
+    episode = KNOWLEDGE.episodes.detect(rollout, "run")
+    (literal,) = literals_of_goals(("tin on floor",), symbolic_world(rollout.world, KNOWLEDGE.taxonomy), KNOWLEDGE)
+    three = replace(literal, things=("tin", "floor", "cup"))
+    assert _measured(three, rollout, episode) == "'tin' is at +100 +100 +30 mm in the frame of 'floor'"
+    for unseen in ("tin", "floor"):
+        entities = tuple(replace(e, pose=None) if e.name == unseen else e for e in episode.entities)
+        tracks = {n: t for n, t in episode.tracks.items() if n != unseen}
+        assert _measured(three, rollout, replace(episode, entities=entities, tracks=tracks)) == ""
 
 
 def test_where_it_is_is_where_it_is_at_the_last_sample() -> None:
