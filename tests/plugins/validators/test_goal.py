@@ -59,6 +59,7 @@ def test_what_holds_at_the_end_is_reached_and_its_contrary_is_not(things: tuple[
 
 def test_without_a_goal_nothing_is_said() -> None:
     assert judged(settled(*TWO)) == ()
+    assert Goal().by_goal  # it judges texts of which nothing but a goal is known
 
 
 def test_a_drawer_that_is_almost_open_is_not() -> None:
