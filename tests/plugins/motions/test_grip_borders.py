@@ -130,6 +130,12 @@ def test_what_the_thing_bears_comes_before_what_the_gripper_can(share: float, he
     assert force(replace(one, thing=replace(one.thing, max_grip_force=500.0)))[0] > 50.0
 
 
+def test_a_thing_that_bears_just_what_its_weight_needs_is_held() -> None:
+    need = grip(5.0).least
+    assert force(grip(5.0, bears=need))[0] == need
+    assert "on each pad" in refused(grip(5.0, bears=math.nextafter(need, 0.0))).reason
+
+
 @pytest.mark.parametrize(("bears", "held"), [(20.0, True), (19.9, False)])
 def test_what_bears_less_than_the_gripper_presses_at_least_is_not_gripped(bears: float, held: bool) -> None:
     one = grip(0.1, bears=bears)
@@ -172,5 +178,7 @@ def test_a_force_that_is_asked_for_is_given_though_more_is_needed_and_no_more_th
 @pytest.mark.parametrize(("share", "doubted"), [(0.999, False), (1.001, True)])
 def test_a_force_that_does_not_carry_the_weight_is_doubted(share: float, doubted: bool) -> None:
     """50 N on each of two pads carry 2 x 50 x 0.9 = 90 N."""
+    weightless = replace(grip(1.0, 0.0), mass=0.0)
+    assert force(weightless, 50.0) == (50.0, "")
     one = grip(share * 90.0 / 9.81)
     assert force(one, 50.0) == (50.0, f"grip 50 N, which carries 90.0 N: doubtful for {one}" if doubted else "")
