@@ -90,7 +90,8 @@ class _Bare(ast.NodeTransformer):
 
     def visit_arguments(self, node: ast.arguments) -> ast.AST:
         node.args = [*node.posonlyargs, *node.args, *node.kwonlyargs]  # how they are given changes nothing that runs
-        node.posonlyargs, node.kwonlyargs = [], []
+        node.defaults = [*node.defaults, *(d for d in node.kw_defaults if d is not None)]
+        node.posonlyargs, node.kwonlyargs, node.kw_defaults = [], [], []
         return self.generic_visit(node)
 
     def visit_arg(self, node: ast.arg) -> ast.AST:
