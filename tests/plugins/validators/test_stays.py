@@ -275,4 +275,28 @@ def test_a_run_of_one_sample_is_at_rest() -> None:
 def test_what_weighs_nothing_is_borne_by_what_pushes_it_at_all() -> None:
     base = ran(good())
     light = replace(base.world, things=tuple(replace(t, mass=None) if t.name == "cup" else t for t in base.world.things))
-    assert borne_by(replace(base, world=light), "cup", 30) == ["shelf"]
+    leant_on = tuple((*row, Touch("block", "cup", 1.0, 0.0)) for row in base.touches)
+    assert borne_by(replace(base, world=light, touches=leant_on), "cup", 30) == ["shelf"]
+
+
+EXACT = np.arange(COUNT) / 64
+"""Times of which the last half second is exactly that [s]."""
+
+
+@pytest.mark.parametrize(("way", "says"), [(0.005, ""), (math.nextafter(0.005, 1.0), "'cup' still moves at 10 mm/s at the end")])
+def test_at_rest_is_up_to_ten_millimetres_in_a_second(way: float, says: str) -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[:, 2] = way * (np.arange(COUNT) % 2)
+    assert restless(ran(good(times=EXACT, poses={**ran(good()).poses, "cup": rows})), "cup", hanging=False) == says
+
+
+@pytest.mark.parametrize(("way", "says"), [(0.01, ""), (math.nextafter(0.01, 1.0), "'box' still swings at 40 mm/s at the end")])
+def test_what_hangs_may_swing_by_forty(way: float, says: str) -> None:
+    """To and fro about its hole."""
+    still = hanging(np.zeros(COUNT))
+    hole = still.world.thing("box").feature("vrps:Hole")
+    assert hole is not None and hole.pose.position[:2] == (0.0, 0.0)
+    side = np.where(np.arange(COUNT) % 2, 1.0, -1.0)
+    angle = side * math.asin(way / hole.pose.position[2])
+    rows = np.column_stack([np.zeros(COUNT), side * way, np.zeros(COUNT), np.cos(angle / 2), np.sin(angle / 2), np.zeros((COUNT, 2))])
+    assert restless(replace(still, times=EXACT, poses={**still.poses, "box": rows}), "box", hanging=True) == says
