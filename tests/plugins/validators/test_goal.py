@@ -21,10 +21,10 @@ from cramlite_plugins.validators.goal import Goal, _measured, _recorded
 KNOWLEDGE = Engine().knowledge
 
 
-def judged(rollout: Rollout, *says: str) -> tuple[Finding, ...]:
+def judged(rollout: Rollout, *says: str, robots: tuple[RobotMount, ...] = (RobotMount("arm", "ur5e"),)) -> tuple[Finding, ...]:
     scene = symbolic_world(rollout.world, KNOWLEDGE.taxonomy)
     nothing: Any = None
-    world = replace(rollout.world, robots=(RobotMount("arm", "ur5e"),))
+    world = replace(rollout.world, robots=robots)
     candidate = Candidate(
         Plan("p", (), ()), nothing, None, {}, nothing, (), nothing, world, (), KNOWLEDGE.taxonomy, rollout,
         KNOWLEDGE.episodes.detect(rollout, "run"), literals_of_goals(says, scene, KNOWLEDGE),
@@ -152,6 +152,19 @@ def test_near_is_up_to_a_distance_from_middle_to_middle(way: float, near: bool) 
         assert near or "'tin on floor near cup' is not reached: it is 201 mm from 'cup', up to 200 mm are near" in finding.reason
 
 
+def test_near_is_seen_from_above() -> None:
+    run = placed((0.19, 0.0))
+    run.poses["tin"][:, 2] += 0.1
+    assert judged(run, "tin on floor near cup")[0].passed
+
+
+def test_a_side_is_that_of_the_robot_that_acts() -> None:
+    facing = RobotMount("other", "ur5e", Pose((1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+    own = RobotMount("arm", "ur5e")
+    for robots, passes in (((own, facing), True), ((facing, own), False)):
+        assert judged(placed((0.0, 0.1)), "tin on floor left of cup", robots=robots)[0].passed is passes
+
+
 @pytest.mark.parametrize(("way", "beside"), [(0.01, True), (0.0099, False)])
 def test_beside_is_from_a_distance_on(way: float, beside: bool) -> None:
     for side, tin in (("left of", (0.0, way)), ("right of", (0.0, -way)), ("behind", (way, 0.0)), ("in front of", (-way, 0.0))):
@@ -169,6 +182,17 @@ def test_at_rest_it_gets_about_by_so_much_at_most(way: float, rests: bool) -> No
     (finding,) = judged(run, "tin on floor")
     assert finding.passed is rests
     assert rests or "'tin' moves by 20 mm in the last 0.5 s, up to 20 mm are at rest" in finding.reason
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_at_rest_is_asked_of_every_direction_and_of_no_turn(axis: int) -> None:
+    run = placed((0.0, 0.1), (0.3, 0.3))
+    angle = 0.3 * (np.arange(len(run.times)) % 2)
+    run.poses["tin"][:, 3:] = np.column_stack([np.cos(angle / 2), np.zeros((len(angle), 2)), np.sin(angle / 2)])
+    run.poses["tin"][::2, axis] += 0.0195
+    assert judged(run, "tin on floor")[0].passed
+    run.poses["tin"][::2, axis] += 0.001
+    assert not judged(run, "tin on floor")[0].passed
 
 
 @pytest.mark.parametrize(("sample", "rests"), [(17, True), (18, False)])
@@ -221,7 +245,7 @@ def test_where_it_is_is_where_it_is_at_the_last_sample() -> None:
     run = placed((0.2, 0.0))
     run.poses["tin"][:-1, 0] += 0.01
     (finding,) = judged(run, "tin on floor near cup")
-    assert finding.passed
+    assert finding.passed and "'tin' is at -200 +0 +30 mm in the frame of 'floor'" in finding.reason
     run.poses["tin"][-1, 0] += 0.01
     assert not judged(run, "tin on floor near cup")[0].passed
 
