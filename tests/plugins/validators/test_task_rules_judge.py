@@ -305,6 +305,10 @@ def test_a_task_of_half_a_second_is_long_enough_to_be_taken_later() -> None:
     assert {b for _, b, _, _ in ways_of(3.55, 4.05)} == {3.55, 3.75}
 
 
+def test_one_of_twice_the_padding_is_not() -> None:
+    assert {(b, c) for _, b, c, _ in ways_of(0.0, 0.4)} == {(0.0, 0.4)}
+
+
 def test_a_part_without_steps_is_judged_after_the_parts_before_it() -> None:
     """No code says that Releasing opened the fingers: they are asked for where PuttingDown ended, and hold the block."""
     made = good()
