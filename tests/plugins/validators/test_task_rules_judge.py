@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pytest
 from msgspec.structs import replace
 from short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, WEIGHT, good, touching
 
@@ -13,7 +14,8 @@ from cramlite import Engine
 from cramlite.model import Action, AnyStep, Finding, MoveJoints, Object, Rollout, Touch
 from cramlite.plugin import Candidate, Segment, Timeline
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _asked, _felt, _ways
+from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _as_many, _asked, _felt, _ways
+from cramlite_plugins.validators.task_times import Span
 
 BLOCK, SHELF = Object("it", entity="block"), Object("place", entity="shelf")
 
@@ -291,6 +293,28 @@ def test_roles_that_a_rule_does_not_know_do_not_matter() -> None:
     made = good()
     more = replace(made.actions[0], roles={"Patient": BLOCK, "Gripper": Object("x", entity="cup")})
     assert "1.Grasping" not in wrong(replace(made, actions=(more, *made.actions[1:])))
+
+
+@pytest.mark.parametrize(("more", "passes"), [(-1, True), (0, True), (0.5, False), (1, False)])
+def test_what_a_rule_counts_is_reached_where_the_plan_says_how_much(more: float, passes: bool) -> None:
+    rule = next(r for r in knowledge().rules if r.task == "cram:Shaking")
+    base = ran(good())
+    block = base.poses["block"].copy()
+    block[30:48, 0] += 0.1 * np.sin(np.arange(18) * np.pi / 3)  # three times to and fro: six swings
+    made = read(good(poses={**base.poses, "block": block}))
+    assert made.episode is not None
+    timeline = Timeline(made.episode, knowledge().taxonomy)
+
+    def found(**parameters: Any) -> list[Finding]:
+        action = Action("2.Shaking", rule.task, {"Patient": BLOCK}, parameters=parameters)
+        return list(_as_many(rule, action, timeline, Span(1.25, 2.5), "task_rules"))
+
+    (counted,) = found(swings=0.0)
+    assert counted.value == 6 and counted.passed
+    (one,) = found(swings=counted.value + more)
+    assert one.passed is passes and one.origin == "2.Shaking" and one.limit == counted.value + more
+    assert one.reason == f"2.Shaking: swings {counted.value:g}, {counted.value + more:g} are wanted"
+    assert found() == found(swings="many") == found(times=9.0) == []
 
 
 # Borders
