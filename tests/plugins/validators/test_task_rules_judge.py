@@ -329,6 +329,12 @@ def test_a_task_of_half_a_second_is_long_enough_to_be_taken_later() -> None:
     assert {b for _, b, _, _ in ways_of(3.55, 4.05)} == {3.55, 3.75}
 
 
+def test_code_of_the_first_samples_is_something_that_came_before() -> None:
+    lines = np.where(np.arange(COUNT) <= 1, 9, 0)
+    found = judged(acting(good().actions[3], Action("5.ParkingArms", "soma:ParkingArms"), of=good(lines=lines)))["5.ParkingArms"]
+    assert found.passed and NO_STEPS in found.reason
+
+
 def test_one_of_twice_the_padding_is_not() -> None:
     assert {(b, c) for _, b, c, _ in ways_of(0.0, 0.4)} == {(0.0, 0.4)}
 
