@@ -207,4 +207,9 @@ def test_what_slips_is_one_grip_until_the_fingers_open() -> None:
     scenario = read_scenario(find_scenario("picking_up_fails"))
     tried = [one for candidate in engine().candidates(scenario) for one in candidate.attempts()]
     assert tried and not any(one.verdict.passed for one in tried)
-    assert any("in the hand, limit 12 mm" in f.reason for f in tried[0].verdict.objections)
+    assert any(f.validator == "grasp_slip" and "in the hand, limit 12 mm" in f.reason for f in tried[0].verdict.objections)
+
+
+def test_every_judge_refuses_something_here() -> None:
+    text = Path(__file__).read_text()
+    assert [v.name for v in engine().knowledge.validators if f'"{v.name}"' not in text] == []

@@ -187,6 +187,9 @@ def test_at_rest_is_asked_over_a_fifth_of_a_second_whatever_the_clock_says_and_t
     falls = ran(good()).poses["cup"].copy()
     falls[:6, 2] += 0.02 * np.arange(6, 0, -1)
     assert moved_at(0.05, falls, start=30.0)[:7] == [""] * 6 + [None]
+    bounces = falls.copy()
+    bounces[2:4, 2] = bounces[2, 2]  # two samples of the same height: it turns round
+    assert moved_at(0.05, bounces, start=30.0)[:7] == [""] * 6 + [None]
     fast = ran(good()).poses["cup"].copy()
     fast[0, 2] += 0.1  # at two samples a second two make a fifth
     assert moved_at(0.5, fast)[:2] == ["", None]
@@ -210,6 +213,21 @@ def test_a_turn_beside_the_middle_counts_as_far_as_its_points_get() -> None:
         rows[:, :2] += 0.05 * np.column_stack([1 - np.cos(angle), -np.sin(angle)])
         rows[:, 3:] = np.column_stack([np.cos(angle / 2), np.zeros((COUNT, 2)), np.sin(angle / 2)])
         assert (moved_at(0.05, rows)[0] is None) is rests
+
+
+@pytest.mark.parametrize(("way", "rests"), [(0.002, True), (math.nextafter(0.002, 1.0), False)])
+def test_at_rest_are_two_millimetres_in_a_fifth_of_a_second_and_no_more(way: float, rests: bool) -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[:, 2] = way * (np.arange(COUNT) % 2)
+    assert (moved_at(0.05, rows)[0] is None) is rests
+
+
+@pytest.mark.parametrize(("degrees", "rests"), [(3.1, True), (3.4, False)])
+def test_a_turn_about_a_diagonal_counts_as_far_as_its_points_get(degrees: float, rests: bool) -> None:
+    """Points on both sides of the axis, 45 deg off it: 2 mm of their 50 mm are 3.24 deg."""
+    angle, rows = np.radians(np.arange(COUNT) * degrees / 4) / 2, ran(good()).poses["cup"].copy()
+    rows[:, 3], rows[:, 4], rows[:, 5] = np.cos(angle), np.sin(angle) * math.sqrt(0.5), np.sin(angle) * math.sqrt(0.5)
+    assert (moved_at(0.05, rows)[0] is None) is rests
 
 
 def test_from_the_last_sample_of_a_task_on_it_is_asked_whether_its_things_rest() -> None:
@@ -281,4 +299,28 @@ def test_a_run_of_one_sample_is_at_rest() -> None:
 def test_what_weighs_nothing_is_borne_by_what_pushes_it_at_all() -> None:
     base = ran(good())
     light = replace(base.world, things=tuple(replace(t, mass=None) if t.name == "cup" else t for t in base.world.things))
-    assert borne_by(replace(base, world=light), "cup", 30) == ["shelf"]
+    leant_on = tuple((*row, Touch("block", "cup", 1.0, 0.0)) for row in base.touches)
+    assert borne_by(replace(base, world=light, touches=leant_on), "cup", 30) == ["shelf"]
+
+
+EXACT = np.arange(COUNT) / 64
+"""Times of which the last half second is exactly that [s]."""
+
+
+@pytest.mark.parametrize(("way", "says"), [(0.005, ""), (math.nextafter(0.005, 1.0), "'cup' still moves at 10 mm/s at the end")])
+def test_at_rest_is_up_to_ten_millimetres_in_a_second(way: float, says: str) -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[:, 2] = way * (np.arange(COUNT) % 2)
+    assert restless(ran(good(times=EXACT, poses={**ran(good()).poses, "cup": rows})), "cup", hanging=False) == says
+
+
+@pytest.mark.parametrize(("way", "says"), [(0.01, ""), (math.nextafter(0.01, 1.0), "'box' still swings at 40 mm/s at the end")])
+def test_what_hangs_may_swing_by_forty(way: float, says: str) -> None:
+    """To and fro about its hole."""
+    still = hanging(np.zeros(COUNT))
+    hole = still.world.thing("box").feature("vrps:Hole")
+    assert hole is not None and hole.pose.position[:2] == (0.0, 0.0)
+    side = np.where(np.arange(COUNT) % 2, 1.0, -1.0)
+    angle = side * math.asin(way / hole.pose.position[2])
+    rows = np.column_stack([np.zeros(COUNT), side * way, np.zeros(COUNT), np.cos(angle / 2), np.sin(angle / 2), np.zeros((COUNT, 2))])
+    assert restless(replace(still, times=EXACT, poses={**still.poses, "box": rows}), "box", hanging=True) == says
