@@ -98,7 +98,7 @@ def test_episode_that_nobody_can_explain(engine: Engine) -> None:
     strange = Episode("strange", (), (Event("e", "x:Y", "state", 0.0, 1.0, {"p": "<b>", "q": "é"}),))
     picture = reading_picture(strange, engine.interpret(strange))
     assert "<b>" not in picture
-    assert "In words" not in picture
+    assert "There is no other reading" in picture
 
 
 def test_command_writes_the_page_and_refuses_a_folder_that_is_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from cramlite import reading_picture
 from cramlite.plugin import ReportSection, hookimpl
 
 from .readings import number_of
@@ -22,6 +21,8 @@ def report_sections() -> Iterable[ReportSection]:
 
 def render(done: Finished) -> str:
     """Render the section as HTML."""
+    from cramlite import reading_picture
+
     if done.episode is None:
         return ""
     picture = reading_picture(done.episode, done.interpretation, number_of(done))
