@@ -110,11 +110,11 @@ def opening() -> Tracks:
 
 
 THINGS: dict[str, dict[str, Any]] = {
-    "bottle": {"class": "soma:Bottle", "shape": {"cylinder": [0.03, 0.2]}},
-    "jug": {"class": "soma:Jug", "shape": {"hollow": [0.1, 0.1, 0.16]}},
+    "bottle": {"class": "cram:Product", "shape": {"cylinder": [0.03, 0.2]}},
+    "jug": {"class": "cram:Jug", "shape": {"hollow": [0.1, 0.1, 0.16]}},
     "drawer": {"class": "soma:Drawer", "shape": {"hollow": [0.4, 0.4, 0.15]}, "opens": {"slides": 0.3}},
-    "table": {"class": "soma:Table", "at": {"position": [0.55, 0.0, TABLE - 0.015]}, "shape": {"box": [0.6, 1.0, 0.03]}},
-    "crate": {"class": "soma:Box", "at": {"position": [0.55, -0.25, TABLE + 0.07]}, "shape": {"hollow": [0.24, 0.24, 0.14]}},
+    "table": {"class": "cram:Table", "at": {"position": [0.55, 0.0, TABLE - 0.015]}, "shape": {"box": [0.6, 1.0, 0.03]}},
+    "crate": {"class": "cram:Basket", "at": {"position": [0.55, -0.25, TABLE + 0.07]}, "shape": {"hollow": [0.24, 0.24, 0.14]}},
     "bowl": {"class": "soma:Bowl", "at": {"position": [0.45, -0.2, TABLE + 0.04]}, "shape": {"hollow": [0.18, 0.18, 0.08]}},
 }
 """Things in our convention, as a mapping file in it describes them."""

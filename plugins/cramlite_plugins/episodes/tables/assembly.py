@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Entity, Episode, Floats, Pose, Repair, Track
+from cramlite.model import Entity, Episode, Event, Floats, Pose, Repair, Track
 from cramlite.plugin import UserError
 
 from ...shapes.bounds import extents
@@ -54,7 +54,24 @@ def _episode(file: Path, mapping: Mapping, table: Table, found: Recorded) -> Epi
     joints = _joints(mapping, tracks, found)
     times = {"times": np.unique(found.times)} if joints else {}
     episode = infer(Episode(name, (*hands, *things), (), tracks, first, repairs, {**times, **joints}))
-    return _with_opening(episode, mapping, table, found)
+    return _with_opening(_following(episode, mapping), mapping, table, found)
+
+
+def _following(episode: Episode, mapping: Mapping) -> Episode:
+    """Whoever opens or closes a drawer or a door follows it on its rails or hinge: an action, and no grasp as of what is carried."""
+    opened = {n for n, t in mapping.things.items() if t.opens is not None}
+    held = [e for e in episode.events if e.type == "cram:GraspState" and e.roles["object"] in opened]
+    repairs, events = list(episode.repairs), {e.id: e for e in episode.events}
+    why = "it slides or turns on a joint; the hand follows it, and carries nothing"
+    for grasp in held:
+        name = grasp.roles["object"]
+        before, after = (float(np.interp(t, episode.extras["times"], episode.extras[f"joint:{name}"])) for t in (grasp.start, grasp.end))
+        roles = {"performer": grasp.roles["gripper"], "object": name}
+        task = "soma:Opening" if after > before else "soma:Closing"
+        events[grasp.id] = Event(grasp.id, task, "action", grasp.start, grasp.end, roles, True)
+        what = f"read that '{name}' moves with '{grasp.roles['gripper']}' as {task}"
+        repairs.append(Repair(what, (grasp.start, grasp.end), why, removed=(grasp,), added=(events[grasp.id],)))
+    return replace(episode, events=tuple(events.values()), repairs=tuple(repairs)) if held else episode
 
 
 def _thing(name: str, spec: ThingSpec, tracks: dict[str, Track], convention: Convention, folder: Path) -> Entity:
