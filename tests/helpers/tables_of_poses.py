@@ -105,7 +105,7 @@ def opening() -> Tracks:
     """A drawer is pulled open by 0.25 m."""
     home, handle, out = (0.2, 0.3, 1.0), (0.5, 0.0, 0.6), (0.25, 0.0, 0.6)
     t, hand = through([home, handle, handle, out, out, home], [0, 1.5, 2.0, 3.5, 3.8, 5.0])
-    drawer = np.where((t < 2.0)[:, None], handle, np.where((t < 3.5)[:, None], hand, out)) + [0.2, 0, 0]
+    drawer = np.where((t < 2.0)[:, None], handle, np.where((t < 3.5)[:, None], hand, out)) + np.array([0.2, 0, 0])
     return {"right_hand": poses_of(hand), "drawer": poses_of(drawer)}
 
 
@@ -143,7 +143,7 @@ def mapping_of(tracks: Tracks, things: list[str], style: Style, file: str) -> di
         "time": {"column": "t", "unit": style.seconds[1]},
         "columns": {**({"track": "name"} if style.long else {}), "position": names[:3], "rotation": names[3:]},
         "hands": {n: {} for n in tracks if n.endswith("hand")},
-        "things": {n: _thing(THINGS[n], style) for n in [*(t for t in tracks if not t.endswith("hand")), *things]},
+        "things": {n: _thing(THINGS.get(n, {}), style) for n in [*(t for t in tracks if not t.endswith("hand")), *things]},
     }  # fmt: skip
 
 

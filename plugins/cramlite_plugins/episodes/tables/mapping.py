@@ -149,8 +149,14 @@ class Mapping(Spec):
     columns: ColumnsSpec | None = None
     gaps: tuple[Literal["empty", "nan", "zero"] | Number, ...] = ("empty",)
     valid: str | None = None
-    hands: dict[str, HandSpec] = Field(min_length=1)
-    things: dict[str, ThingSpec] = Field(min_length=1)
+    hands: dict[str, HandSpec]
+    things: dict[str, ThingSpec]
+
+    @model_validator(mode="after")
+    def _somebody_and_something(self) -> Mapping:
+        if not self.hands or not self.things:
+            raise ValueError("name one hand at least under 'hands', and one thing at least under 'things'")
+        return self
 
     @property
     def kind(self) -> str:

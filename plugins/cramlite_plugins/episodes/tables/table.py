@@ -74,7 +74,7 @@ class Table(Value):
 
     def wrong(self, row: int, what: str) -> UserError:
         """Return the error that a row is wrong, with file and line."""
-        return UserError(f"{self.path}:{self.lines[row]}: {what}.")
+        return UserError(f"{self.path}:{self.lines[row]}: {what}{'' if what.endswith('?') else '.'}")
 
 
 def read_table(path: Path, kind: str) -> Table:

@@ -82,7 +82,7 @@ def _check_forward(table: Table, times: Floats, mine: Flags) -> None:
     back = np.flatnonzero(np.diff(times[rows]) < 0)
     if len(back):
         before, after = times[rows[back[0]]], times[rows[back[0] + 1]]
-        why = f"time runs backwards, from {before:g} s to {after:g} s; is this the column of times, or are two takes in one file"
+        why = f"time runs backwards, from {before:g} s to {after:g} s; is this the column of times, or are two takes in one file?"
         raise table.wrong(int(rows[back[0] + 1]), why)
 
 
@@ -164,7 +164,7 @@ def _check_quaternions(table: Table, convention: Convention, values: Floats, row
         raise table.wrong(
             int(rows[wrong[0]]),
             f"the quaternion of '{name}' has the length {lengths[wrong[0]]:.3g} instead of 1 (so in {len(wrong)} of {len(rows)} rows); are "
-            "these the columns of its rotation, and is it written as a quaternion ('rotation')",
+            "these the columns of its rotation, and is it written as a quaternion ('rotation')?",
         )
 
 
