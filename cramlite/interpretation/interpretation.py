@@ -266,8 +266,9 @@ class _Judge(Value):
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
 
     def moved(self, segment: Segment) -> tuple[str, ...]:
-        """The tracked wholes that are ``ELSEWHERE`` at the end of an action."""
-        whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks)
+        """The tracked wholes that are ``ELSEWHERE`` at the end of an action; that the hand is needs no explanation."""
+        hand = self.timeline.episode.effector
+        whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks and n != hand)
         tracks = {n: self.timeline.episode.tracks[n] for n in whole}
         ends = {n: (t.at(segment.start), t.at(segment.end)) for n, t in tracks.items() if len(t.times)}
         return tuple(n for n, (a, b) in ends.items() if math.dist(a.position, b.position) > ELSEWHERE)

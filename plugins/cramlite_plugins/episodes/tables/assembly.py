@@ -12,6 +12,7 @@ from cramlite.model import Entity, Episode, Event, Floats, Pose, Repair, Track
 from cramlite.plugin import UserError
 
 from ...shapes.bounds import extents
+from ..detection.co_motion import SMOOTH
 from ..detection.from_motion import infer
 from ..tracks import world_tracks
 from .convention import Convention
@@ -99,14 +100,33 @@ def _range(opens: OpensSpec, convention: Convention) -> float:
 
 def _joints(mapping: Mapping, tracks: dict[str, Track], found: Recorded) -> dict[str, Floats]:
     """How far each drawer [m] and door [rad] is open, at the recording's instants: away from where it is at first."""
+    times = np.unique(found.times)
     values: dict[str, Floats] = {}
     for name, spec in mapping.things.items():
         if spec.opens is not None and name in tracks:
-            track = tracks[name]
-            away = np.linalg.norm(track.poses[:, :3] - track.poses[0, :3], axis=1)
-            turned = 2 * np.arccos(np.clip(np.abs(track.poses[:, 3:] @ track.poses[0, 3:]), 0.0, 1.0))
-            values[f"joint:{name}"] = np.interp(np.unique(found.times), track.times, away if spec.opens.slides is not None else turned)
+            away = _pulled(tracks[name]) if spec.opens.slides is not None else _turned(tracks[name])
+            values[f"joint:{name}"] = np.interp(times, tracks[name].times, away)
     return values
+
+
+def _pulled(track: Track) -> Floats:
+    """Distance (N,) along the way to where it is farthest out [m]; a distance from a point would never be less than the noise."""
+    away = _smooth(track.poses[:, :3] - _smooth(track.poses[:, :3], track.times)[0], track.times)
+    far = away[np.argmax(np.linalg.norm(away, axis=1))]
+    return np.asarray(np.clip(away @ (far / max(float(np.linalg.norm(far)), 1e-9)), 0.0, None))
+
+
+def _turned(track: Track) -> Floats:
+    """Angle (N,) from where it is at first [rad]."""
+    first = track.poses[0, 3:]
+    return _smooth(2 * np.arccos(np.clip(np.abs(track.poses[:, 3:] @ first), 0.0, 1.0))[:, None], track.times)[:, 0]
+
+
+def _smooth(values: Floats, times: Floats) -> Floats:
+    """Averaged (N, D) over ``SMOOTH``."""
+    half = round(SMOOTH / float(np.median(np.diff(times)) or SMOOTH) / 2)
+    padded = np.pad(values, ((half, half), (0, 0)), mode="edge")
+    return np.column_stack([np.convolve(column, np.full(2 * half + 1, 1 / (2 * half + 1)), mode="valid") for column in padded.T])
 
 
 def _gaps(found: Recorded) -> list[Repair]:
