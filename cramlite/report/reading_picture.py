@@ -275,7 +275,7 @@ def _local(type_: str) -> str:
 def _renamed(names: SpokenNames, readings: Sequence[TaskSequence]) -> list[tuple[str, str]]:
     """What is said for names that people would not say, of what the readings speak of."""
     used = dict.fromkeys(f for s in readings for m in s.matches for f in m.roles.values())
-    return [(names(n), n) for n in used if names(n) != n]
+    return [(names(n), n) for n in used if names(n) != n.replace("_", " ").lower()]
 
 
 def _lost(told: Sequence[Told], lengths: Sequence[DescriptionLength], axis: Axis) -> dict[str, Any] | None:
