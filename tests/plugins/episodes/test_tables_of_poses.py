@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trimesh
 import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -25,6 +26,7 @@ from cramlite_plugins.episodes.tables.convention import axes_of
 from cramlite_plugins.episodes.tables.mapping import read_mapping
 from cramlite_plugins.episodes.tables.table import read_table
 from cramlite_plugins.episodes.tables.tracked import recorded
+from cramlite_plugins.shapes.bounds import box_around
 
 ENGINE = Engine()
 AXES = [
@@ -186,6 +188,64 @@ def test_frame_of_another_track(tmp_path: Path) -> None:
     said["things"]["bottle"]["in"] = "cart"
     mapping.write_text(yaml.safe_dump(said))
     assert ENGINE.read_episode(mapping).tracks["bottle"].poses[-1, 0] == pytest.approx(1.4)
+
+
+@pytest.mark.parametrize("hollow", [False, True])
+def test_mesh_in_the_unit_and_axes_of_the_recording(tmp_path: Path, hollow: bool) -> None:
+    """A left-handed mesh in millimetres: the box that it is, convex or without a lid, in our axes."""
+    style = Style(unit=(0.001, "mm"), axes=("z", "-x", "y"))
+    parts = [trimesh.creation.box((80, 200, 60))]
+    if hollow:
+        inner = trimesh.creation.box((76, 200, 56))
+        inner.apply_translation([0, 4, 0])
+        parts = [parts[0].difference(inner)]
+    parts[0].apply_translation([0, 100, 0])
+    parts[0].export(tmp_path / "tin.stl")
+    mapping = write(tmp_path, into_a_crate(), [], style)
+    said = yaml.safe_load(mapping.read_text())
+    said["things"]["bottle"]["shape"] = {"mesh": "tin.stl"}
+    mapping.write_text(yaml.safe_dump(said))
+    entity = ENGINE.read_episode(mapping).entity("bottle")
+    low, high = box_around(entity.geoms)
+    assert np.allclose(low, [-0.03, -0.04, 0.0], atol=1e-6) and np.allclose(high, [0.03, 0.04, 0.2], atol=1e-6)
+    assert [g.shape for g in entity.geoms] == (["box"] * 5 if hollow else ["convex"])
+
+
+def test_door_turns_by_as_much_as_its_poses_do(tmp_path: Path) -> None:
+    turned = np.linspace(0, np.pi / 3, 60)
+    door = np.column_stack([np.tile([0.5, 0, 0.5], (60, 1)), np.cos(turned / 2), 0 * turned, 0 * turned, np.sin(turned / 2)])
+    hand = poses_of(np.column_stack([0.5 - 0.4 * np.sin(turned), 0.4 * np.cos(turned), np.full(60, 0.5)]))
+    mapping = write(tmp_path, {"right_hand": hand, "door": door}, [])
+    said = yaml.safe_load(mapping.read_text())
+    said["things"]["door"] = {"class": "soma:Door", "opens": {"turns": 90}}
+    mapping.write_text(yaml.safe_dump(said))
+    episode = ENGINE.read_episode(mapping)
+    assert float(episode.sampled("joint:door", 60 / RATE)) == pytest.approx(np.pi / 3, abs=0.1)  # type: ignore[arg-type]
+    assert episode.entity("door").properties["joint_upper"] == pytest.approx(np.pi / 2)
+
+
+@pytest.mark.parametrize(("gaps", "mark"), [(["zero"], "0"), ([-9999], "-9999"), (["nan"], "nan")])
+def test_marks_of_gaps(tmp_path: Path, gaps: list[Any], mark: str) -> None:
+    mapping = write(tmp_path, into_a_crate(), [])
+    for axis in "xyz":
+        edited(f"bottle.p{axis}", lambda cells: [mark if 10 <= k < 20 else c for k, c in enumerate(cells)])(tmp_path)
+    mapped(lambda m: m.update(gaps=gaps))(tmp_path)
+    assert len(poses_in(mapping)["bottle"]) == len(poses_in(mapping)["right_hand"]) - 10
+    mapped(lambda m: m.update(gaps=["empty"]))(tmp_path)
+    if mark == "0":
+        assert len(poses_in(mapping)["bottle"]) == len(poses_in(mapping)["right_hand"])
+    else:
+        with pytest.raises(UserError, match="gaps"):
+            poses_in(mapping)
+
+
+def test_column_that_says_what_was_seen(tmp_path: Path) -> None:
+    mapping = write(tmp_path, into_a_crate(), [])
+    rows = (tmp_path / "take.csv").read_text().splitlines()
+    seen = ["bottle.ok,right_hand.ok", *(f"{int(k >= 7)},1" for k in range(len(rows) - 1))]
+    (tmp_path / "take.csv").write_text("\n".join(f"{r},{s}" for r, s in zip(rows, seen, strict=True)))
+    mapped(lambda m: m.update(valid="{name}.ok"))(tmp_path)
+    assert len(poses_in(mapping)["right_hand"]) - len(poses_in(mapping)["bottle"]) == 7
 
 
 # Motion capture
@@ -387,3 +447,26 @@ def test_json_that_is_broken_names_its_line(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"take\.jsonl:7: no JSON"):
         ENGINE.read_episode(mapping)
     assert json.loads(text[0])
+
+
+# From there to a program: docs/how-to/own_recording.md shows the one that succeeds
+
+
+WORLD = """
+scenario: own_recording
+title: What somebody showed, in another world
+demonstration: take.yaml
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: counter, model: table, at: {position: [2, 0.2, 0.15]}, with: {size: [0.3 m, 0.3 m, 20 mm]}}
+  - {name: flask, model: bottle, at: {position: [2, 0.2, 0.26]}}
+  - {name: basket, model: basket, at: {position: [0.5, -0.25, 0.01]}}
+"""
+
+
+def test_of_a_bottle_that_is_out_of_reach_there_is_no_program(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(tmp_path, into_a_crate(), ["table", "crate"])
+    (tmp_path / "own.yaml").write_text(WORLD)
+    assert main(["resolve", str(tmp_path / "own.yaml"), "--twins", "0", "--no-report", "--out", str(tmp_path / "out")]) == 1
+    assert "reach" in capsys.readouterr().err

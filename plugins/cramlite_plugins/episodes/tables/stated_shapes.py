@@ -14,7 +14,7 @@ from .convention import Convention
 from .mapping import ShapeSpec
 
 WALL = 0.002
-"""Thickness of the walls and the floor of what is hollow [m]; a share of a tenth of what is smaller."""
+"""Thickness of the walls and the floor of what is hollow [m]; a tenth of its smallest side, where that is less."""
 CONVEX = 0.9
 """A mesh that fills less of its convex hull than this is hollow."""
 
@@ -41,18 +41,14 @@ def geoms_of(spec: ShapeSpec, convention: Convention, folder: Path) -> tuple[Geo
 
 
 def _of_mesh(mesh: Any, points: Floats) -> tuple[Geom, ...]:
+    from scipy.spatial import ConvexHull
+
     low, high = points.min(axis=0), points.max(axis=0)
     middle = (low + high) / 2
     if mesh.is_watertight and abs(mesh.volume) < CONVEX * mesh.convex_hull.volume:
         return _without_lid(high - low, middle)
-    corners = points[np.unique(mesh.convex_hull.faces)] if len(mesh.convex_hull.vertices) == len(points) else _hull(points)
-    return (Geom("convex", _vector((high - low) / 2), Pose(_vector(middle)), corners=tuple(_vector(c - middle) for c in corners)),)
-
-
-def _hull(points: Floats) -> Floats:
-    from scipy.spatial import ConvexHull
-
-    return np.asarray(points[ConvexHull(points).vertices])
+    corners = tuple(_vector(c - middle) for c in points[ConvexHull(points).vertices])
+    return (Geom("convex", _vector((high - low) / 2), Pose(_vector(middle)), corners=corners),)
 
 
 def _without_lid(size: Floats, at: Floats) -> tuple[Geom, ...]:
