@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import re
@@ -22,6 +23,7 @@ from cramlite import Engine
 from cramlite.cli.main import main
 from cramlite.model import Floats
 from cramlite.plugin import UserError
+from cramlite_plugins.episodes.tables.assembly import read_recording
 from cramlite_plugins.episodes.tables.convention import axes_of
 from cramlite_plugins.episodes.tables.mapping import read_mapping
 from cramlite_plugins.episodes.tables.table import read_table
@@ -405,6 +407,9 @@ BAD: dict[str, tuple[Callable[[Path], None], str]] = {
     "axes against handedness": (mapped(lambda m: m.update(handedness="left")), "makes the recording right-handed"),
     "no rotation": (mapped(lambda m: m.pop("rotation")), "'rotation' is missing.*xyzw or wxyz"),
     "no time": (mapped(lambda m: m.pop("time")), "nothing says when"),
+    "a rate of rows that name their track": (
+        mapped(lambda m: (m.update(time={"rate": 120}), m["columns"].update(track="t"))), "several rows are of one instant"
+    ),
     "no hand": (mapped(lambda m: m.update(hands={})), "name one hand at least"),
     "a hand that is a thing": (mapped(lambda m: m["hands"].update(bottle={})), "'bottle' is both a hand and a thing"),
     "two shapes": (mapped(lambda m: m["things"]["bottle"]["shape"].update(box=[1, 1, 1])), "a shape is one of box"),
@@ -430,6 +435,21 @@ def test_bad_input_is_one_clear_paragraph(name: str, tmp_path: Path, capsys: pyt
     error = capsys.readouterr().err
     assert re.search(said, error), error
     assert error.startswith("cramlite: ") and error.count("\n") == 1 and "Traceback" not in error
+
+
+@pytest.mark.fuzz
+@settings(max_examples=40, deadline=None)
+@given(data=st.data(), file=st.sampled_from(["take.csv", "take.yaml"]))
+def test_damaged_files_are_read_or_refused(data: st.DataObject, file: str, tmp_path_factory: pytest.TempPathFactory) -> None:
+    folder = tmp_path_factory.mktemp("take")
+    mapping = write(folder, {n: p[::20] for n, p in into_a_crate().items()}, ["table", "crate"])
+    content = bytearray((folder / file).read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        at = data.draw(st.integers(0, len(content) - 1))
+        content[at : at + data.draw(st.integers(0, 30))] = data.draw(st.binary(max_size=6))
+    (folder / file).write_bytes(bytes(content))
+    with contextlib.suppress(UserError):
+        read_recording(mapping)
 
 
 def test_unspoilt_recording_is_read(tmp_path: Path) -> None:

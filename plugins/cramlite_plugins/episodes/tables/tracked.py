@@ -70,6 +70,8 @@ def _times(table: Table, mapping: Mapping) -> Floats:
     rate = spec.rate if spec is not None and spec.rate is not None else table.rate
     if column is not None:
         values = table.numbers(column, "the time") * (spec.seconds if spec is not None and spec.column is not None else 1.0)
+    elif rate is not None and mapping.columns is not None and mapping.columns.track is not None:
+        raise UserError("'time: {rate: ...}' counts rows, and here several rows are of one instant; give 'time: {column: NAME, unit: s}'.")
     elif rate is not None:
         values = np.arange(len(table.lines)) / rate
     else:
