@@ -215,7 +215,8 @@ def test_what_another_process_wrote_does_not_move(proven: Proven) -> None:
 
 @pytest.mark.parametrize("tool", ["check", "resolve", "list_things", "list_goals", "interpret"])
 @pytest.mark.parametrize(
-    "name", ["../outside.yaml", "/etc/passwd", "link.yaml", "links/outside.yaml", "loop", "a\x00b", "", "n" * 5000, "~/x.yaml", "mine.yaml/.."]
+    "name",
+    ["../outside.yaml", "/etc/passwd", "link.yaml", "links/outside.yaml", "loop", "a\x00b", "", "n" * 5000, "~/x.yaml", "mine.yaml/.."],
 )
 def test_paths_do_not_lead_out(proven: Proven, tool: str, name: str) -> None:
     outside = proven.folder.parent / "outside.yaml"
