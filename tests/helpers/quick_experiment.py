@@ -12,8 +12,8 @@ from cramlite.plugin.selection import PluginChoice
 FOLDER = find_experiment("fetch_from_hanger").parent
 
 
-def quick_experiment(folder: Path) -> Path:
-    """The shipped one, with three demonstrations and a budget of two questions."""
+def quick_experiment(folder: Path, count: int = 1) -> Path:
+    """The shipped one, with ``count`` demonstrations of each of three objects and a budget of two questions."""
     folder.mkdir()
     scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
     (folder / "scenario.yaml").write_text(scenario)
@@ -21,7 +21,7 @@ def quick_experiment(folder: Path) -> Path:
     text = text.replace("budget: {proofs: 4, expansions: 400}", "budget: {proofs: 1, expansions: 2}\nmost_candidates: 1")
     lines = [line for line in text.splitlines() if not line.lstrip().startswith(("main:", "hard:"))]
     at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
-    lines.insert(at + 1, "  main: {first: 1000, count: 1, about: quick}")
+    lines.insert(at + 1, f"  main: {{first: 1000, count: {count}, about: quick}}")
     (folder / "experiment.yaml").write_text("\n".join(lines))
     return folder
 
