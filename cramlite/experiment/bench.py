@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 from msgspec import field
 from msgspec.structs import replace
@@ -29,7 +30,8 @@ class Trial(Value):
         directory: of the run.
         pictures: whether to draw how each execution ended.
         plugins: of the engine.
-        on_cluster: whether runs in twins are tasks of the cluster that the trial is a task of; else they are processes here.
+        twins: who runs programs in twins: processes of this machine; the trial itself, where it is a task of a cluster that has no
+            place free; or further tasks of the cluster.
     """
 
     experiment: Path
@@ -39,7 +41,7 @@ class Trial(Value):
     without: str | None = None
     pictures: bool = True
     plugins: PluginChoice = INSTALLED
-    on_cluster: bool = False
+    twins: Literal["processes", "itself", "tasks"] = "processes"
 
 
 class Bench(Value):

@@ -14,6 +14,8 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
 from ..base.errors import UserError
 from .results import DemonstrationResult
 
@@ -74,7 +76,7 @@ def run_on_cluster(
     while left := [t for t in trials if t.demonstration.name not in found]:
         before = len(found)
         try:
-            with connected(executor, min(workers, len(left)), patience) as client:
+            with connected(executor, workers, patience) as client:
                 if client.dashboard_link and find_spec("bokeh"):
                     progress.say(f"live progress: {client.dashboard_link}")
                 for result in _handed_out(client, left, short, key, store):
@@ -101,12 +103,16 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
         UserError: it does not.
     """
     import logging
+    import warnings
 
     from distributed import Client, LocalCluster
 
     if executor == OWN:
         options = {"n_workers": workers, "threads_per_worker": 1, "host": "127.0.0.1", "silence_logs": logging.ERROR}
-        with LocalCluster(**options) as cluster, Client(cluster) as client:
+        with warnings.catch_warnings():  # the live page has another port where its usual one is taken; which one is said
+            warnings.filterwarnings("ignore", message=r"(?s)\s*Port \d+ is already in use")
+            cluster = LocalCluster(**options)
+        with cluster, Client(cluster) as client:
             yield client
         return
     address = executor.replace("dask://", "tcp://", 1)
@@ -123,16 +129,17 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
 
 
 def _handed_out(client: Any, left: Sequence[Trial], short: bool, key: dict[str, Any], store: Store) -> Iterator[DemonstrationResult]:
-    """As many trials at a time as there are places, so that what is free meanwhile is free for twins."""
+    """As many trials at a time as there are places; where there are fewer trials than places, these give their twins away."""
     from .cluster_tasks import trial_task
 
     pool, todo = client.get_executor(pure=False), deque(left)
     waiting: dict[Future[Arrived], Trial] = {}
     try:
         while todo or waiting:
-            while todo and len(waiting) < max(1, sum(client.nthreads().values())):
-                one = todo.popleft()
-                waiting[pool.submit(trial_task, one, short, key)] = one
+            places = max(1, sum(client.nthreads().values()))
+            while todo and len(waiting) < places:
+                one = replace(todo[0], twins="tasks" if len(todo) + len(waiting) < places else "itself")
+                waiting[pool.submit(trial_task, one, short, key)] = todo.popleft()
             for future in wait(waiting, ASK_AGAIN, FIRST_COMPLETED).done:
                 yield _received(future, waiting.pop(future), store)
     finally:

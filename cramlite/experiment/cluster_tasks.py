@@ -38,7 +38,7 @@ def trial_task(trial: Trial, short: bool, key: dict[str, Any]) -> Arrived:
     _require_same(trial, short, key)
     with tempfile.TemporaryDirectory(prefix="cramlite-trial-") as folder:
         place = Path(folder)
-        result = run_trial(replace(trial, directory=place, on_cluster=True))
+        result = run_trial(replace(trial, directory=place))
         paths = (p for p in place.rglob("*") if p.is_file())
         return Arrived(result, {p.relative_to(place).as_posix(): p.read_bytes() for p in paths})
 

@@ -1,4 +1,4 @@
-"""Runs of a trial's programs in twins as further tasks of the Dask cluster that the trial is a task of."""
+"""Runs in twins of a trial that is a task of a Dask cluster: further tasks of the cluster, or the trial's own work."""
 
 from __future__ import annotations
 
@@ -32,6 +32,32 @@ def twin_task(plugins: PluginChoice, text: str, world: World, seed: int) -> tupl
 @lru_cache(maxsize=2)
 def _knowledge(plugins: PluginChoice) -> Knowledge:
     return Knowledge(plugins.registry())
+
+
+class OwnRuns:
+    """Runs in twins one after another, where the trial itself runs.
+
+    Args:
+        plugins: of the engine.
+    """
+
+    def __init__(self, plugins: PluginChoice) -> None:
+        self._plugins = plugins
+        self.seconds = 0.0
+        """CPU time of the runs so far [s]."""
+
+    def start(self) -> None:
+        """Do nothing: there is nobody else."""
+
+    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+        """Run a text in one world with its seed after another, lazily; yield what happened."""
+        for world, seed in places:
+            rollout, seconds = twin_task(self._plugins, text, world, seed)
+            self.seconds += seconds
+            yield rollout
+
+    def close(self) -> None:
+        """Do nothing: nothing is under way."""
 
 
 class ClusterRuns:

@@ -184,13 +184,14 @@ def _attempts(
 
 
 def _twin_runs(trial: Trial, place: Bench) -> RunGroup:
-    """Who runs programs in twins: the cluster that the trial is a task of, or processes of this machine."""
-    from .cluster_twins import ClusterRuns
+    """Who runs programs in twins."""
+    from .cluster_twins import ClusterRuns, OwnRuns
 
     registry = place.engine.registry
     plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
-    twins = place.experiment.spec.proof.twins or 1
-    return ClusterRuns(plugins) if trial.on_cluster else ExecutorGroup(plugins, min(processes_here(), twins))
+    if trial.twins != "processes":
+        return ClusterRuns(plugins) if trial.twins == "tasks" else OwnRuns(plugins)
+    return ExecutorGroup(plugins, min(processes_here(), place.experiment.spec.proof.twins or 1))
 
 
 def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> tuple[Attempt, bool]:

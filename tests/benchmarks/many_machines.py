@@ -1,11 +1,11 @@
 """How an experiment spreads over workers: measured at one and two, simulated beyond.
 
-    python tests/benchmarks/many_machines.py [--trials 1000] [--tables FILE] [--measure]
+    python tests/benchmarks/many_machines.py [--trials 100 1000 10000] [--tables FILE] [--measure]
 
 With ``--measure`` it runs a small experiment (recording, interpretation, a budget that leaves no room for programs) on a Dask cluster of
 one and of two workers here, and measures what the scheduler takes for a task. The simulation takes CPU times of whole trials as they
-were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables FILE``), puts their tasks on workers as Dask does, first come first
-served, a trial giving up its place while it waits for its twins, and lets the one scheduler handle one task after another.
+were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables FILE``), puts their tasks on workers, first come first served, and lets
+the one scheduler handle one task after another. Where there are fewer trials than workers, a trial's twins are tasks of their own.
 """
 
 from __future__ import annotations
@@ -42,32 +42,28 @@ class TrialTimes:
         return self.before + self.twins * self.twin + self.after
 
 
-TRIAL = TrialTimes(before=2.6, twin=1.3, twins=8, after=3.1)
-OVERHEAD = 0.005
+TRIAL = TrialTimes(before=2.2, twin=0.9, twins=8, after=3.1)
+OVERHEAD = 0.007
 """What the scheduler takes for one task [s]; measured with --measure."""
 
 
 def simulated(trials: int, workers: int, times: TrialTimes, overhead: float) -> float:
-    """Wall time of trials on workers [s]."""
+    """Wall time of trials on workers [s]; where there are fewer trials than workers, these give their twins away."""
     free = [START] * workers  # when each place is free
-    heapq.heapify(free)
-    scheduler, ended = 0.0, 0.0
-    queue = [(0.0, n, "before", n) for n in range(trials)]  # ready at, order, which part, of which trial
-    left, order = dict.fromkeys(range(trials), times.twins), trials
-    last = dict.fromkeys(range(trials), 0.0)
+    scheduler, ended, order = 0.0, 0.0, trials
+    queue = [(0.0, n, "before" if trials < workers else "whole", n) for n in range(trials)]  # ready at, order, part, trial
+    left, last = dict.fromkeys(range(trials), times.twins), dict.fromkeys(range(trials), 0.0)
     while queue:
         ready, _, part, trial = heapq.heappop(queue)
-        if part != "after":  # a trial that rejoins its place asks no scheduler
-            scheduler = max(scheduler, ready) + overhead
-        start = max(heapq.heappop(free), ready if part == "after" else scheduler)
-        end = start + getattr(times, part)
+        if part != "after":  # a trial that takes its place again asks no scheduler
+            scheduler = ready = max(scheduler, ready) + overhead
+        end = max(heapq.heappop(free), ready) + getattr(times, part)
         heapq.heappush(free, end)
         ended = max(ended, end)
         if part == "twin":
-            left[trial] -= 1
-            last[trial] = max(last[trial], end)
-        next_parts = {"before": ["twin"] * times.twins, "twin": ["after"] if left[trial] == 0 else [], "after": []}[part]
-        for one in next_parts:
+            left[trial], last[trial] = left[trial] - 1, max(last[trial], end)
+        following = {"before": ["twin"] * times.twins, "twin": ["after"] if left[trial] == 0 else []}.get(part, [])
+        for one in following:
             order += 1
             heapq.heappush(queue, (last[trial] if one == "after" else end, order, one, trial))
     return ended
@@ -114,7 +110,7 @@ def measure(repeats: int = 3) -> None:
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    options.add_argument("--trials", type=int, default=1000)
+    options.add_argument("--trials", type=int, nargs="+", default=[100, 1000, 10_000])
     options.add_argument("--tables", type=Path, help="tables.json of a run, for the CPU times of its trials")
     options.add_argument("--overhead", type=float, default=OVERHEAD, help="of the scheduler for one task [s]")
     options.add_argument("--measure", action="store_true")
@@ -122,12 +118,14 @@ def main() -> None:
     if asked.measure:
         measure()
     times = from_tables(asked.tables) if asked.tables else TRIAL
-    one = simulated(asked.trials, 1, times, asked.overhead)
-    print(f"{asked.trials} trials of {times.whole:.1f} s CPU time: {times}")
-    print("| workers | wall time | speed-up | of what is possible |\n|---|---|---|---|")
+    print(f"trials of {times.whole:.1f} s CPU time: {times}; {asked.overhead * 1000:.0f} ms of the scheduler for a task")
+    print("| workers | " + " | ".join(f"{n} trials" for n in asked.trials) + " |")
+    print("|---" * (len(asked.trials) + 1) + "|")
+    alone = {n: simulated(n, 1, times, asked.overhead) for n in asked.trials}
     for workers in WORKERS:
-        wall = simulated(asked.trials, workers, times, asked.overhead)
-        print(f"| {workers} | {wall / 60:.1f} min | {one / wall:.1f} | {one / wall / workers:.0%} |")
+        walls = {n: simulated(n, workers, times, asked.overhead) for n in asked.trials}
+        cells = [f"{wall / 60:.1f} min ({alone[n] / wall / workers:.0%})" for n, wall in walls.items()]
+        print(f"| {workers} | {' | '.join(cells)} |")
 
 
 if __name__ == "__main__":

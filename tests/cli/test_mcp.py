@@ -115,6 +115,24 @@ def test_a_proven_program_runs_and_is_told(proven: Proven) -> None:
     assert (proven.place / "execution" / "execution.json").is_file()
 
 
+def test_a_cancelled_run_is_killed_and_writes_nothing(proven: Proven) -> None:
+    before = proven.executed
+
+    async def run(client: Client) -> Any:
+        with anyio.CancelScope() as scope:
+
+            async def progress(number: float, total: float | None, message: str | None) -> None:
+                if message == "running the program's text":
+                    scope.cancel()
+
+            await client.call_tool("run", {"run": proven.run}, progress_callback=progress)
+        assert scope.cancelled_caught
+        return await client.call_tool("check", {"scenario": "mine.yaml"})  # waits until the other one has ended
+
+    assert not ask(proven.server, run).is_error
+    assert proven.executed == before
+
+
 def test_what_there_is_can_be_asked(proven: Proven) -> None:
     server = proven.server
     assert any(t["task"].endswith("Grasping") for t in call(server, "list_tasks").structured_content["tasks"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -21,15 +22,18 @@ pytest.importorskip("distributed", reason="the extra cramlite[distributed] is no
 
 import dask
 from on_cluster import run_in_twins
-from quick_experiment import order, quick_experiment, told
+from quick_experiment import order, quick_experiment, solved_experiment, told
 
 from cramlite import Engine, UserError, find_scenario, read_scenario
 from cramlite.cli.main import main
 from cramlite.engine.executor_group import ExecutorGroup
 from cramlite.experiment.cluster import check_executor, connected
 from cramlite.experiment.cluster_tasks import trial_task
+from cramlite.experiment.cluster_twins import OwnRuns
+from cramlite.experiment.report import to_json
 from cramlite.experiment.run import run_experiment, run_key
 from cramlite.experiment.store import Store
+from cramlite.experiment.tables import tables
 from cramlite.model import Pose, replace
 from cramlite.plugin.selection import INSTALLED
 
@@ -55,11 +59,27 @@ def test_twins_are_tasks_beside_the_trial_that_waits_for_them() -> None:
         here = list(group.runs(TURN, iter(places[:2])))
         assert [refused] == list(group.runs("def f(", iter(places[:1])))
         assert group.seconds > 0 and seconds > 0
-    for one, other in zip(there, here, strict=True):
+    itself = list(OwnRuns(INSTALLED).runs(TURN, iter(places[:2])))
+    for one, other in [*zip(there, here, strict=True), *zip(itself, here, strict=True)]:
         assert not isinstance(one, str) and not isinstance(other, str)
         assert np.array_equal(one.joints, other.joints) and np.array_equal(one.wrench, other.wrench)
         assert all(np.array_equal(one.poses[n], other.poses[n]) for n in other.poses)
     assert [round(r.poses["tin"][0][1], 3) for r in there if not isinstance(r, str)] == [0.3, 0.4]
+
+
+@pytest.mark.heavy
+def test_tables_are_those_of_one_process_to_the_bit(tmp_path: Path) -> None:
+    """Of a trial that gives its twins away, since it is one and there are two places."""
+    experiment, found = solved_experiment(tmp_path / "solved"), {}
+    for executor in ("local", "dask"):
+        results = run_experiment(order(experiment, tmp_path / executor, 2, executor=executor), lambda _: None)
+        data = to_json(tables(results, None), results, {})
+        spent = [data.pop("seconds"), *(c.pop("seconds") for d in data["demonstrations"] for c in (d, *d["results"]))]
+        texts = {p.name: p.read_bytes() for p in (tmp_path / executor / "results").rglob("*.script")}
+        found[executor] = json.dumps(data), texts
+        assert spent[0]["twins"] > 0
+    assert found["local"] == found["dask"]
+    assert results[0].solved and results[0].results[0].attempts[0].confidence == 1 and found["dask"][1]
 
 
 DIES = """

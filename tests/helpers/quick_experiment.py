@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import yaml
+
 from cramlite.experiment.run import Order
 from cramlite.experiment.spec import find_experiment, read_experiment
 from cramlite.plugin.selection import PluginChoice
@@ -23,6 +25,17 @@ def quick_experiment(folder: Path, count: int = 1) -> Path:
     at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
     lines.insert(at + 1, f"  main: {{first: 1000, count: {count}, about: quick}}")
     (folder / "experiment.yaml").write_text("\n".join(lines))
+    return folder
+
+
+def solved_experiment(folder: Path) -> Path:
+    """One demonstration whose first candidate gives a program, proven in two twins and executed in one."""
+    path = quick_experiment(folder) / "experiment.yaml"
+    data = yaml.safe_load(path.read_text())
+    data |= {"budget": {"proofs": 1, "expansions": 400}, "scales": [1], "objects": {"O1": data["objects"]["O1"]}}
+    data["proof"]["twins"], data["sets"]["main"]["first"] = 2, 1002
+    del data["published"]
+    path.write_text(yaml.safe_dump(data))
     return folder
 
 
