@@ -38,9 +38,9 @@ def told(result: Any) -> str:
     return " ".join(c.text for c in result.content if c.type == "text")
 
 
-def ask(server: object, use: Callable[[Client], Awaitable[Any]]) -> Any:
+def ask(server: object, use: Callable[[Client], Awaitable[Any]], mode: str = "auto") -> Any:
     async def session() -> Any:
-        async with Client(server) as client:  # type: ignore[arg-type]
+        async with Client(server, mode=mode) as client:  # type: ignore[arg-type]
             return await use(client)
 
     return anyio.run(session)
@@ -98,8 +98,9 @@ def proven(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Proven]:
         yield Proven(tmp_path_factory.mktemp("folder").resolve())
 
 
-def test_a_proven_program_runs_and_is_told(proven: Proven) -> None:
-    """The positive sibling of every refusal below."""
+@pytest.mark.parametrize("mode", ["auto", "legacy"])
+def test_a_proven_program_runs_and_is_told(proven: Proven, mode: str) -> None:
+    """The positive sibling of every refusal below; with clients of today's protocol, and with older ones."""
     said: list[str] = []
 
     async def run(client: Client) -> Any:
@@ -108,7 +109,7 @@ def test_a_proven_program_runs_and_is_told(proven: Proven) -> None:
 
         return await client.call_tool("run", {"run": proven.run}, progress_callback=progress)
 
-    answer = ask(proven.server, run)
+    answer = ask(proven.server, run, mode)
     assert not answer.is_error and answer.structured_content["succeeded"], told(answer)
     assert answer.structured_content["rollout"]["outcome"] == "finished"
     assert said == ["comparing text and world with what was proven", "running the program's text"]
@@ -229,6 +230,13 @@ def test_what_another_process_wrote_does_not_move(proven: Proven) -> None:
     other = make_server(Engine(), ClientFiles(proven.folder, proven.folder / "runs"))
     assert "since this server started" in told(call(other, "run", run=proven.run))
     assert not call(other, "explain", run=proven.run).is_error
+
+
+def test_what_was_refused_does_not_move(proven: Proven) -> None:
+    assert "No solution" in proven.refused("resolve", scenario="tasks/parking_arms_fails")
+    (name,) = [p.name for p in (proven.folder / "runs").iterdir() if "parking" in p.name]
+    assert "so nothing moves" in proven.refused("run", run=name)
+    assert not call(proven.server, "explain", run=name).is_error
 
 
 @pytest.mark.parametrize("tool", ["check", "resolve", "list_things", "list_goals", "interpret"])

@@ -229,6 +229,13 @@ def test_a_scheduler_that_is_not_there() -> None:
         pass
 
 
+def test_nothing_of_it_is_loaded_before_it_is_asked_for() -> None:
+    code = "import sys, cramlite.experiment.command\nfrom cramlite.experiment.cluster import check_executor\n"
+    code += "check_executor('local'); check_executor('dask')\n"
+    code += "print([m for m in ('distributed', 'dask', 'bokeh', 'pyarrow') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+
+
 def test_something_else_that_answers_is_no_scheduler() -> None:
     def answer(server: socket.socket) -> None:
         while True:
