@@ -129,7 +129,10 @@ def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterato
 
 
 def _handed_out(client: Any, left: Sequence[Trial], short: bool, key: dict[str, Any], store: Store) -> Iterator[DemonstrationResult]:
-    """As many trials at a time as there are places; where there are fewer trials than places, these give their twins away."""
+    """A trial for each place, and none that waits there: Dask blames a death on all that a worker was given.
+
+    Where there are fewer trials than places, these give their twins away.
+    """
     from .cluster_tasks import trial_task
 
     pool, todo = client.get_executor(pure=False), deque(left)

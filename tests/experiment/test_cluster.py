@@ -20,7 +20,6 @@ import pytest
 
 pytest.importorskip("distributed", reason="the extra cramlite[distributed] is not installed")
 
-import dask
 from on_cluster import run_in_twins
 from quick_experiment import order, quick_experiment, solved_experiment, told
 
@@ -101,10 +100,9 @@ def test_a_cluster_finds_the_same_and_a_lost_worker_is_replaced(tmp_path: Path) 
     experiment, plugin, said = quick_experiment(tmp_path / "quick"), tmp_path / "dies.py", []
     plugin.write_text(DIES.format(mark=str(tmp_path / "mark")))
     run_experiment(order(experiment, tmp_path / "one"), lambda _: None)
-    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
-        found = run_experiment(order(experiment, tmp_path / "many", 2, plugin, executor="dask"), said.append)
+    found = run_experiment(order(experiment, tmp_path / "many", 2, plugin, executor="dask"), said.append)
     one, many = told(tmp_path / "one"), told(tmp_path / "many")
-    assert many["results/O3-01/result.json"]["reason"] == "worker: the process died 2 times (out of memory, or killed)"
+    assert many["results/O3-01/result.json"]["reason"] == "worker: the process died 4 times (out of memory, or killed)"
     same = [name for name in one if "O3-01" not in name]
     assert len(same) == 4 and {n: one[n] for n in same} == {n: many[n] for n in same}
     assert [r.name for r in found] == ["O1-01", "O2-01", "O3-01"]
