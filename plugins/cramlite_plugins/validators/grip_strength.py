@@ -9,10 +9,10 @@ import numpy as np
 from cramlite.model import Held, Pose, Rollout, SetGripper, Value, walk
 from cramlite.plugin import Candidate, Cost, Finding, Validator, hookimpl
 
-from ..validators import grips as hand
-from ..validators.physics import SLIP
-from ..validators.task_times import origins
-from .grip_force import ACCELERATION, GRAVITY, MARGIN, Grip, grip_of
+from ..motions.grip_force import ACCELERATION, GRAVITY, MARGIN, Grip, grip_of
+from . import grips as hand
+from .physics import SLIP
+from .task_times import origins
 
 SOON = 0.5  # after the pads last pressed a thing that was lost, the fingers go on to close [s]
 
