@@ -71,6 +71,35 @@ def test_the_scenario_runs_on_another_robot(
     assert robot != "ur5" or ("axia80" in text and "zero_ftsensor()" not in text), "a sensor of its own"
 
 
+def of_one_thing(folder: Path, scenario: str, robot: str) -> Path:
+    """A shipped scenario without a demonstration, with another robot."""
+    text = (SCENARIOS / f"{scenario}.yaml").read_text()
+    assert LINE in text
+    path = folder / f"{scenario}.yaml"
+    path.write_text(text.replace(LINE, f"robot: {{type: {robot}}}"))
+    return path
+
+
+@pytest.mark.parametrize("robot", ["ur3", "ur3e", "ur10", "ur10e", "ur16e", "ur20", "ur30"])
+def test_the_family_grasps_and_places(robot: str, run: Callable[..., Any], tmp_path: Path) -> None:
+    """The small arms stand nearer to the peg; all else is as shipped."""
+    near = ", at: {position: [250 mm, 0, 0]}" if robot in ("ur3", "ur3e") else ""
+    for scenario, where, end in (("grasp_one_thing", near, "grasps("), ("place_on_shelf", "", "'block' rests on 'shelf'")):
+        varied = of_one_thing(tmp_path, scenario, f"{robot}{where}")
+        done = run("resolve", varied, "--out", tmp_path / scenario, "--no-report", "--twins", "0", "--json")
+        assert done.code == 0, done.err
+        findings = json.loads(done.out)["findings"]
+        assert any(end in f["reason"] for f in findings), [f["reason"] for f in findings]
+        assert all(f["passed"] for f in findings)
+        assert (tmp_path / scenario / "program.script").is_file()
+
+
+def test_a_small_arm_says_what_is_out_of_its_reach(run: Callable[..., Any], tmp_path: Path) -> None:
+    done = run("resolve", of_one_thing(tmp_path, "grasp_one_thing", "ur3"), "--out", tmp_path / "run", "--no-report")
+    assert done.code == 1, done.err
+    assert "nearest point at 0.77 m > 0.68 m reach of arm 'ur3'" in done.err
+
+
 PROGRAM = Program("look", "arm", "fr3", FR3.gripper.tcp, FR3.home, (MoveJoints(((0.3, *FR3.home[1:]),), 1.0, 1.4),), ())
 
 
