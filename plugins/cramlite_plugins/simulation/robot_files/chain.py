@@ -1,0 +1,182 @@
+"""The arm in a file: its joints from base to flange, with limits, torques and the axes at zero."""
+
+from __future__ import annotations
+
+import math
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Floats, Pose, Value
+from cramlite.plugin import UserError, nearest
+
+from ..scenes.source import Source
+
+AXES = (6, 7)
+FLANGES = re.compile(r"attachment|flange|tool0|ee_?site|end_?effector|link_?ee", re.IGNORECASE)
+"""Names of the place where a tool is bolted on: Menagerie's "attachment_site", ROS-Industrial's "tool0" and "flange"."""
+LONGEST = 3.0
+"""Of the distances between neighbouring joints, none is longer [m]: the largest arms in catalogues reach 5 m in all."""
+
+
+class Chain(Value):
+    """Joints of an arm as a file has them, in the frame of its base.
+
+    Args:
+        base: id of the body that the arm stands on; 0 if it is the world.
+        bodies: ids of the bodies that move with the joints, base to tip.
+        joints: their names.
+        limits: (lower, upper) of each joint, as the file counts [rad].
+        torques: highest of each joint [Nm]; 0 where the file has none.
+        speeds: highest of each joint [rad/s]; 0 where the file has none.
+        axes: (point, direction) of each joint in the base's frame, all joints at zero [m].
+        flange: where tools are bolted on, in the base's frame, all joints at zero.
+        said: what the flange was taken from.
+    """
+
+    base: int
+    bodies: tuple[int, ...]
+    joints: tuple[str, ...]
+    limits: tuple[tuple[float, float], ...]
+    torques: tuple[float, ...]
+    speeds: tuple[float, ...]
+    axes: tuple[tuple[Floats, Floats], ...]
+    flange: Pose
+    said: str
+
+
+def find_chain(source: Source, flange: str = "") -> Chain:
+    """Find the arm in a compiled file: the first six or seven hinges in a row.
+
+    Args:
+        flange: name of the site or body where the tool is bolted on; empty looks for usual names behind the last joint.
+
+    Raises:
+        UserError: there is no such row of hinges, a joint has no limits, or the flange is not there.
+    """
+    model, where = source.model, source.path
+    bodies = _hinged(source)
+    joints = [int(model.body_jntadr[b]) for b in bodies]
+    names = tuple(model.joint(j).name for j in joints)
+    if "" in names:
+        raise UserError(f"{where}: joint {names.index('') + 1} of the arm has no name; give it one, since programs name joints.")
+    free = [n for n, j in zip(names, joints, strict=True) if not model.jnt_limited[j]]
+    if free:
+        raise UserError(f"{where}: joint '{free[0]}' has no limits; write its range into the file (360 deg each way if it turns on).")
+    ranges = tuple((float(lo), float(hi)) for lo, hi in model.jnt_range[joints])
+    wrong = [n for n, (lo, hi) in zip(names, ranges, strict=True) if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi)]
+    if wrong:
+        raise UserError(f"{where}: the range of joint '{wrong[0]}' is no two finite angles, the lower one first.")
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    for j in joints:
+        data.qpos[model.jnt_qposadr[j]] = 0.0
+    mujoco.mj_kinematics(model, data)
+    base = int(model.body_parentid[bodies[0]])
+    stand = pose_of(data.xpos[base], data.xmat[base])
+    place, said = _flange(source, data, bodies[-1], flange)
+    axes = tuple((_in(stand, data.xanchor[j]), stand.rotation.T @ data.xaxis[j]) for j in joints)
+    _check_size(where, names, axes)
+    torques = tuple(_torque(model, j) for j in joints)
+    return Chain(base, bodies, names, ranges, torques, _speeds(source, names), axes, stand.inverse() * place, said)
+
+
+def _hinged(source: Source) -> tuple[int, ...]:
+    """Bodies of the first row of hinges; the first branch that has the most of them."""
+    model = source.model
+
+    def rows(body: int, row: tuple[int, ...]) -> list[tuple[int, ...]]:
+        count = int(model.body_jntnum[body])
+        hinge = count == 1 and int(model.jnt_type[model.body_jntadr[body]]) == int(mujoco.mjtJoint.mjJNT_HINGE)
+        if count and not hinge:
+            return [row]
+        row = (*row, body) if hinge else row
+        below = [b for b in range(1, model.nbody) if int(model.body_parentid[b]) == body and b != body]
+        moving = [b for b in below if _moves(model, b)]
+        if len(row) >= AXES[0] and len(moving) != 1:
+            return [row]
+        return [r for b in moving for r in rows(b, row)] or [row]
+
+    longest = max(rows(0, ()), key=len)
+    if len(longest) not in AXES:
+        what = f"{len(longest)} hinges in a row" if longest else "no hinge"
+        raise UserError(
+            f"{source.path}: an arm has six or seven hinges in a row, one in each body, and this file has {what}; it describes "
+            "another machine, or its joints are fixed: take the file of the arm alone."
+        )
+    return longest
+
+
+def _moves(model: Any, body: int) -> bool:
+    """Whether a body or one that it carries has a joint."""
+    below = [b for b in range(1, model.nbody) if int(model.body_parentid[b]) == body and b != body]
+    return bool(model.body_jntnum[body]) or any(_moves(model, b) for b in below)
+
+
+def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str]:
+    """Where tools are bolted on, in the world, and what said so."""
+    model = source.model
+    sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
+    bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}
+    if named and named not in (*sites, *bodies):
+        raise UserError(
+            f"{source.path}: there is no site or body '{named}' behind the last joint; {nearest(named, [*sites, *bodies])}."
+        )
+    name = named or next((n for n in (*sites, *bodies) if FLANGES.search(n)), "")
+    if name in sites:
+        return pose_of(data.site_xpos[sites[name]], data.site_xmat[sites[name]]), f"site '{name}'"
+    b = bodies[name] if name else last
+    said = f"body '{name}'" if name else f"the last body, '{model.body(last).name}': no site or body has a usual name; 'flange' names one"
+    return pose_of(data.xpos[b], data.xmat[b]), said
+
+
+def _behind(model: Any, body: int, last: int) -> bool:
+    """Whether a body is the last one, or fixed to it."""
+    while body != last and body > 0 and not model.body_jntnum[body]:
+        body = int(model.body_parentid[body])
+    return body == last
+
+
+def _check_size(where: Path, names: tuple[str, ...], axes: tuple[tuple[Floats, Floats], ...]) -> None:
+    for k, ((a, _), (b, _)) in enumerate(pairwise(axes)):
+        far = float(np.linalg.norm(b - a))
+        if far > LONGEST:
+            raise UserError(
+                f"{where}: joints '{names[k]}' and '{names[k + 1]}' are {far:.3g} m apart; files are in metres. If this one is in "
+                "millimetres, scale its lengths and meshes by 0.001."
+            )
+
+
+def _torque(model: Any, joint: int) -> float:
+    """The highest torque of a joint that the file states, of itself or of its actuator; 0 if none [Nm]."""
+    found = [float(model.jnt_actfrcrange[joint][1])] if model.jnt_actfrclimited[joint] else []
+    for a in range(model.nu):
+        if int(model.actuator_trnid[a][0]) == joint and int(model.actuator_trntype[a]) == 0 and model.actuator_forcelimited[a]:
+            found.append(float(model.actuator_forcerange[a][1]) * abs(float(model.actuator_gear[a][0])))
+    return min(found, default=0.0)
+
+
+def _speeds(source: Source, names: tuple[str, ...]) -> tuple[float, ...]:
+    """Highest speeds, which a URDF states and an MJCF cannot; 0 where there is none [rad/s]."""
+    if not source.urdf:
+        return (0.0,) * len(names)
+    text = source.path.read_text(encoding="utf-8", errors="replace")
+    found = {}
+    for joint in re.finditer(r"<joint\b[^>]*name\s*=\s*[\"']([^\"']+)[\"'].*?</joint>", text, re.DOTALL):
+        speed = re.search(r"<limit\b[^>]*\bvelocity\s*=\s*[\"']([\d.eE+-]+)", joint[0])
+        found[joint[1]] = float(speed[1]) if speed else 0.0
+    return tuple(v if math.isfinite(v) and v > 0 else 0.0 for v in (found.get(n, 0.0) for n in names))
+
+
+def pose_of(position: Floats, matrix: Floats) -> Pose:
+    """Return a pose from a position (3,) [m] and a rotation matrix (9,) or (3, 3)."""
+    x, y, z = (float(v) for v in position)
+    return Pose((x, y, z), Pose.from_matrix(np.asarray(matrix).reshape(3, 3)).quaternion)
+
+
+def _in(frame: Pose, point: Floats) -> Floats:
+    return np.asarray(frame.rotation.T @ (np.asarray(point) - np.array(frame.position)))

@@ -1,0 +1,228 @@
+"""The arm of a file as MJCF text with the names that ``cramlite.model.Robot`` lists, and one of our grippers on its flange.
+
+Angles in the text are those of the Denavit-Hartenberg table. Shapes are those of the file that collide; capsules become cylinders of
+their volume (docs/explanation/simulation.md says why), meshes their convex hulls, as MuJoCo collides them.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Floats, Pose, Value
+
+from ...robots.universal_robots import UR5E_INERTIA, WRIST
+from ..scenes.geoms import collides
+from ..scenes.source import Source
+from .chain import Chain, pose_of
+from .dh_table import Table, reach_of
+
+KINDS = {"SPHERE": "sphere", "ELLIPSOID": "ellipsoid", "CYLINDER": "cylinder", "CAPSULE": "cylinder", "BOX": "box", "MESH": "mesh"}
+ARMATURE = 0.1  # of joints whose file has less [kg m2]: our servos are stable with it
+ALWAYS = 0.9  # share of random postures in which shapes that overlap by construction do
+SAMPLES = 50
+
+
+class Part(Value):
+    """What moves with one joint, or stands still: the bodies of the file that are fixed to each other.
+
+    Args:
+        name: of the first of them.
+        bodies: their ids, the first one first.
+        place: of the first one, in the frame of the part before, all joints at the file's zero.
+    """
+
+    name: str
+    bodies: tuple[int, ...]
+    place: Pose
+
+
+class Posed(Value):
+    """The file's model with the arm's joints at zero."""
+
+    model: Any
+    data: Any
+
+    def body(self, b: int) -> Pose:
+        """Return the pose of a body in the world."""
+        return pose_of(self.data.xpos[b], self.data.xmat[b])
+
+
+def posed(source: Source, chain: Chain) -> Posed:
+    """Put all joints of the arm to zero."""
+    data = mujoco.MjData(source.model)
+    for b in chain.bodies:
+        data.qpos[source.model.jnt_qposadr[source.model.body_jntadr[b]]] = 0.0
+    mujoco.mj_kinematics(source.model, data)
+    mujoco.mj_comPos(source.model, data)
+    return Posed(source.model, data)
+
+
+def parts_of(at_zero: Posed, chain: Chain, table: Table) -> tuple[Part, ...]:
+    """Return the base and the links; the base's place is in frame 0 of the table."""
+    model, first = at_zero.model, (chain.base, *chain.bodies)
+    found = []
+    for k, b in enumerate(first):
+        before = at_zero.body(chain.base) * table.base if k == 0 else at_zero.body(first[k - 1])
+        fixed = [b] if b == chain.bodies[-1] or b == 0 else [b, *_fixed(model, b)]
+        name = "base_link" if k == 0 else model.body(b).name or f"link_{k}"
+        found.append(Part(name, tuple(fixed), before.inverse() * at_zero.body(b)))
+    return tuple(found)
+
+
+def _fixed(model: Any, body: int) -> Iterator[int]:
+    """Bodies that are carried without a joint in between."""
+    for b in range(1, model.nbody):
+        if int(model.body_parentid[b]) == body and not model.body_jntnum[b]:
+            yield b
+            yield from _fixed(model, b)
+
+
+def write_model(
+    name: str, at_zero: Posed, chain: Chain, table: Table, tool: tuple[str, str], apart: tuple[tuple[str, str], ...]
+) -> tuple[str, tuple[str, ...]]:
+    """Write the model.
+
+    Args:
+        tool: (element for the flange, elements beside worldbody) of the gripper.
+        apart: pairs of bodies that never meet, beside those that the file excludes.
+
+    Returns:
+        the text, and what is said of shapes that overlap by construction.
+    """
+    parts = parts_of(at_zero, chain, table)
+    known = {*apart, *_excluded(at_zero.model, parts)}
+    pairs = _overlapping(_text(name, at_zero, chain, table, parts, tool, sorted(known)), {p.name for p in parts}, table, chain)
+    said = tuple(f"'{a}' and '{b}' overlap in the file in almost every posture: contacts between them are left out" for a, b in pairs)
+    return _text(name, at_zero, chain, table, parts, tool, sorted({*known, *pairs})), said
+
+
+def _excluded(model: Any, parts: Sequence[Part]) -> Iterator[tuple[str, str]]:
+    """Pairs of parts between which the file excludes contacts."""
+    owner = {b: p.name for p in parts for b in p.bodies}
+    for signature in model.exclude_signature:
+        a, b = owner.get(int(signature) >> 16), owner.get(int(signature) & 0xFFFF)
+        if a and b and a != b:
+            yield a, b
+
+
+def _text(
+    name: str, at_zero: Posed, chain: Chain, table: Table, parts: Sequence[Part], tool: tuple[str, str],
+    apart: Iterable[tuple[str, str]],
+) -> str:  # fmt: skip
+    meshes: dict[str, str] = {}
+    inner = f'<site name="flange" {_place(at_zero.body(chain.bodies[-1]).inverse() * at_zero.body(chain.base) * table.last)}/>{tool[0]}'
+    for k in reversed(range(len(parts))):
+        part = parts[k]
+        joint = _joint(at_zero.model, chain, table, k - 1) + _inertial(at_zero, part) if k else ""
+        shape = "".join(_geoms(at_zero, part, meshes))
+        inner = f'<body name="{part.name}" {_place(part.place)} gravcomp="{min(k, 1)}">{joint}{shape}{inner}</body>'
+    pairs = (("base_link", parts[1].name), *apart)
+    skip = "".join(f'<exclude body1="{a}" body2="{b}"/>' for a, b in pairs)
+    assets = "".join(f'<mesh name="{n}" vertex="{v}"/>' for n, v in meshes.items())
+    return (
+        f'<mujoco model="{name}"><compiler angle="radian" autolimits="true"/><asset>{assets}</asset>'
+        f"<worldbody>{inner}</worldbody><actuator>{_servos(at_zero.model, chain, table)}</actuator>"
+        f"<contact>{skip}</contact>{tool[1]}</mujoco>"
+    )
+
+
+def _joint(model: Any, chain: Chain, table: Table, k: int) -> str:
+    """A joint that counts as the table does: at ``ref`` it is where the file's is at zero."""
+    j = int(model.body_jntadr[chain.bodies[k]])
+    (low, high), zero = chain.limits[k], table.zeros[k]
+    damping = float(model.dof_damping[model.jnt_dofadr[j]])
+    armature = max(float(model.dof_armature[model.jnt_dofadr[j]]), ARMATURE)
+    return (
+        f'<joint name="{chain.joints[k]}" pos="{_line(model.jnt_pos[j])}" axis="{_line(model.jnt_axis[j])}" ref="{zero:.12g}"'
+        f' range="{low + zero:.12g} {high + zero:.12g}" damping="{damping:.9g}" armature="{armature:.9g}"/>'
+    )
+
+
+def _servos(model: Any, chain: Chain, table: Table) -> str:
+    """Position servos as stiff against the arm's inertia as a UR5e's, as for the other arms (``robots/universal_robots``)."""
+    count = len(chain.joints)
+    mass = float(sum(model.body_mass[b] for b in chain.bodies))
+    stiff = 2000.0 * max(1.0, mass * reach_of(table, chain.limits) ** 2 / UR5E_INERTIA)
+    lines = []
+    for k, (joint, torque, zero, limits) in enumerate(zip(chain.joints, chain.torques, table.zeros, chain.limits, strict=True)):
+        kp = stiff if k < count - 3 else WRIST[1] * max(1.0, torque / WRIST[0])
+        low, high = (v + zero for v in limits)
+        lines.append(
+            f'<position name="{joint}" joint="{joint}" kp="{kp:.9g}" kv="{0.04 * kp:.9g}" ctrlrange="{low:.12g} {high:.12g}"'
+            f' forcerange="{-torque} {torque}"/>'
+        )
+    return "".join(lines)
+
+
+def _inertial(at_zero: Posed, part: Part) -> str:
+    """Mass, centre and inertia of all bodies of a part, in the frame of the first."""
+    model, data, frame = at_zero.model, at_zero.data, at_zero.body(part.bodies[0])
+    masses = model.body_mass[list(part.bodies)]
+    mass = float(masses.sum())
+    centre = masses @ data.xipos[list(part.bodies)] / mass
+    total = np.zeros((3, 3))
+    for b in part.bodies:
+        turn, off = data.ximat[b].reshape(3, 3), data.xipos[b] - centre
+        total += turn @ np.diag(model.body_inertia[b]) @ turn.T + model.body_mass[b] * (off @ off * np.eye(3) - np.outer(off, off))
+    own = frame.rotation.T @ total @ frame.rotation
+    full = (own[0, 0], own[1, 1], own[2, 2], own[0, 1], own[0, 2], own[1, 2])
+    where = frame.rotation.T @ (centre - np.array(frame.position))
+    return f'<inertial pos="{_line(where)}" mass="{mass:.9g}" fullinertia="{_line(full)}"/>'
+
+
+def _geoms(at_zero: Posed, part: Part, meshes: dict[str, str]) -> Iterator[str]:
+    model, data, back = at_zero.model, at_zero.data, at_zero.body(part.bodies[0]).inverse()
+    shown = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in part.bodies]
+    for k, g in enumerate(g for g in shown if collides(model, g)):
+        kind = mujoco.mjtGeom(int(model.geom_type[g])).name.removeprefix("mjGEOM_")
+        if kind not in KINDS:
+            continue
+        size = model.geom_size[g].copy()
+        if kind == "CAPSULE":
+            size[1] += 2 / 3 * size[0]
+        if kind == "MESH":
+            mesh = f"mesh_{int(model.geom_dataid[g])}"
+            meshes.setdefault(mesh, _line(_hull(model, int(model.geom_dataid[g])).ravel()))
+        own = f'mesh="{mesh}"' if kind == "MESH" else f'size="{_line(size)}"'
+        place = back * pose_of(data.geom_xpos[g], data.geom_xmat[g])
+        yield (
+            f'<geom name="{part.name}/{k}" type="{KINDS[kind]}" {own} {_place(place)} rgba="{_line(model.geom_rgba[g])}" mass="0"/>'
+        )
+
+
+def _hull(model: Any, mesh: int) -> Floats:
+    """The corners of a mesh's convex hull, (n, 3)."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    start = int(model.mesh_vertadr[mesh])
+    points = model.mesh_vert[start : start + int(model.mesh_vertnum[mesh])].astype(float)
+    try:
+        return np.asarray(points[ConvexHull(points).vertices])
+    except QhullError:
+        return np.asarray(points)
+
+
+def _overlapping(text: str, parts: set[str], table: Table, chain: Chain) -> tuple[tuple[str, str], ...]:
+    """Pairs of links that are in contact in almost every posture."""
+    model = mujoco.MjModel.from_xml_string(text)
+    data, counted = mujoco.MjData(model), Counter[tuple[str, str]]()
+    low, high = (np.array(v) + table.zeros for v in zip(*chain.limits, strict=True))
+    for q in np.random.default_rng(0).uniform(low, high, (SAMPLES, len(low))):
+        data.qpos[: len(q)] = q
+        mujoco.mj_forward(model, data)
+        bodies = {tuple(sorted(model.body(model.geom_bodyid[g]).name for g in data.contact[c].geom)) for c in range(data.ncon)}
+        counted.update((a, b) for a, b in bodies if {a, b} <= parts)
+    return tuple(pair for pair, count in sorted(counted.items()) if count >= ALWAYS * SAMPLES)
+
+
+def _place(pose: Pose) -> str:
+    return f'pos="{_line(pose.position)}" quat="{_line(pose.quaternion)}"'
+
+
+def _line(values: Iterable[float]) -> str:
+    return " ".join(f"{float(v):.12g}" for v in values)

