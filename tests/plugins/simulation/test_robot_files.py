@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -10,12 +11,16 @@ from typing import Any
 import mujoco
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from msgspec.structs import replace
+from properties import examples
 
 from cramlite.model import Floats, Pose
 from cramlite.plugin import UserError
 from cramlite.testing.plugin_checks import check_robot
 from cramlite_plugins.kinematics.kinematics import flange, forward, inverse
+from cramlite_plugins.robots.dh_arm import forward as dh_forward
 from cramlite_plugins.simulation.robot_files.chain import Chain, find_chain, pose_of
 from cramlite_plugins.simulation.robot_files.dh_table import table_of
 from cramlite_plugins.simulation.robot_files.robot_file import RobotFile, Stated, read_robot
@@ -146,6 +151,48 @@ def test_masses_are_the_files_and_a_hand_of_its_own_is_left_out(tmp_path: Path) 
         names = {model.body(b).name for b in range(model.nbody)}
         assert not names & {"finger1", "finger2"}
         assert {"left_finger", "right_finger", "gripper"} <= names
+
+
+def test_names_that_are_missing_or_taken_are_made(tmp_path: Path) -> None:
+    path = tmp_path / "arm.xml"
+    path.write_text(SEVEN.read_text().replace('name="l7"', "").replace('name="l6"', 'name="gripper"'))
+    model = mujoco.MjModel.from_xml_string(read_robot(path, "mine", WITH[SEVEN]).robot.mjcf())
+    names = {model.body(b).name for b in range(model.nbody)}
+    assert {"link_7", "arm_gripper", "gripper", "base_link"} <= names
+
+
+def test_the_base_of_a_urdf_is_kept_and_a_room_is_not_the_base(tmp_path: Path) -> None:
+    rootless = re.sub(r'  <link name="world"/>\n.*bolts.*\n', "", SIX.read_text())
+    bare = SEVEN.read_text().replace('<body name="stand">', '<geom name="cupboard" type="box" size=".3 .3 .3" pos="2 0 0"/><frame>')
+    bare = bare.replace("    </body>\n  </worldbody>", "    </frame>\n  </worldbody>")
+    bare = bare.replace('<geom type="cylinder" size="0.07 0.07" pos="0 0 0.07"/>', "")
+    for text, name, count in ((rootless, "arm.urdf", 1), (bare, "arm.xml", 0)):
+        (tmp_path / name).write_text(text)
+        found = read_robot(tmp_path / name, "mine", WITH[SIX if name == "arm.urdf" else SEVEN]).robot
+        assert mujoco.MjModel.from_xml_string(found.mjcf()).body("base_link").geomnum[0] == count
+
+
+AXIS = st.sampled_from([(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.6, 0.0, 0.8), (0.36, 0.48, 0.8)])
+POINT = st.tuples(*[st.sampled_from([-0.3, 0.0, 0.1, 0.4])] * 3)
+JOINT = st.tuples(POINT, AXIS)
+
+
+@given(st.lists(JOINT, min_size=6, max_size=7), POINT, AXIS, st.integers(0, 1000))
+@examples(100)
+def test_any_row_of_hinges_has_a_table(
+    joints: list[tuple[tuple[float, ...], tuple[float, ...]]], tip: tuple[float, ...], turn: tuple[float, ...], seed: int
+) -> None:
+    """Against the product of turns about the axes as they lie at zero (Lynch and Park, Modern Robotics, 2017, 4.1)."""
+    flange = Pose((tip[0], tip[1], tip[2]), (math.cos(0.4), *(math.sin(0.4) * v for v in turn)))  # type: ignore[arg-type]
+    axes = tuple((np.array(p), np.array(z)) for p, z in joints)
+    table = table_of(axes, flange)
+    q = np.random.default_rng(seed).uniform(-3, 3, len(axes))
+    real = Pose()
+    for (p, z), angle in zip(axes, q, strict=True):
+        spin = Pose((0, 0, 0), (math.cos(angle / 2), *(math.sin(angle / 2) * v for v in z)))  # type: ignore[arg-type]
+        real = real * Pose(tuple(p)) * spin * Pose(tuple(-p))
+    ours = table.base * dh_forward(table.rows, tuple(q + np.array(table.zeros))) * table.tool
+    assert ours.distance(real * flange) == pytest.approx((0, 0), abs=1e-5)
 
 
 @pytest.mark.parametrize(("path", "at"), [(SEVEN, ", at: {position: [100 mm, 0, 0]}"), (SIX, "")], ids=["seven", "six"])

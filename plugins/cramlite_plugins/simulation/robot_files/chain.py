@@ -19,6 +19,8 @@ from ..scenes.source import Source
 AXES = (6, 7)
 FLANGES = re.compile(r"attachment|flange|tool0|ee_?site|end_?effector|link_?ee", re.IGNORECASE)
 """Names of the place where a tool is bolted on: Menagerie's "attachment_site", ROS-Industrial's "tool0" and "flange"."""
+TAKEN = ("base_link", "gripper", "left_finger", "right_finger")
+"""Names of bodies of the base and of our grippers."""
 LONGEST = 3.0
 """Of the distances between neighbouring joints, none is longer [m]: the largest arms in catalogues reach 5 m in all."""
 
@@ -29,7 +31,8 @@ class Chain(Value):
     Args:
         base: id of the body that the arm stands on; 0 if it is the world.
         bodies: ids of the bodies that move with the joints, base to tip.
-        joints: their names.
+        links: names of these bodies here: as in the file, unless it has none or the gripper has it.
+        joints: names of the joints.
         limits: (lower, upper) of each joint, as the file counts [rad].
         torques: highest of each joint [Nm]; 0 where the file has none.
         speeds: highest of each joint [rad/s]; 0 where the file has none.
@@ -40,6 +43,7 @@ class Chain(Value):
 
     base: int
     bodies: tuple[int, ...]
+    links: tuple[str, ...]
     joints: tuple[str, ...]
     limits: tuple[tuple[float, float], ...]
     torques: tuple[float, ...]
@@ -82,7 +86,7 @@ def find_chain(source: Source, flange: str = "") -> Chain:
     axes = tuple((_in(stand, data.xanchor[j]), stand.rotation.T @ data.xaxis[j]) for j in joints)
     _check_size(where, names, axes)
     torques = tuple(_torque(model, j) for j in joints)
-    return Chain(base, bodies, names, ranges, torques, _speeds(source, names), axes, stand.inverse() * place, said)
+    return Chain(base, bodies, _links(model, bodies), names, ranges, torques, _speeds(source, names), axes, stand.inverse() * place, said)
 
 
 def _hinged(source: Source) -> tuple[int, ...]:
@@ -109,6 +113,11 @@ def _hinged(source: Source) -> tuple[int, ...]:
             "another machine, or its joints are fixed: take the file of the arm alone."
         )
     return longest
+
+
+def _links(model: Any, bodies: tuple[int, ...]) -> tuple[str, ...]:
+    names = [model.body(b).name or f"link_{k}" for k, b in enumerate(bodies, 1)]
+    return tuple(f"arm_{name}" if name in TAKEN else name for name in names)
 
 
 def _moves(model: Any, body: int) -> bool:

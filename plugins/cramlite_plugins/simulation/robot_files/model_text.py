@@ -42,8 +42,9 @@ class Part(Value):
 
 
 class Posed(Value):
-    """The file's model with the arm's joints at zero."""
+    """The file's model with the arm's joints at zero; ``urdf`` where its world is the root link of a URDF."""
 
+    urdf: bool
     model: Any
     data: Any
 
@@ -59,7 +60,7 @@ def posed(source: Source, chain: Chain) -> Posed:
         data.qpos[source.model.jnt_qposadr[source.model.body_jntadr[b]]] = 0.0
     mujoco.mj_kinematics(source.model, data)
     mujoco.mj_comPos(source.model, data)
-    return Posed(source.model, data)
+    return Posed(source.urdf, source.model, data)
 
 
 def parts_of(at_zero: Posed, chain: Chain, table: Table) -> tuple[Part, ...]:
@@ -69,8 +70,7 @@ def parts_of(at_zero: Posed, chain: Chain, table: Table) -> tuple[Part, ...]:
     for k, b in enumerate(first):
         before = at_zero.body(chain.base) * table.base if k == 0 else at_zero.body(first[k - 1])
         fixed = [b] if b == chain.bodies[-1] or b == 0 else [b, *_fixed(model, b)]
-        name = "base_link" if k == 0 else model.body(b).name or f"link_{k}"
-        found.append(Part(name, tuple(fixed), before.inverse() * at_zero.body(b)))
+        found.append(Part(("base_link", *chain.links)[k], tuple(fixed), before.inverse() * at_zero.body(b)))
     return tuple(found)
 
 
@@ -177,7 +177,8 @@ def _inertial(at_zero: Posed, part: Part) -> str:
 
 def _geoms(at_zero: Posed, part: Part, meshes: dict[str, str]) -> Iterator[str]:
     model, data, back = at_zero.model, at_zero.data, at_zero.body(part.bodies[0]).inverse()
-    shown = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in part.bodies]
+    own_world = part.bodies[0] > 0 or at_zero.urdf  # an MJCF's world is the room, not the arm's base
+    shown = [g for g in range(model.ngeom) if own_world and int(model.geom_bodyid[g]) in part.bodies]
     for k, g in enumerate(g for g in shown if collides(model, g)):
         kind = mujoco.mjtGeom(int(model.geom_type[g])).name.removeprefix("mjGEOM_")
         if kind not in KINDS:

@@ -90,8 +90,8 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> RobotFile:
     at_zero = posed(source, chain)
     tip = at_zero.body(chain.bodies[-1])
     flange = tip.inverse() * at_zero.body(chain.base) * chain.flange
-    tool = _bolted(hand_mjcf(source.model.body(chain.bodies[-1]).name), flange, table.tool)
-    text, overlaps = write_model(name, at_zero, chain, table, tool, _known(path, source, chain, stated.apart))
+    tool = _bolted(hand_mjcf(chain.links[-1]), flange, table.tool)
+    text, overlaps = write_model(name, at_zero, chain, table, tool, _known(path, chain, stated.apart))
     own, where = _home(path, source.model, chain, stated.home)
     parked = tuple(v + z for v, z in zip(own, table.zeros, strict=True))
     _check_free(path, text, parked, where)
@@ -150,8 +150,8 @@ def _torques(path: Path, chain: Chain, stated: tuple[float, ...]) -> tuple[float
     return stated or chain.torques
 
 
-def _known(path: Path, source: Any, chain: Chain, apart: tuple[tuple[str, str], ...]) -> tuple[tuple[str, str], ...]:
-    links = ["base_link", *(source.model.body(b).name for b in chain.bodies)]
+def _known(path: Path, chain: Chain, apart: tuple[tuple[str, str], ...]) -> tuple[tuple[str, str], ...]:
+    links = ["base_link", *chain.links]
     for name in (n for pair in apart for n in pair):
         if name not in links:
             raise UserError(f"{path}: 'apart' names '{name}', and the arm's links are {', '.join(links)}.")
