@@ -208,9 +208,14 @@ def test_a_program_is_proven(path: Path, at: str, run: Callable[..., Any], tmp_p
 
 WHOLE = SEVEN.read_text()
 FIXED = re.sub(r"<joint name[^>]*>|<keyframe>.*</keyframe>", "", WHOLE)
+ARM = re.search(r'<body name="stand">.*</body>(?=\s*</worldbody>)', WHOLE, re.DOTALL)
+assert ARM is not None
+OTHER = re.sub(r' name="attachment_site"', "", re.sub(r'name="[lj](\d)"', r'name="m\1"', ARM[0].replace('"stand"', '"other"')))
+TWO = re.sub(r"<keyframe>.*</keyframe>", "", WHOLE.replace("</worldbody>", OTHER + "</worldbody>"))
 BAD: dict[str, tuple[str, Stated, str]] = {
     "no joints": (FIXED, WITH[SEVEN], "has no hinge"),
     "five joints": (re.sub(r'<joint name="j[67]"[^>]*>', "", WHOLE).replace(" 1.5708 0\"", '"'), WITH[SEVEN], "has 5 hinges in a row"),
+    "two arms": (TWO, WITH[SEVEN], "has 2 arms, which begin at 'l1' and 'm1'"),
     "no limits": (WHOLE.replace('name="j3" range="-2.8 2.8"', 'name="j3"'), WITH[SEVEN], "'j3' has no limits"),
     "no gripper of that name": (WHOLE, replace(WITH[SEVEN], gripper="robotiq"), "there is no gripper 'robotiq'"),
     "no payload": (WHOLE, replace(WITH[SEVEN], payload=0.5), "does not carry the gripper"),

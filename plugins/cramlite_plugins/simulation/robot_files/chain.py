@@ -90,7 +90,7 @@ def find_chain(source: Source, flange: str = "") -> Chain:
 
 
 def _hinged(source: Source) -> tuple[int, ...]:
-    """Bodies of the first row of hinges; the first branch that has the most of them."""
+    """Bodies of the row of hinges, up to where it branches into a hand."""
     model = source.model
 
     def rows(body: int, row: tuple[int, ...]) -> list[tuple[int, ...]]:
@@ -105,7 +105,11 @@ def _hinged(source: Source) -> tuple[int, ...]:
             return [row]
         return [r for b in moving for r in rows(b, row)] or [row]
 
-    longest = max(rows(0, ()), key=len)
+    found = rows(0, ())
+    longest, arms = max(found, key=len), [r for r in found if len(r) in AXES]
+    if len({r[0] for r in arms}) > 1:
+        called = " and ".join(f"'{model.body(r[0]).name}'" for r in arms)
+        raise UserError(f"{source.path}: this file has {len(arms)} arms, which begin at {called}; take the file of one arm alone.")
     if len(longest) not in AXES:
         what = f"{len(longest)} hinges in a row" if longest else "no hinge"
         raise UserError(
