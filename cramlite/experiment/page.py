@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from ..base.html_template import html_template
-from .report import HEADINGS, plain, share
+from .report import HEADINGS, against_nominal, plain, share
 from .results import DemonstrationResult
 from .tables import STAGES, Confusion, Share, Tables
 
@@ -31,7 +31,8 @@ def page(
     style = (files("cramlite.report") / "page.css").read_text("utf-8")
     return html_template(source).render(
         title=title, about=about, tables=tables, results=results, changes=changes, style=style, stages=STAGES,
-        headings=HEADINGS, share=_share, plain=plain, area=_area, picture=lambda one, name: _picture(folder / "results" / one / name),
+        headings=HEADINGS, share=_share, plain=plain, area=_area, nominal=against_nominal,
+        picture=lambda one, name: _picture(folder / "results" / one / name),
     )  # fmt: skip
 
 

@@ -59,7 +59,17 @@ def of_filter(c: Confusion) -> str:
     """Format how well the proof told programs apart."""
     area = c.area
     told = f"area under the curve {area[0]:.2f}, {area[1]:.2f} to {area[2]:.2f}" if area else "all ended alike: nothing to tell apart"
-    return f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; {told}"
+    return (
+        f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; {told}; "
+        f"twins refuse what the nominal run accepts: {against_nominal(c)}"
+    )
+
+
+def against_nominal(c: Confusion) -> str:
+    """Format how often twins are right to refuse what the nominal run accepts, with the P value of McNemar's test."""
+    if c.mcnemar is None:
+        return "never"
+    return f"right {c.doubted_failed}, wrong {c.doubted_succeeded}, McNemar p {c.mcnemar:.2g}"
 
 
 def plain(value: Share) -> str:
@@ -84,7 +94,7 @@ def to_json(tables: Tables, results: tuple[DemonstrationResult, ...], key: dict[
 
 def _confusion_json(c: Confusion) -> dict[str, Any]:
     shares = {n: _share_json(getattr(c, n)) for n in ("wrongly_accepted", "wrongly_refused")}
-    return {**to_builtins(c), **shares, "area_under_curve": c.area}
+    return {**to_builtins(c), **shares, "area_under_curve": c.area, "mcnemar": c.mcnemar}
 
 
 def _share_json(value: Share) -> dict[str, Any]:

@@ -28,7 +28,8 @@ class SetSpec(_Spec):
 
     ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes. With
     ``until_solved`` the candidates after the first that succeeds in execution are not tried: the set then says how many
-    demonstrations are solved, and its rates over candidates are of those that were tried.
+    demonstrations are solved, and its rates over candidates are of those that were tried. ``budget`` goes before the
+    experiment's own; its ``sequences`` are the candidates that are tried.
     """
 
     first: int = Field(ge=1)
@@ -36,6 +37,7 @@ class SetSpec(_Spec):
     short: int = Field(default=2, ge=1)
     scenario: str | None = None
     until_solved: bool = False
+    budget: dict[str, int] = Field(default_factory=dict)
     about: str = ""
 
 
@@ -196,4 +198,6 @@ def read_experiment(path: Path) -> Experiment:
     except ValidationError as error:
         raise explain_validation(path, data, error, list(ExperimentSpec.model_fields)) from error
     budget_from(spec.budget, lambda key: f"{path}:{line_of(data, ('budget', key))}")
+    for name, one in spec.sets.items():
+        budget_from(one.budget, lambda key, name=name: f"{path}:{line_of(data, ('sets', name, 'budget', key))}")  # type: ignore[misc]
     return Experiment(path, spec)

@@ -75,6 +75,7 @@ class Confusion(Value):
 
     Args:
         scale: of the twin's errors.
+        doubted_succeeded, doubted_failed: of the refused ones those that the nominal run let pass, and twins did not.
         confidences: share of the proof's runs that succeeded, and whether the execution did, of each program.
     """
 
@@ -83,6 +84,8 @@ class Confusion(Value):
     accepted_failed: int
     refused_succeeded: int
     refused_failed: int
+    doubted_succeeded: int = 0
+    doubted_failed: int = 0
     confidences: tuple[tuple[float, bool], ...] = ()
 
     @property
@@ -100,6 +103,15 @@ class Confusion(Value):
         """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval (Hanley and McNeil,
         Radiology 143, 1982); None where all executions ended alike, and nothing can be told apart."""
         return area_under_curve(self.confidences)
+
+    @property
+    def mcnemar(self) -> float | None:
+        """P value of McNemar's exact test of twins against the nominal run alone, as predictors of execution: which of them is right
+        where they disagree (McNemar, Psychometrika 12, 1947); None where they never do."""
+        from scipy.stats import binomtest
+
+        differ = self.doubted_succeeded + self.doubted_failed
+        return float(binomtest(self.doubted_failed, differ).pvalue) if differ else None
 
 
 class Tables(Value):
@@ -129,12 +141,13 @@ def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | No
     """Compute the tables of a run's results."""
     objects = list(dict.fromkeys(r.object for r in results))
     said = _published(published, objects)
-    rows = [_row(o, [r for r in results if r.object == o], said.get(o, {})) for o in objects]
     tried = [c for r in results for c in r.results]
+    confusions = _confusions(tried)
+    rows = [_row(o, [r for r in results if r.object == o], said.get(o, {}), len(confusions)) for o in objects]
     reasons = Counter(_short(c.reason) for c in tried if c.reason)
     return Tables(
-        (*rows, _row(ALL, results, said.get(ALL, {}))),
-        _confusions(tried),
+        (*rows, _row(ALL, results, said.get(ALL, {}), len(confusions))),
+        confusions,
         tuple(sorted(reasons.items(), key=lambda kv: (-kv[1], kv[0]))),
         tuple((r.name, _why(r)) for r in results if not r.solved),
         _seconds(results),
@@ -155,7 +168,7 @@ def _published(spec: PublishedSpec | None, objects: Sequence[str]) -> Mapping[st
     return found
 
 
-def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, tuple[int, int]]) -> Row:
+def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, tuple[int, int]], scales: int) -> Row:
     tried = [c for r in results for c in r.results]
 
     def share(test: Callable[[DemonstrationResult], bool], published: tuple[int, int] | None = None) -> Share:
@@ -163,7 +176,6 @@ def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, t
 
     planned, simulated = (Share(sum(getattr(c, s) for c in tried), len(tried), said.get(s)) for s in STAGES[:2])
     executed = Share(sum(c.succeeded for c in tried), len(tried), said.get("executed"))
-    scales = max((len(c.executed) for c in tried), default=1)
     harder = tuple(Share(sum(c.executed[k] for c in tried if c.executed), len(tried)) for k in range(1, scales))
     forces = [a.execution.peak_force for c in tried for a in c.attempts if a.execution and a.execution.succeeded]
     return Row(
@@ -180,9 +192,10 @@ def _confusions(tried: Iterable[CandidateResult]) -> tuple[Confusion, ...]:
 
 
 def _confusion(scale: float, ran: Sequence[tuple[Attempt, Execution]]) -> Confusion:
-    pairs = Counter((a.accepted, e.succeeded) for a, e in ran)
-    confidences = tuple((a.confidence, e.succeeded) for a, e in ran)
-    return Confusion(scale, pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False], confidences)
+    pairs = Counter((a.passed, e.succeeded) for a, e in ran)
+    doubted = Counter(e.succeeded for a, e in ran if a.confidence and not a.passed)
+    cells = (pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False])
+    return Confusion(scale, *cells, doubted[True], doubted[False], tuple((a.confidence, e.succeeded) for a, e in ran))
 
 
 def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float, float] | None:
