@@ -13,7 +13,7 @@ from ..base.errors import UserError, nearest
 from ..base.resources import data_folder
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
-from ..planning.budget import budget_from
+from ..planning.budget import Budget, budget_from
 from ..scenario.error_spec import ErrorSpec, ProofSpec
 
 FILE = "experiment.yaml"
@@ -159,6 +159,16 @@ class Experiment(Value):
         if name not in self.spec.ablations:
             raise UserError(f"{self.path} has no ablation '{name}'; {nearest(name, self.spec.ablations)}.")
         return self.spec.ablations[name]
+
+    def budget(self, set_name: str, without: str | None = None) -> Budget:
+        """Return the budget of each demonstration of a set: what the set says goes before what the experiment says.
+
+        Raises:
+            UserError: there is no such set or ablation.
+        """
+        said = {"sequences": self.spec.most_candidates, **self.spec.budget, **self.choose(set_name).budget}
+        left = self.ablation(without).candidates
+        return Budget(**(said | ({"sequences": left} if left else {})))
 
     def demonstrations(self, set_name: str, *, short: bool = False) -> tuple[Demonstration, ...]:
         """Return the demonstrations of a set that are to be recorded, in order."""

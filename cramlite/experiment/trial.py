@@ -17,7 +17,6 @@ from ..engine.candidates import CandidateSequence
 from ..engine.reading import Reading
 from ..engine.recording import record_episode
 from ..engine.solution import Solution
-from ..planning.budget import Budget
 from ..planning.trace import Entry, Trace
 from .bench import Bench, Trial, bench, goal_missed
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
@@ -83,17 +82,9 @@ def _results(
     one = trial.demonstration
     setting = place.engine.setting(reading, twins=0)
     setting = replace(setting, seed=derive_seed(one.seed, (), "resolve"), doubts=doubts(place, setting))
-    budget = _budget(trial, place)
+    budget = place.experiment.budget(trial.set_name, trial.without)
     for candidate in place.engine.candidates(reading, setting=setting, budget=budget, trace=trace):
         yield store.candidate(one.name, candidate.number) or _candidate(trial, store, place, candidate)
-
-
-def _budget(trial: Trial, place: Bench) -> Budget:
-    """Of the experiment, but for what the set says, but for what the ablation leaves."""
-    spec = place.experiment.spec
-    said = {"sequences": spec.most_candidates, **spec.budget, **place.experiment.choose(trial.set_name).budget}
-    left = place.experiment.ablation(trial.without).candidates
-    return Budget(**{**said, **({"sequences": left} if left else {})})
 
 
 def _recorded(one: Demonstration, store: Store, place: Bench) -> tuple[Path, str]:
