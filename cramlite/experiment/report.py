@@ -26,7 +26,8 @@ def text(tables: Tables, title: str) -> str:
     harder = [f"at {k:g} x errors" for k in scales[1:]]
     cells = [["", "came off", "gave candidates", "candidates", *HEADINGS.values(), *harder, "solved", "first solved"]]
     cells += [_row(r) for r in tables.rows]
-    cells.append(["paper", "", *("" if s is None else s for s in _paper(tables.whole)), *[""] * len(harder), "", ""])
+    if tables.whole.executed.published:
+        cells.append(["paper", "", *("" if s is None else s for s in _paper(tables.whole)), *[""] * len(harder), "", ""])
     lines = [title, "", *_aligned(cells)]
     lines += ["", "rates are over all candidates that were tried, with 95 % Wilson intervals"]
     lines += ["the paper executed on a real robot, we in simulated twins"] if tables.whole.executed.published else []
@@ -57,12 +58,16 @@ def _paper(row: Row) -> list[str | None]:
 
 def of_filter(c: Confusion) -> str:
     """Format how well the proof told programs apart."""
-    area = c.area
-    told = f"area under the curve {area[0]:.2f}, {area[1]:.2f} to {area[2]:.2f}" if area else "all ended alike: nothing to tell apart"
     return (
-        f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; {told}; "
+        f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; area under the curve: {area(c)}; "
         f"twins refuse what the nominal run accepts: {against_nominal(c)}"
     )
+
+
+def area(c: Confusion) -> str:
+    """Format the area under the ROC curve with its interval."""
+    found = c.area
+    return f"{found[0]:.2f} ({found[1]:.2f} to {found[2]:.2f})" if found else "all ended alike"
 
 
 def against_nominal(c: Confusion) -> str:

@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from ..base.value import Value
-from ..base.wilson import wilson_interval
+from ..base.wilson import Z, wilson_interval
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
 from .spec import PublishedSpec
 
 STAGES = ("planned", "simulated", "executed")
 ALL = "all"
+NEAR = 1e-9  # of areas that are one
 
 
 class Share(Value):
@@ -100,8 +101,8 @@ class Confusion(Value):
 
     @property
     def area(self) -> tuple[float, float, float] | None:
-        """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval (Hanley and McNeil,
-        Radiology 143, 1982); None where all executions ended alike, and nothing can be told apart."""
+        """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval
+        (``area_under_curve``); None where all executions ended alike, and nothing can be told apart."""
         return area_under_curve(self.confidences)
 
     @property
@@ -201,8 +202,9 @@ def _confusion(scale: float, ran: Sequence[tuple[Attempt, Execution]]) -> Confus
 def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float, float] | None:
     """Compute the area under the ROC curve of a score, with the bounds of its 95 % interval.
 
-    Source: Hanley and McNeil, The meaning and use of the area under a receiver operating characteristic (ROC) curve, Radiology
-    143, 1982: standard error from the area and the numbers of both kinds.
+    Source: Newcombe, Confidence intervals for an effect size measure based on the Mann-Whitney statistic, part 2, Statistics in
+    Medicine 25, 2006, method 5: those areas whose standard error (Hanley and McNeil's, with the mean of both numbers) allows the
+    observed one. At an observed area of 1 it is no point.
 
     Args:
         cases: score, and what it should tell, of each.
@@ -210,6 +212,7 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
     Returns:
         The area and its bounds; None where all cases are of one kind.
     """
+    from scipy.optimize import brentq
     from scipy.stats import mannwhitneyu
 
     good, bad = ([score for score, kind in cases if kind is wanted] for wanted in (True, False))
@@ -217,9 +220,16 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
         return None
     n, m = len(good), len(bad)
     area = float(mannwhitneyu(good, bad).statistic) / (n * m)
-    one, two = area / (2 - area), 2 * area**2 / (1 + area)
-    error = ((area * (1 - area) + (n - 1) * (one - area**2) + (m - 1) * (two - area**2)) / (n * m)) ** 0.5
-    return area, max(0.0, area - 1.96 * error), min(1.0, area + 1.96 * error)
+    others = (n + m) / 2 - 1
+
+    def beyond(true: float) -> float:
+        """How far the observed area is from a true one, squared, beyond what its standard error allows."""
+        variance = true * (1 - true) * (1 + others * (1 - true) / (2 - true) + others * true / (1 + true)) / (n * m)
+        return (true - area) ** 2 - Z**2 * variance
+
+    low = float(brentq(beyond, 0.0, area - NEAR)) if area > NEAR else 0.0
+    high = float(brentq(beyond, area + NEAR, 1.0)) if area < 1 - NEAR else 1.0
+    return area, low, high
 
 
 def _short(reason: str) -> str:
