@@ -32,7 +32,7 @@ def read(run: Path) -> tuple[str, Results]:
     """What was run, and what came of it."""
     data = json.loads((run / "tables.json").read_text())
     key = data["run"]
-    name = f"{key['experiment']}, {key['set']}" + (f", without {key['without']}" if key["without"] else "")
+    name = f"{key['experiment']}, {key['set']}" + ", short" * key["short"] + (f", without {key['without']}" if key["without"] else "")
     return name, msgspec.convert(data["demonstrations"], tuple[DemonstrationResult, ...])
 
 
