@@ -1,0 +1,104 @@
+"""Ways of a person's hand over the things between, and free spots to put things at."""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Feature, Floats, Pose, Thing, World
+from cramlite.plugin import Performer
+
+from ...shapes.bounds import lowest, support
+from .sight_of_person import half_extents
+
+#: Room above what the hand, or what it holds, passes over [m].
+OVER = 0.05
+#: How far palm and fingers reach below the tool frame's origin, whichever way the hand points [m].
+HAND_BELOW = 0.03
+#: Between what is put down and everything else there [m].
+ROOM = 0.03
+UP = (0.0, 0.0, 1.0)
+
+
+def go(person: Performer, world: World, goal: Pose, speed: float, held: str = "") -> None:
+    """Move the hand to a pose by an arc over all things between, steeply up and down at its ends.
+
+    Args:
+        held: the thing in the hand, whose underside is to clear them; "" for none.
+    """
+    here = person.aim
+    reach = HAND_BELOW
+    if held:
+        thing, pose = world.thing(held), person.pose(held)
+        reach = max(reach, person.tool().position[2] - pose.position[2] - lowest(thing, pose))
+    tops = [
+        person.pose(t.name).position[2] + support(t, person.pose(t.name), UP)
+        for t in world.things
+        if t.name != held and _between(person.pose(t.name), t, here.position, goal.position)
+    ]
+    ends = (here.position[2], goal.position[2])
+    peak = max(*ends, *(top + reach + OVER for top in tops))
+    rise = (8 * peak - sum(ends)) / 6  # where the control points of a cubic Bézier are, for its middle to be at the peak
+    controls = [Pose((*p.position[:2], max(rise, p.position[2])), goal.quaternion) for p in (here, goal)]
+    person.move([*controls, goal], speed, curved=True)
+
+
+def _between(pose: Pose, thing: Thing, a: tuple[float, float, float], b: tuple[float, float, float]) -> bool:
+    """Whether a thing is near the straight line between two points, seen from above, and no floor."""
+    half = half_extents(thing)[:2]
+    start, way = np.array(a[:2]), np.subtract(b, a)[:2]
+    length = float(way @ way)
+    middle = np.array(pose.position[:2])
+    share = float(np.clip((middle - start) @ way / length, 0.0, 1.0)) if length > 1e-9 else 0.0
+    return bool(np.linalg.norm(start + share * way - middle) < np.linalg.norm(half) + 0.08)
+
+
+def top_of(thing: Thing, pose: Pose) -> tuple[Pose, Floats]:
+    """Return the frame of the surface of a thing, z up, and half its sides (2,) [m]: what a vessel has inside, else its surface or top."""
+    cavity, surface = thing.feature("cram:Cavity"), thing.feature("vrps:SurfaceFeature")
+    if surface is not None:
+        return pose * surface.pose, np.array(_sides(surface)) / 2
+    if cavity is not None:
+        floor = pose * cavity.pose * Pose((0, 0, -cavity.size.get("height", 0.0)))
+        return floor, np.array(_sides(cavity)) / 2
+    top = pose.position[2] + support(thing, pose, UP)
+    return Pose((*pose.position[:2], top), pose.quaternion), half_extents(thing)[:2]
+
+
+def _sides(feature: Feature) -> tuple[float, float]:
+    return feature.size.get("width", 0.0), feature.size.get("depth", 0.0)
+
+
+def free_spot(person: Performer, world: World, thing: Thing, onto: Thing) -> Floats:
+    """Draw a point (3,) on the surface of a thing, in the world, at which another one overlaps nothing; near where that is now, else near
+    the middle."""
+    frame, half = top_of(onto, person.pose(onto.name))
+    own = float(np.linalg.norm(half_extents(thing)[:2]))
+    room = np.maximum(half - own, 0.0)
+    now = np.array(frame.inverse().apply(person.pose(thing.name).position)[:2])
+    wanted = now if bool((np.abs(now) <= room).all()) else np.zeros(2)
+    spots = [np.clip(wanted + person.rng.normal(0, 0.02 + 0.003 * k, 2), -room, room) for k in range(60)]
+    others = [t for t in world.things if t.name not in (thing.name, onto.name) and (t.movable or t.joint)]
+    places = [np.asarray(frame.apply((*spot, 0.0))) for spot in spots]
+    return next((p for p in places if all(_apart(person, p, own, t) for t in others)), places[0])
+
+
+def _apart(person: Performer, spot: Floats, radius: float, other: Thing) -> bool:
+    local = person.pose(other.name).inverse().apply(tuple(spot))
+    beside = np.maximum(np.abs(np.asarray(local)[:2]) - half_extents(other)[:2], 0.0)
+    return float(np.linalg.norm(beside)) > radius + ROOM
+
+
+def upright(pose: Pose) -> Pose:
+    """Return the pose with z up, its heading kept."""
+    ahead = pose.rotate((1, 0, 0))
+    if abs(ahead[2]) > 0.9:
+        ahead = pose.rotate((0, 1, 0))
+    return Pose.from_axes(pose.position, UP, (ahead[0], ahead[1], 0.0))
+
+
+def hand_for(person: Performer, thing: str, goal: Pose) -> Pose:
+    """Return the target of the hand that brings what it holds to a pose; what the hand lags behind its target is corrected."""
+    hand = goal * person.pose(thing).inverse() * person.tool()
+    lag = np.subtract(person.aim.position, person.tool().position)
+    return replace(hand, position=tuple(np.add(hand.position, lag)))
