@@ -93,6 +93,10 @@ class Performer(Protocol):
         """Move the hand from its target along poses with a mean speed [m/s]; curved, those between are control points of a Bézier curve."""
         ...
 
+    def follow(self, path: Sequence[Pose], seconds: float) -> None:
+        """Move the hand from its target through poses, evenly, place and turn together, within a time [s]."""
+        ...
+
     def grip(self, opening: float, seconds: float) -> None:
         """Move the fingers to an opening [m] within a time [s]."""
         ...

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from cramlite.model import Floats, Pose, Thing, World
@@ -26,6 +24,8 @@ TILT, LIP = (2.0, 2.3), (0.03, 0.06)
 PRESS = 0.002
 #: From the tool frame's origin to the fingertips' end [m]: the fingers' capsules (hand_model.py).
 FINGER = 0.015
+#: From the tool frame's origin to the back of a closed finger [m], and the room beside a thing that is about to be pushed [m].
+KNUCKLE, BESIDE = 0.03, 0.03
 #: How far drawers and doors are opened, as a share of their range.
 OPEN = 0.8
 #: Fingers open by so much to let go [m].
@@ -89,7 +89,7 @@ def carry(person: Performer, world: World, thing: Thing, to: Thing | None) -> No
         goal = Pose(tuple(np.add(now.position, off)), now.quaternion)
     else:
         spot = free_spot(person, world, thing, to)
-        rim = person.pose(to.name).position[2] + support(to, person.pose(to.name), UP)
+        rim = support(to, person.pose(to.name), UP)
         height = max(rim, spot[2]) + person.between(0.04, 0.09) - lowest(thing, now)
         goal = Pose((spot[0], spot[1], height), now.quaternion)
     go(person, world, hand_for(person, thing.name, goal), person.between(0.2, 0.35), held=thing.name)
@@ -161,14 +161,13 @@ def pour(person: Performer, world: World, vessel: Thing, into: Thing) -> None:
     lip = np.add(_cavity(vessel).position, now.inverse().rotate(radius * out))
     target = np.add((person.pose(into.name) * _cavity(into)).position, (0, 0, person.between(*LIP)))
     angle = person.between(*TILT)
-    turned = [_about(now, lip, target, axis, share * angle) for share in np.linspace(0.0, 1.0, 9)]
+    turned = [_clear(vessel, _about(now, lip, target, axis, share * angle), target[2]) for share in np.linspace(0.0, 1.0, 9)]
     go(person, world, hand_for(person, vessel.name, turned[0]), person.between(0.2, 0.35), held=vessel.name)
     person.wait(person.between(0.1, 0.4))
     path = [hand_for(person, vessel.name, pose) for pose in turned]
-    length = sum(math.dist(a.position, b.position) for a, b in zip(path, path[1:], strict=False))
-    person.move(path, length / person.between(1.5, 2.5))
+    person.follow(path, person.between(1.5, 2.5))
     person.wait(person.between(0.8, 1.4))
-    person.move(path[::-1], length / person.between(1.2, 2.0))
+    person.follow(path[::-1], person.between(1.2, 2.0))
     _by(person, (0, 0, person.between(0.04, 0.08)), 0.2)
 
 
@@ -182,6 +181,12 @@ def _tilting(person: Performer) -> tuple[Floats, Floats]:
     far = [Pose((0, 0, 5.0)) * Pose.from_rotvec((0, 0, 0), tuple(TILT[1] * a)) * Pose((0, 0, 0), person.aim.quaternion) for a in axes]
     chosen = next((a for a, f in zip(axes, far, strict=True) if person.fits(f, person.opening)), axis)
     return chosen, np.cross(chosen, UP)
+
+
+def _clear(vessel: Thing, pose: Pose, height: float) -> Pose:
+    """The pose raised, if need be, until no part of a vessel is below a height [m]."""
+    low = pose.position[2] + lowest(vessel, pose)
+    return Pose((*pose.position[:2], pose.position[2] + max(height - low, 0.0)), pose.quaternion)
 
 
 def _about(pose: Pose, point: Floats, target: Floats, axis: Floats, angle: float) -> Pose:
@@ -205,21 +210,27 @@ def hold(person: Performer, world: World, thing: Thing, duration_s: float = 1.0)
 
 
 def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06) -> None:
-    """Push a thing along the floor with closed fingers that point down."""
-    pose, ahead = person.pose(thing.name), facing(world)
+    """Push a thing along what it stands on, with closed fingers that point down."""
+    ahead = facing(world)
     aside = np.cross(ahead, UP)
-    half = half_extents(thing)
-    height = pose.position[2] - half[2] + max(0.8 * half[2], 0.03)
+    ways = [ahead, aside, -aside, -ahead]
+    way, start = next(
+        ((w, s) for w in ways for s in _beside(person, thing, w) if person.fits(s, 0.0)), (ahead, _beside(person, thing, ahead)[0])
+    )
     person.grip(0.0, 0.3)
-    for way in (ahead, aside, -aside, -ahead):
-        away = support(thing, pose, -way) + 0.06
-        start = Pose.from_axes((*np.subtract(pose.position, away * way)[:2], height), -UP, np.cross(way, -UP))
-        if person.fits(start, 0.0):
-            break
     go(person, world, start, person.between(0.25, 0.4))
-    _by(person, (away - support(thing, pose, -way) - 0.03) * way, 0.08)
-    _by(person, (0.03 + distance_m) * way, person.between(0.06, 0.1))
-    _by(person, -0.06 * way, 0.15)
+    _by(person, BESIDE * way, 0.08)
+    _by(person, distance_m * way, person.between(0.06, 0.1))
+    _by(person, -(BESIDE + 0.02) * way, 0.15)
+
+
+def _beside(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
+    """Poses of a hand that points down, its closed fingers clear of a thing, from where they push it the way: one, and turned by half a turn."""
+    pose = person.pose(thing.name)
+    bottom, top = pose.position[2] + lowest(thing, pose), support(thing, pose, UP)
+    back = support(thing, Pose((0, 0, 0), pose.quaternion), -way) + BESIDE + KNUCKLE
+    place = (*np.subtract(pose.position, back * way)[:2], max(bottom + 0.3 * (top - bottom), bottom + 0.025))
+    return [Pose.from_axes(place, -UP, s * np.cross(way, -UP)) for s in (1, -1)]
 
 
 def slide(person: Performer, world: World, thing: Thing, distance_m: float = 0.08) -> None:
@@ -234,7 +245,7 @@ def touch(person: Performer, world: World, surface: Thing) -> None:
     """Bring the closed fingers onto a surface."""
     frame, half = top_of(surface, person.pose(surface.name))
     spot = frame.apply((*(person.rng.uniform(-0.3, 0.3, 2) * half), 0.0))
-    down = Pose.from_axes(tuple(np.add(spot, (0, 0, 0.08))), -UP, facing(world))
+    down = Pose.from_axes(tuple(np.add(spot, (0, 0, 0.08))), -UP, -facing(world))
     person.grip(0.0, 0.3)
     go(person, world, down, person.between(0.25, 0.4))
     _by(person, (0, 0, -0.08 + FINGER - PRESS), 0.06)
@@ -256,8 +267,8 @@ def move_joint(person: Performer, world: World, thing: Thing, share: float) -> N
     grasp(person, world, thing)
     now = person.pose(thing.name)
     by = joint.lower + share * (joint.upper - joint.lower) - joint.value - joint.between(thing.pose, now)
-    path = [hand_for(person, thing.name, joint.moved(now, s * by)) for s in np.linspace(0.0, 1.0, 9)[1:]]
-    person.move(path, person.between(0.1, 0.2))
+    path = [hand_for(person, thing.name, joint.moved(now, s * by)) for s in np.linspace(0.0, 1.0, 17)[1:]]
+    person.follow(path, person.between(1.5, 2.5))
     person.wait(person.between(0.1, 0.3))
     person.grip(min(person.opening + 0.04, OPENING), person.between(0.3, 0.5))
     withdraw(person, world)

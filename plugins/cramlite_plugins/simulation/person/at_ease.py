@@ -18,9 +18,8 @@ def facing(world: World) -> Floats:
     return level / length if length > 1e-6 else np.array([1.0, 0.0, 0.0])
 
 
-def forward_and_down(world: World) -> Pose:
-    """Compute the hand's orientation at rest: half way between forward and down, the fingers side by side."""
-    ahead = facing(world)
+def forward_and_down(ahead: Floats) -> Pose:
+    """Compute the hand's orientation at rest: half way between down and the level unit vector ``ahead`` (3,), the fingers side by side."""
     return Pose.from_axes((0.0, 0.0, 0.0), (ahead[0], ahead[1], -1.0), (0.0, 0.0, -1.0))
 
 
@@ -28,9 +27,9 @@ def at_ease(world: World, rng: np.random.Generator) -> Pose:
     """Draw a pose of the hand above and in front of the things, turned a little [m]: 0.2 to 0.35 m above the highest that is handled."""
     ahead = facing(world)
     aside = np.cross(ahead, (0.0, 0.0, 1.0))
-    top = max(t.pose.position[2] + support(t, t.pose, (0, 0, 1)) for t in _handled(world))
+    top = max(support(t, t.pose, (0, 0, 1)) for t in _handled(world))
     place = _middle(world) - ahead * rng.uniform(0.15, 0.3) + aside * rng.uniform(-0.2, 0.2)
-    turned = forward_and_down(world) * Pose.from_rotvec((0, 0, 0), rng.normal(0, 0.1, 3).tolist())
+    turned = forward_and_down(ahead) * Pose.from_rotvec((0, 0, 0), rng.normal(0, 0.1, 3).tolist())
     return Pose((place[0], place[1], top + rng.uniform(0.2, 0.35)), turned.quaternion)
 
 

@@ -16,7 +16,7 @@ from cramlite.model import Pose, Rollout, World, thing_of
 from cramlite.plugin import Performance, Shown, UserError
 
 from ..model.compile import Compiled, compile_world
-from .at_ease import at_ease, forward_and_down
+from .at_ease import at_ease, facing, forward_and_down
 from .person import Person
 
 
@@ -57,7 +57,7 @@ def _beginning(world: World, shown: Sequence[Performance], rng: np.random.Genera
     Raises:
         UserError: there is no room for a hand where it begins.
     """
-    rests = max((p.rests for p in shown), key=len) or (forward_and_down(world),)
+    rests = max((p.rests for p in shown), key=len) or (forward_and_down(facing(world)),)
     start: Callable[[], tuple[Pose, ...]] = shown[0].start or (lambda: (at_ease(world, rng),))
     compiled = compile_world(replace(world, robots=()), {}, hand=rests)
     for _ in range(50):

@@ -15,6 +15,7 @@ from cramlite.plugin import Performer
 
 from ...shapes.bounds import box_around
 from ..model.hand_model import OPENING
+from .at_ease import forward_and_down
 from .hand_moves import MARGIN
 
 #: From the top of a thing down to the middle of the pads that hold it from above [m]: most of the pads' half length.
@@ -58,12 +59,12 @@ def _is_free(person: Performer, grip: Grip) -> bool:
 
 
 def _grips(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[Grip]:
-    """All grasps of a thing, the handiest first, each also with the hand turned by half a turn."""
-    found = [*_by_handle(thing, pose), *_by_body(thing, pose, ahead)]
-    for grip in found:
+    """All grasps of a thing, the handiest first, each also with the hand turned by half a turn; first as the wrist turns less."""
+    rest = forward_and_down(ahead)
+    for grip in (*_by_handle(thing, pose), *_by_body(thing, pose, ahead)):
         if grip.width + MARGIN <= OPENING:
-            yield grip
-            yield Grip(grip.tool * Pose((0, 0, 0), (0, 0, 0, 1)), grip.width)
+            both = (grip.tool, grip.tool * Pose((0, 0, 0), (0, 0, 0, 1)))
+            yield from (Grip(tool, grip.width) for tool in sorted(both, key=lambda t: rest.distance(t)[1]))
 
 
 def _by_handle(thing: Thing, pose: Pose) -> Iterator[Grip]:

@@ -171,6 +171,15 @@ class Person:
             self._follow(aim, self.opening)
         self.limb.aim = path[-1]
 
+    def follow(self, path: Sequence[Pose], seconds: float) -> None:
+        """Move the hand from its target through poses, evenly, place and turn together, within a time [s]."""
+        poses = [self.aim, *path]
+        for u in _fractions(seconds):
+            k = min(int(u * len(path)), len(path) - 1)
+            share = u * len(path) - k
+            place = np.add(poses[k].position, share * np.subtract(poses[k + 1].position, poses[k].position))
+            self._follow(Pose(tuple(place), slerp(poses[k], poses[k + 1], share).quaternion), self.opening)
+
     def grip(self, opening: float, seconds: float) -> None:
         """Move the fingers to an opening [m] within a time [s]."""
         first = self.opening

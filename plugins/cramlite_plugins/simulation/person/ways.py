@@ -32,7 +32,7 @@ def go(person: Performer, world: World, goal: Pose, speed: float, held: str = ""
         thing, pose = world.thing(held), person.pose(held)
         reach = max(reach, person.tool().position[2] - pose.position[2] - lowest(thing, pose))
     tops = [
-        person.pose(t.name).position[2] + support(t, person.pose(t.name), UP)
+        support(t, person.pose(t.name), UP)
         for t in world.things
         if t.name != held and _between(person.pose(t.name), t, here.position, goal.position)
     ]
@@ -61,8 +61,7 @@ def top_of(thing: Thing, pose: Pose) -> tuple[Pose, Floats]:
     if cavity is not None:
         floor = pose * cavity.pose * Pose((0, 0, -cavity.size.get("height", 0.0)))
         return floor, np.array(_sides(cavity)) / 2
-    top = pose.position[2] + support(thing, pose, UP)
-    return Pose((*pose.position[:2], top), pose.quaternion), half_extents(thing)[:2]
+    return Pose((*pose.position[:2], support(thing, pose, UP)), pose.quaternion), half_extents(thing)[:2]
 
 
 def _sides(feature: Feature) -> tuple[float, float]:
