@@ -21,6 +21,8 @@ RIM = 0.05
 """[m] over a container's rim: a product that stands in the shallow basket here has its middle there."""
 NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
+RECEDES = 0.05
+"""[m] by which a distance must grow to count: less than a thing is lifted, more than one is carried about over a place."""
 UNSIZED = 0.15
 """[m] about the origin of a place of which no size is known: half the width of a large bowl or plate."""
 VIEW = np.deg2rad(30.0)
@@ -63,6 +65,9 @@ def all_predicates() -> tuple[Predicate, ...]:
             "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
+        Predicate(
+            "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing is 50 mm farther from another at the end than at the start."
+        ),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
             "in_view",
@@ -188,6 +193,15 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
         for one in [name] if name is not None else things(phase):
             gap = distance_to_box(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR + (UNSIZED if box_of(phase, other) is None else 0.0):
+                yield one, other
+
+
+def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """Evaluate recedes(Thing, Place): by the distance of Thing's origin from Place's box, at the end against that at the start."""
+    for other in [place] if place is not None else things(phase):
+        for one in [name] if name is not None else things(phase):
+            before, after = (distance_to_box(phase, other, one, t) for t in (phase.start, phase.end))
+            if one != other and before is not None and after is not None and after - before > RECEDES:
                 yield one, other
 
 

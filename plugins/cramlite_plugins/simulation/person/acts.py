@@ -310,6 +310,7 @@ def insert(person: Performer, world: World, thing: Thing, hanger: Thing) -> None
     _lifted(person, world, thing)
     face(person, scene)
     thread(person, scene)
+    person.wait(person.between(0.3, 0.5))
 
 
 def stay(person: Performer, _world: World) -> None:
