@@ -66,7 +66,7 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
         Predicate(
-            "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing is 50 mm farther from another at the end than at the start."
+            "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing gets 50 mm farther from another, and no nearer to its middle, seen from above."
         ),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
@@ -197,12 +197,20 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
 
 
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate recedes(Thing, Place): by the distance of Thing's origin from Place's box, at the end against that at the start."""
+    """Evaluate recedes(Thing, Place): Thing's origin is farther from Place's box at the end than at the start, and seen from above no
+    nearer to its middle."""
     for other in [place] if place is not None else things(phase):
         for one in [name] if name is not None else things(phase):
             before, after = (distance_to_box(phase, other, one, t) for t in (phase.start, phase.end))
             if one != other and before is not None and after is not None and after - before > RECEDES:
-                yield one, other
+                if _beside(phase, one, other, phase.end) > _beside(phase, one, other, phase.start) - APPROACHED:
+                    yield one, other
+
+
+def _beside(phase: Phase, one: str, other: str, time: float) -> float:
+    """Distance of two origins, seen from above [m]."""
+    here, there = pose_of(phase, one, time), pose_of(phase, other, time)
+    return 0.0 if here is None or there is None else math.dist(here.position[:2], there.position[:2])
 
 
 def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
