@@ -21,8 +21,8 @@ RIM = 0.05
 """[m] over a container's rim: a product that stands in the shallow basket here has its middle there."""
 NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
-RECEDES = 0.05
-"""[m] by which a distance must grow to count: less than a thing is lifted, more than one is carried about over a place."""
+ELSEWHERE = 0.05
+"""[m] that a thing must be carried to be brought nearer to anything: less than things are lifted."""
 UNSIZED = 0.15
 """[m] about the origin of a place of which no size is known: half the width of a large bowl or plate."""
 VIEW = np.deg2rad(30.0)
@@ -66,7 +66,7 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
         Predicate(
-            "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing gets 50 mm farther from another, and no nearer to its middle, seen from above."
+            "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing moves by 50 mm, and comes no nearer to another."
         ),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
@@ -197,14 +197,16 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
 
 
 def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
-    """Evaluate recedes(Thing, Place): Thing's origin is farther from Place's box at the end than at the start, and seen from above no
-    nearer to its middle."""
-    for other in [place] if place is not None else things(phase):
-        for one in [name] if name is not None else things(phase):
-            before, after = (distance_to_box(phase, other, one, t) for t in (phase.start, phase.end))
-            if one != other and before is not None and after is not None and after - before > RECEDES:
-                if _beside(phase, one, other, phase.end) > _beside(phase, one, other, phase.start) - APPROACHED:
-                    yield one, other
+    """Evaluate recedes(Thing, Place): Thing moves by ELSEWHERE, and its origin comes no nearer to Place's box, nor, seen from above, to its
+    middle."""
+    for one in [name] if name is not None else things(phase):
+        poses = [pose_of(phase, one, t) for t in (phase.start, phase.end)]
+        if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:
+            continue
+        for other in [place] if place is not None else things(phase):
+            before, after = ((distance_to_box(phase, other, one, t), _beside(phase, one, other, t)) for t in (phase.start, phase.end))
+            if one != other and not any(b is not None and a is not None and b - a > APPROACHED for b, a in zip(before, after, strict=True)):
+                yield one, other
 
 
 def _beside(phase: Phase, one: str, other: str, time: float) -> float:

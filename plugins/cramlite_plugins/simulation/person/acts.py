@@ -13,7 +13,7 @@ from .at_ease import facing
 from .grips import choose_grip
 from .hand_moves import close
 from .hanging import face, thread
-from .sight_of_person import Scene, half_extents
+from .sight_of_person import Scene
 from .taking_off import pull_off
 from .ways import free_spot, go, hand_for, top_of, upright
 
@@ -147,7 +147,7 @@ def drop_into(person: Performer, world: World, thing: Thing, into: Thing) -> Non
 def _cavity(thing: Thing) -> Pose:
     cavity = thing.feature("cram:Cavity")
     if cavity is None:
-        raise UserError(f"'{thing.name}' ({thing.type}) has no opening (cram:Cavity), so nothing can be put or poured into it, nor poured out")
+        raise UserError(f"'{thing.name}' ({thing.type}) has no opening (cram:Cavity), so nothing goes into it or out of it")
     return cavity.pose
 
 
@@ -225,7 +225,7 @@ def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06
 
 
 def _beside(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
-    """Poses of a hand that points down, its closed fingers clear of a thing, from where they push it the way: one, and turned by half a turn."""
+    """Poses of a hand that points down, its closed fingers clear of a thing and about to push it the way; one is half a turn from the other."""
     pose = person.pose(thing.name)
     bottom, top = pose.position[2] + lowest(thing, pose), support(thing, pose, UP)
     back = support(thing, Pose((0, 0, 0), pose.quaternion), -way) + BESIDE + KNUCKLE
