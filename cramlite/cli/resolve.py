@@ -419,4 +419,6 @@ def add_commands(add: Add) -> None:
     record.add_argument("scenario")
     record.add_argument("--seed", type=int, default=0)
     record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")
-    record.add_argument("--tasks", default="", help="what the person does: 'PickingUp cup, Pouring cup bowl' (default: what the scenario says)")
+    record.add_argument(
+        "--tasks", default="", help="what the person does: 'PickingUp cup, Pouring cup bowl' (default: what the scenario says)"
+    )

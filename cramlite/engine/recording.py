@@ -10,7 +10,7 @@ from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..model.control_flow import Compound
 from ..model.episode import Episode
-from ..planning.task_goals import plan_from_tasks
+from ..planning.task_goals import Entry, plan_from_tasks
 from ..plugin.demonstration import Shown
 from ..plugin.task_type import task_type
 from ..scenario.task_specs import TaskSpec
@@ -60,7 +60,7 @@ def record_episode(
     return Recording(episode, rollout.reason)
 
 
-def _shown(scenario: Scenario, tasks: Sequence[TaskSpec], knowledge: Knowledge, world: World) -> list[Shown]:
+def _shown(scenario: Scenario, tasks: Sequence[Entry], knowledge: Knowledge, world: World) -> list[Shown]:
     """What the person performs, one after the other."""
     recipe, scripts = scenario.spec.record, knowledge.record_scripts
     if not tasks and recipe is not None and recipe.script is not None:

@@ -163,10 +163,9 @@ def _options(
 ) -> list[list[Option]]:
     """What may be said of each action. Where something happens in some action, others in which nothing does are left out."""
     something = any(c.changes for said_ in readings for c in said_) or any(a.label or set(a.moved) & _spoken_of(a) for a in actions)
-    spoken = any(_spoken_of(a) for a in actions)
     found = []
     for action, claimed in zip(actions, readings, strict=True):
-        idle = (something or (spoken and not _spoken_of(action))) and not any(c.begins or c.ends for c in claimed)
+        idle = something and not any(c.begins or c.ends for c in claimed)
         honest = [
             Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name), k)
             for k, (m, claim) in enumerate(zip(action.matches, claimed, strict=True))

@@ -152,7 +152,12 @@ class RecordScript(Value):
 
 
 class Shown(Value):
-    """One thing to show in a demonstration: a script, and what fills its task's roles and parameters."""
+    """One thing to show in a demonstration.
+
+    Args:
+        script: of the person.
+        fillers: of its task's roles and parameters, by name.
+    """
 
     script: RecordScript
     fillers: Mapping[str, Any] = {}

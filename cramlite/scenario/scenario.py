@@ -21,7 +21,7 @@ from ..model.view import D435, Intrinsics
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
-from .task_specs import TaskEntry, TaskSpec
+from .task_specs import TaskEntry
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
@@ -162,7 +162,7 @@ class RecordSpec(_Spec):
     """
 
     script: str | None = None
-    tasks: tuple[TaskSpec, ...] | None = Field(None, min_length=1)
+    tasks: tuple[TaskEntry, ...] | None = Field(None, min_length=1)
     things: tuple[ThingSpec, ...] = ()
     vary: tuple[VarySpec, ...] = ()
 

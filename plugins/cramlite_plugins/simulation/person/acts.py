@@ -15,7 +15,7 @@ from .hand_moves import close
 from .hanging import face, thread
 from .sight_of_person import Scene
 from .taking_off import pull_off
-from .ways import free_spot, go, hand_for, top_of, upright
+from .ways import free_spot, go, hand_for, narrow, top_of, upright
 
 UP = np.array([0.0, 0.0, 1.0])
 #: How far a vessel tilts to be empty [rad], and how far its lip is above the other one's opening meanwhile [m].
@@ -69,10 +69,11 @@ def _lifted(person: Performer, world: World, thing: Thing) -> None:
 
 
 def stands_on(person: Performer, thing: Thing, other: Thing) -> bool:
+    """Check whether the underside of a thing is at the surface of another one, within 20 mm."""
     pose = person.pose(thing.name)
-    frame, half = top_of(other, person.pose(other.name))
+    frame, half = top_of(other, person.pose(other.name), narrow(thing))
     x, y, z = frame.inverse().apply((*pose.position[:2], pose.position[2] + lowest(thing, pose)))
-    return abs(x) < half[0] + 0.02 and abs(y) < half[1] + 0.02 and abs(z) < 0.02
+    return bool(abs(x) < half[0] + 0.02 and abs(y) < half[1] + 0.02 and abs(z) < 0.02)
 
 
 def _by(person: Performer, way: Floats | tuple[float, float, float], speed: float) -> None:
@@ -220,12 +221,15 @@ def push(person: Performer, world: World, thing: Thing, distance_m: float = 0.06
     person.grip(0.0, 0.3)
     go(person, world, start, person.between(0.25, 0.4))
     _by(person, BESIDE * way, 0.08)
-    _by(person, distance_m * way, person.between(0.06, 0.1))
+    speed, before = person.between(0.06, 0.1), np.array(person.pose(thing.name).position)
+    _by(person, 0.5 * distance_m * way, speed)
+    done = float(np.subtract(person.pose(thing.name).position, before) @ way)  # the hand began a little before the thing
+    _by(person, max(distance_m - done, 0.0) * way, speed)
     _by(person, -(BESIDE + 0.02) * way, 0.15)
 
 
 def _beside(person: Performer, thing: Thing, way: Floats) -> list[Pose]:
-    """Poses of a hand that points down, its closed fingers clear of a thing and about to push it the way; one is half a turn from the other."""
+    """Two poses, half a turn apart, of a hand that points down, its closed fingers about to push a thing a way."""
     pose = person.pose(thing.name)
     bottom, top = pose.position[2] + lowest(thing, pose), support(thing, pose, UP)
     back = support(thing, Pose((0, 0, 0), pose.quaternion), -way) + BESIDE + KNUCKLE

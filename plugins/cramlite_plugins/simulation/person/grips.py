@@ -6,6 +6,7 @@ from the side, so that nothing is over its opening; everything else from above.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,7 +15,7 @@ from cramlite.model import Feature, Floats, Pose, Thing, Value
 from cramlite.plugin import Performer
 
 from ...shapes.bounds import box_around
-from ..model.hand_model import OPENING
+from ..model.hand_model import FARTHEST, OPENING
 from .at_ease import forward_and_down
 from .hand_moves import MARGIN
 
@@ -29,6 +30,8 @@ REACH = 0.055
 #: Along the approach, the hand is free of everything from so far away on [m].
 AWAY = (0.0, 0.03, 0.06, 0.1)
 UP = np.array([0.0, 0.0, 1.0])
+#: A wrist is turned by less than this from rest to take something [rad]: 20 degrees less than it can, for what it then does.
+TURNED = FARTHEST - math.radians(20)
 #: Cosine of the largest angle from the vertical at which an approach counts as one from above: 25 degrees.
 STEEP = 0.9
 
@@ -64,7 +67,7 @@ def _grips(thing: Thing, pose: Pose, ahead: Floats) -> Iterator[Grip]:
     for grip in (*_by_handle(thing, pose), *_by_body(thing, pose, ahead)):
         if grip.width + MARGIN <= OPENING:
             both = (grip.tool, grip.tool * Pose((0, 0, 0), (0, 0, 0, 1)))
-            yield from (Grip(tool, grip.width) for tool in sorted(both, key=lambda t: rest.distance(t)[1]))
+            yield from (Grip(t, grip.width) for t in sorted(both, key=lambda t: rest.distance(t)[1]) if rest.distance(t)[1] < TURNED)
 
 
 def _by_handle(thing: Thing, pose: Pose) -> Iterator[Grip]:

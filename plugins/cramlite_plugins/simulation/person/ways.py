@@ -9,14 +9,19 @@ from cramlite.model import Feature, Floats, Pose, Thing, World
 from cramlite.plugin import Performer
 
 from ...shapes.bounds import lowest, support
+from .at_ease import facing, forward_and_down
 from .sight_of_person import half_extents
 
 #: Room above what the hand, or what it holds, passes over [m].
 OVER = 0.05
 #: How far palm and fingers reach below the tool frame's origin, whichever way the hand points [m].
 HAND_BELOW = 0.03
+#: A hand that turns by more than this turns by way of its rest [rad].
+FAR_TURN = 2.0
 #: Between what is put down and everything else there [m].
 ROOM = 0.03
+#: What reaches no higher than this above a surface does not stand on it [m].
+LEVEL = 0.005
 UP = (0.0, 0.0, 1.0)
 
 
@@ -40,6 +45,10 @@ def go(person: Performer, world: World, goal: Pose, speed: float, held: str = ""
     peak = max(*ends, *(top + reach + OVER for top in tops))
     rise = (8 * peak - sum(ends)) / 6  # where the control points of a cubic Bézier are, for its middle to be at the peak
     controls = [Pose((*p.position[:2], max(rise, p.position[2])), goal.quaternion) for p in (here, goal)]
+    if not held and here.distance(goal)[1] > FAR_TURN:  # by way of rest, as a wrist turns
+        middle = tuple(np.mean([c.position for c in controls], axis=0))
+        person.move([controls[0], Pose(middle, forward_and_down(facing(world)).quaternion)], speed, curved=True)
+        controls = controls[1:]
     person.move([*controls, goal], speed, curved=True)
 
 
@@ -53,15 +62,25 @@ def _between(pose: Pose, thing: Thing, a: tuple[float, float, float], b: tuple[f
     return bool(np.linalg.norm(start + share * way - middle) < np.linalg.norm(half) + 0.08)
 
 
-def top_of(thing: Thing, pose: Pose) -> tuple[Pose, Floats]:
-    """Return the frame of the surface of a thing, z up, and half its sides (2,) [m]: what a vessel has inside, else its surface or top."""
-    cavity, surface = thing.feature("cram:Cavity"), thing.feature("vrps:SurfaceFeature")
+def top_of(thing: Thing, pose: Pose, wide: float = 0.0) -> tuple[Pose, Floats]:
+    """Return the frame of what carries things on a thing, z up, and half its sides (2,) [m]: a surface, the floor of a vessel, else its top.
+
+    Args:
+        wide: half the narrower side of what is to lie there [m]; what does not fit into a vessel lies on its rim.
+    """
+    cavity, surfaces = thing.feature("cram:Cavity"), [f for f in thing.features if f.type == "vrps:SurfaceFeature"]
+    surface = next((f for f in surfaces if (pose * f.pose).rotation[2, 2] > 0.9), None)  # not the one that it stands on
     if surface is not None:
         return pose * surface.pose, np.array(_sides(surface)) / 2
-    if cavity is not None:
+    if cavity is not None and wide <= min(_sides(cavity)) / 2:
         floor = pose * cavity.pose * Pose((0, 0, -cavity.size.get("height", 0.0)))
         return floor, np.array(_sides(cavity)) / 2
     return Pose((*pose.position[:2], support(thing, pose, UP)), pose.quaternion), half_extents(thing)[:2]
+
+
+def narrow(thing: Thing) -> float:
+    """Return half the narrower of a thing's level sides [m]."""
+    return float(half_extents(thing)[:2].min())
 
 
 def _sides(feature: Feature) -> tuple[float, float]:
@@ -71,13 +90,14 @@ def _sides(feature: Feature) -> tuple[float, float]:
 def free_spot(person: Performer, world: World, thing: Thing, onto: Thing) -> Floats:
     """Draw a point (3,) on the surface of a thing, in the world, at which another one overlaps nothing; near where that is now, else near
     the middle."""
-    frame, half = top_of(onto, person.pose(onto.name))
+    frame, half = top_of(onto, person.pose(onto.name), narrow(thing))
     own = float(np.linalg.norm(half_extents(thing)[:2]))
     room = np.maximum(half - own, 0.0)
     now = np.array(frame.inverse().apply(person.pose(thing.name).position)[:2])
     wanted = now if bool((np.abs(now) <= room).all()) else np.zeros(2)
-    spots = [np.clip(wanted + person.rng.normal(0, 0.02 + 0.003 * k, 2), -room, room) for k in range(60)]
-    others = [t for t in world.things if t.name not in (thing.name, onto.name) and (t.movable or t.joint)]
+    spots = [np.clip(wanted + person.rng.normal(0, 0.02 + 0.004 * k, 2), -room, room) for k in range(100)]
+    level = frame.position[2] + LEVEL
+    others = [t for t in world.things if t.name not in (thing.name, onto.name) and support(t, person.pose(t.name), UP) > level]
     places = [np.asarray(frame.apply((*spot, 0.0))) for spot in spots]
     return next((p for p in places if all(_apart(person, p, own, t) for t in others)), places[0])
 
@@ -89,11 +109,16 @@ def _apart(person: Performer, spot: Floats, radius: float, other: Thing) -> bool
 
 
 def upright(pose: Pose) -> Pose:
-    """Return the pose with z up, its heading kept."""
-    ahead = pose.rotate((1, 0, 0))
-    if abs(ahead[2]) > 0.9:
-        ahead = pose.rotate((0, 1, 0))
-    return Pose.from_axes(pose.position, UP, (ahead[0], ahead[1], 0.0))
+    """Return the pose turned as little as makes its most upright axis vertical; what stands upside down goes on to."""
+    axes = pose.rotation
+    k = int(np.argmax(np.abs(axes[2])))
+    up = axes[:, k] * np.sign(axes[2, k])
+    across = np.cross(up, UP)
+    size = float(np.linalg.norm(across))
+    if size < 1e-9:
+        return pose
+    turn = Pose.from_rotvec((0, 0, 0), tuple(across / size * np.arcsin(min(size, 1.0))))
+    return Pose(pose.position, (turn * Pose((0, 0, 0), pose.quaternion)).quaternion)
 
 
 def hand_for(person: Performer, thing: str, goal: Pose) -> Pose:
