@@ -1,8 +1,8 @@
 """Whether the first reading of a demonstration is right, for each task type that the simulated person can show and that shows.
 
 Run with ``python tests/benchmarks/shown_tasks.py [--first SEED] [--seeds N] [--distractors N]``: each task by N people in N worlds, with
-as many further things within reach as asked for. What is right was written down before (``tests/helpers/shown_tasks.py``). To reach: 0.95, and
-0.9 with distractors. Figures: docs/explanation/interpretation.md.
+as many further things within reach as asked for. What is right was written down before (``tests/helpers/shown_tasks.py``). To reach:
+0.95, and 0.9 with distractors. Figures: docs/explanation/interpretation.md.
 """
 
 from __future__ import annotations

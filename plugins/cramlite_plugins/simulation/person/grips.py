@@ -30,8 +30,8 @@ REACH = 0.055
 #: Along the approach, the hand is free of everything from so far away on [m].
 AWAY = (0.0, 0.03, 0.06, 0.1)
 UP = np.array([0.0, 0.0, 1.0])
-#: A wrist is turned by less than this from rest to take something [rad]: 20 degrees less than it can, for what it then does.
-TURNED = FARTHEST - math.radians(20)
+#: A wrist is turned by less than this from rest to take something [rad]: 45 degrees less than it can, for what it then does.
+TURNED = FARTHEST - math.radians(45)
 #: Cosine of the largest angle from the vertical at which an approach counts as one from above: 25 degrees.
 STEEP = 0.9
 

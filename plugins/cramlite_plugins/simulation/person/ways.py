@@ -63,7 +63,7 @@ def _between(pose: Pose, thing: Thing, a: tuple[float, float, float], b: tuple[f
 
 
 def top_of(thing: Thing, pose: Pose, wide: float = 0.0) -> tuple[Pose, Floats]:
-    """Return the frame of what carries things on a thing, z up, and half its sides (2,) [m]: a surface, the floor of a vessel, else its top.
+    """Return the frame of what carries things on a thing, z up, and half its sides (2,) [m]: surface, floor of a vessel, or top.
 
     Args:
         wide: half the narrower side of what is to lie there [m]; what does not fit into a vessel lies on its rim.
