@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks
     from .expert import Expert
-    from .protocols import Backend, ModelMaker, Simulator, Validator
+    from .protocols import Backend, Exporter, ModelMaker, Simulator, Validator
     from .registry import Registry
     from .task_type import TaskType
 
@@ -84,6 +84,11 @@ class Knowledge:
     def backends(self) -> Mapping[str, Backend]:
         """Name -> backend."""
         return self.registry.named("backends", "name")
+
+    @cached_property
+    def exporters(self) -> Mapping[str, Exporter]:
+        """Name -> format that recorded runs can be exported to."""
+        return self.registry.named("exporters", "name")
 
     @cached_property
     def validators(self) -> tuple[Validator, ...]:
