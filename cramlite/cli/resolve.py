@@ -19,7 +19,7 @@ from ..base.run_directory import RunDirectory, content_key
 from ..engine.engine import make_engine
 from ..engine.intent import FILE as INTENT
 from ..engine.intent import write_intent
-from ..engine.recording import record_episode
+from ..engine.recording import record_episode, tasks_in_words
 from ..engine.scenario_doubts import doubts
 from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
@@ -190,18 +190,23 @@ def record_demonstration(
     *,
     seed: int,
     out: Path,
+    tasks: str = "",
     plugins: PluginChoice = INSTALLED,
 ) -> int:
     """Record a demonstration of a scenario and write it as a NEEM.
 
+    Args:
+        tasks: what the person does, in words, in place of what the scenario says.
+
     Raises:
-        UserError: the scenario says nothing about recording, or the folder is not empty.
+        UserError: nothing says what to record, or the folder is not empty.
     """
     scenario = read_scenario(find_scenario(name))
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
     engine = make_engine(scenario, plugins)
-    recorded = record_episode(scenario, engine, seed=seed, out=out)
+    chosen = tasks_in_words(tasks, engine.knowledge.tasks) if tasks else ()
+    recorded = record_episode(scenario, engine, seed=seed, out=out, tasks=chosen)
     episode = recorded.episode
     if recorded.failure:
         print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
@@ -391,6 +396,7 @@ def _record(arguments: argparse.Namespace) -> int:
         arguments.scenario,
         seed=arguments.seed,
         out=arguments.out,
+        tasks=arguments.tasks,
         plugins=plugin_choice(arguments),
     )
 
@@ -414,3 +420,6 @@ def add_commands(add: Add) -> None:
     record.add_argument("scenario")
     record.add_argument("--seed", type=int, default=0)
     record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")
+    record.add_argument(
+        "--tasks", default="", help="what the person does: 'PickingUp cup, Pouring cup bowl' (default: what the scenario says)"
+    )

@@ -186,7 +186,7 @@ def _options(
     actions: Sequence[Read], readings: Sequence[Sequence[Claims]], taxonomy: Taxonomy, name: float
 ) -> list[list[Option]]:
     """What may be said of each action. Where something happens in some action, others in which nothing does are left out."""
-    something = any(c.changes for said_ in readings for c in said_) or any(a.label for a in actions)
+    something = any(c.changes for said_ in readings for c in said_) or any(a.label or set(a.moved) & _spoken_of(a) for a in actions)
     found = []
     for action, claimed in zip(actions, readings, strict=True):
         idle = something and not any(c.begins or c.ends for c in claimed)
@@ -206,11 +206,15 @@ def _untold(
     """What must be told of an action beside a reading of it, or beside none."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
-    spoken_of = {thing_of(f) for m in action.matches for f in m.roles.values()}
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
-    moved = len((set(action.moved) & spoken_of) - mine)
+    moved = len((set(action.moved) & _spoken_of(action)) - mine)
     unnamed = action.label is not None and not (match is not None and _is_label(match, action, taxonomy))
     return DescriptionLength(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed))
+
+
+def _spoken_of(action: Read) -> set[str]:
+    """Things that some reading of an action speaks of."""
+    return {thing_of(f) for m in action.matches for f in m.roles.values()}
 
 
 def _is_label(match: Match, action: Read, taxonomy: Taxonomy) -> bool:

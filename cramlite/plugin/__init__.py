@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ..model.program import Code
     from ..model.verdict import Cost, Finding
     from .allowance import HAND, HELD, Allowance
+    from .demonstration import Hand, Performance, Performer, RecordScript, Shown
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
@@ -58,6 +59,7 @@ _HOMES = {
     "..model.program": "Code",
     "..model.verdict": "Cost Finding",
     ".allowance": "Allowance HAND HELD",
+    ".demonstration": "Hand Performance Performer RecordScript Shown",
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
@@ -96,6 +98,7 @@ __all__ = [
     "GoalLiteral",
     "GoalPhrase",
     "Grounding",
+    "Hand",
     "Inputs",
     "Interpreted",
     "Judged",
@@ -106,15 +109,19 @@ __all__ = [
     "Not",
     "Parameter",
     "Pattern",
+    "Performance",
+    "Performer",
     "Phase",
     "PhaseName",
     "Predicate",
+    "RecordScript",
     "Refused",
     "ReportSection",
     "Role",
     "Row",
     "Rule",
     "Segment",
+    "Shown",
     "Simulator",
     "SymbolicWorld",
     "TaskSequence",

@@ -156,11 +156,21 @@ class LateSpec(_Spec):
 
 
 class RecordSpec(_Spec):
-    """Recording of a demonstration for this scenario: the person's script, and the world they act in."""
+    """Recording of a demonstration for this scenario: the person's script or tasks, and the world they act in.
 
-    script: str
-    things: tuple[ThingSpec, ...]
+    Without things it is the scenario's own world, as its own ``vary`` changes it.
+    """
+
+    script: str | None = None
+    tasks: tuple[TaskEntry, ...] | None = Field(None, min_length=1)
+    things: tuple[ThingSpec, ...] = ()
     vary: tuple[VarySpec, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> RecordSpec:
+        if (self.script is None) == (self.tasks is None):
+            raise ValueError("it needs exactly one of 'script' and 'tasks': what the person does")
+        return self
 
 
 class ObjectSpec(_Spec):
