@@ -18,10 +18,12 @@ if TYPE_CHECKING:
     from ..interpretation.conditions import Compare, Not, atoms
     from ..interpretation.fluents import (
         EFFECTOR,
+        Bound,
         Fact,
         Fluent,
         GoalCondition,
         GoalPhrase,
+        Manner,
         Pattern,
         SymbolicWorld,
         contents,
@@ -47,7 +49,7 @@ _HOMES = {
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "load_yaml",
     "..interpretation.conditions": "Compare Not atoms",
-    "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
+    "..interpretation.fluents": "Bound EFFECTOR Fact Fluent GoalCondition GoalPhrase Manner Pattern SymbolicWorld"
     " contents",
     "..interpretation.goal_literal": "GoalLiteral",
     "..interpretation.interpretation": "Interpreted",
@@ -78,6 +80,7 @@ __all__ = [
     "Angle",
     "Answers",
     "Backend",
+    "Bound",
     "Candidate",
     "Clause",
     "Code",
@@ -99,6 +102,7 @@ __all__ = [
     "Interpreted",
     "Judged",
     "Length",
+    "Manner",
     "Mass",
     "Match",
     "ModelMaker",
