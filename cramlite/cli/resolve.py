@@ -23,6 +23,7 @@ from ..engine.recording import record_episode
 from ..engine.scenario_doubts import doubts
 from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
+from ..planning.goal_parts import goal_answers
 from ..planning.heartbeat import heartbeat, interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -116,7 +117,8 @@ def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, 
     """What is raised where nothing was proven; as JSON it is printed before."""
     if json_output:
         print(as_json(_nothing(trace, run, engine, seed)))
-    text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+    text = "\n".join([failure_text(trace, engine.registry.faults), *(f"  Goal: {a}" for a in goal_answers(trace))])
+    text += f"\n  Every decision: cramlite explain {run.path}"
     return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
@@ -287,6 +289,7 @@ def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -
         "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
         "left_out": solution.verdict.left_out, "twins": _twins(solution.verdict.twins),
+        "goal": goal_answers(solution.trace, solution.number),
         "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
 
@@ -320,7 +323,7 @@ def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict
     return {
         "solved": False, "proven": False, "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
-        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None,
+        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None, "goal": goal_answers(trace),
         "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
         "faults": _faults(engine),
     }  # fmt: skip

@@ -115,6 +115,14 @@ class PlanningProblem(Value, eq=False):
         rows = frozenset(r for r in table.rows if thing_of(r[0]) in fixed or any((*m, r[0]) in wanted for m in made))
         return replace(table, rows=rows)
 
+    def parts(self) -> Iterator[tuple[str, GoalFacts]]:
+        """Generate the parts of the goal, each in words and as facts."""
+        yield from ((says, parse_goals((says,), self.grounder)) for says in self.says)
+
+    def alone(self, says: str, wanted: GoalFacts) -> PlanningProblem:
+        """Return the problem of one part of the goal."""
+        return replace(self, says=(says,), wanted=wanted)
+
     def operator(self, step: PlanStep) -> Operator | None:
         """Return the operator of a step in the whole world; None where it is none."""
         task = self.knowledge.tasks[step.schema.task]

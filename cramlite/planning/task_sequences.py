@@ -94,6 +94,8 @@ def plans_for_goal(
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
     from ..scenario.scenario import Scenario
+    from .goal_parts import trace_parts
+    from .parts_alone import trace_alone
     from .goal_phrases import contradiction
     from .goal_planner import as_tasks, ground_goal
     from .operators import Grounder
@@ -108,7 +110,7 @@ def plans_for_goal(
         places = [goal.where("goal", k) for k in range(len(goal.spec.goal or ()))]
         where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
     grounder = Grounder(scene, knowledge.predicates)
-    refused, possible = "", False
+    refused, possible, number = "", False, 0
     for choice in ground_goal(goal, objects, grounder):
         problem, found = problem_of(choice, grounder, knowledge, where), False
         if why := contradiction(choice.says, grounder, places):
@@ -119,12 +121,15 @@ def plans_for_goal(
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
         plans = iter([handed_plan(problem, handed)]) if handed else task_plans(problem, progress, stop)
         for plan in plans:
-            found = True
+            found, number = True, number + 1
+            trace.candidate = number
+            trace_parts(problem, plan, trace)
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
             specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found and not stop():
             trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
+            trace_alone(problem, trace, progress, stop)
     if refused and not possible:
         raise UserError(refused)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,6 +21,7 @@ from ..model.view import D435, Intrinsics
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
+from .goal_spec import GoalText, goal_texts
 from .task_specs import TaskEntry
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
@@ -219,7 +220,7 @@ class ScenarioSpec(_Spec):
     demonstration: str | None = None
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
-    goal: tuple[str, ...] | None = Field(default=None, min_length=1)
+    goal: tuple[GoalText, ...] | None = Field(default=None, min_length=1)
     plan: str | None = None
     objects: dict[str, ObjectSpec] = {}
     robot: RobotSpec
@@ -315,6 +316,18 @@ class Scenario(Value):
         update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
+    def with_goal(self, goal: Sequence[Any]) -> Scenario:
+        """Return this scenario with a goal in the place of what it starts from.
+
+        Args:
+            goal: sentences such as "tin on tray", or goals as data (``goal_spec``).
+
+        Raises:
+            UserError: it is no list of goals.
+        """
+        update = {"goal": goal_texts(goal), "demonstration": None, "tasks": None, "designator": None, "plan": None}
+        return replace(self, spec=self.spec.model_copy(update=update))
+
     def planned_by(self, plan: Path) -> Scenario:
         """Return this scenario with the plan of a planner for its goal.
 
@@ -326,12 +339,20 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update={"plan": str(plan.resolve())}))
 
 
-def read_scenario(path: Path | str) -> Scenario:
-    """Read a scenario file.
+INLINE = Path("inline scenario")
+"""What stands for the file in messages about a scenario that is given as data."""
+
+
+def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
+    """Read a scenario file, or a scenario that is given as the data that such a file holds.
+
+    Paths in such data start from the working directory.
 
     Raises:
         UserError: not YAML, an unknown key, a wrong type or unit: with file, line and the nearest right name.
     """
+    if isinstance(path, Mapping):
+        return scenario_from(INLINE, path)
     path = Path(path)
     return scenario_from(path, load_yaml(path))
 
