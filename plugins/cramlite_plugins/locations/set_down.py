@@ -35,6 +35,10 @@ ONTO = ((0.02, 0.06), (0.01, 0.015))
 is little room above."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
+TURNED = "turned"
+"""Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
+PALM_UP = math.sin(math.radians(20.0))
+"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is put on."""
 FACING = (0.0, 6.0, -6.0)
 """Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
@@ -57,6 +61,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     """
     targets, cheap = _targets(location, belief, context), len(CHEAP[location.relation])
     now = as_asked(held_now(belief, context), location.parameters)
+    _check_turn(held_now(belief, context), now, targets[0])
     work, kept, passed = context.samples, list[Refused](), False
     for k, answer in _answers(targets, now, location):
         shapes = isinstance(answer, Refused) and answer.passed < cheap
@@ -122,7 +127,7 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
             continue
         reason = _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
         if not reason:
-            values = {"height_m": height}
+            values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
@@ -233,6 +238,24 @@ def held_now(belief: Belief, context: Context) -> Pose:
     from ..motion_planning.reach import held_pose
 
     return held_pose(belief, context)
+
+
+def _check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
+    """Check that what is held can be brought to the attitude that is asked for, as it is held.
+
+    Raises:
+        Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may do.
+    """
+    held, (turn, context) = wanted.belief.held, (now.inverse() * asked, wanted.context)
+    if held is None or not any(turn.rotvec):
+        return
+    if wanted.thing.filling is not None:
+        raise Unresolvable(f"'{wanted.thing.name}' holds something that would be spilled", (wanted.entity,))
+    rise = float((asked * held.tcp_to_thing.inverse()).rotate((0.0, 0.0, 1.0))[2])
+    if rise > PALM_UP:
+        grasps = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held.thing and "width_m" in v.values)
+        said = f"turned so, the hand would be under '{held.thing}' and reach up by {math.degrees(math.asin(min(rise, 1.0))):.0f} deg"
+        raise Unresolvable(said, tuple(grasps))
 
 
 def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
