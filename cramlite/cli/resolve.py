@@ -53,6 +53,7 @@ def resolve_scenario(
     backend: str | None = None,
     demonstration: Path | None = None,
     plan: Path | None = None,
+    meant: str | None = None,
     plugins: PluginChoice = INSTALLED,
     report: bool = True,
     json_output: bool = False,
@@ -61,6 +62,7 @@ def resolve_scenario(
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
     Args:
+        meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
         twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
 
     Returns:
@@ -74,6 +76,7 @@ def resolve_scenario(
     scenario = read_scenario(find_scenario(name))
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
+    scenario = scenario.read_as(meant) if meant else scenario
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
     setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
@@ -225,7 +228,7 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
-        "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
+        "reading": scenario.spec.reading, "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
         "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 
@@ -381,6 +384,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         backend=arguments.backend,
         demonstration=arguments.demonstration,
         plan=arguments.plan,
+        meant=arguments.reading,
         plugins=plugin_choice(arguments),
         report=not arguments.no_report,
         json_output=arguments.json,
@@ -410,6 +414,9 @@ def add_commands(add: Add) -> None:
         help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
     )  # fmt: skip
     resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
+    resolve.add_argument(
+        "--reading", metavar="READING", help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has"
+    )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
     record = add("record", _record)

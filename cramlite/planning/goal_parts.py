@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, Literal
 
@@ -21,6 +21,10 @@ PART = "part"
 
 Answer = Literal["holds", "achieved", "reached", "missed", "untried"]
 RANKS: Sequence[Answer] = ("holds", "achieved", "reached", "missed", "untried")
+WORDS: Mapping[Answer, str] = {
+    "holds": "holds at the start", "achieved": "is achieved", "reached": "was within reach", "missed": "is not achieved",
+    "untried": "was not tried",
+}  # fmt: skip
 
 
 class GoalAnswer(Value):
@@ -42,8 +46,7 @@ class GoalAnswer(Value):
     def __str__(self) -> str:
         first, last = self.tasks or (0, 0)
         by = f" by task {last}" if first == last else f" by tasks {first} to {last}"
-        said = {"holds": "holds at the start", "untried": f"was not tried{by if self.tasks else ''}"}
-        text = said.get(self.answer, f"is {self.answer}{by if self.tasks else ''}")
+        text = WORDS[self.answer] + (by if self.tasks else "")
         return f"'{self.says}' {text}{f': {self.reason}' if self.reason else ''}"
 
 
@@ -122,8 +125,9 @@ def _by(says: str, tasks: tuple[int, int], miss: Entry, known: dict[int, Entry])
     """The answer by the nearest miss of a candidate."""
     said = f"{miss.designator}: {miss.reason}"
     if miss.kind == "proof":
-        named = "is not reached" in miss.reason and f"'{says}' is not reached" not in miss.reason
-        return GoalAnswer(says, "reached" if named else "missed", tasks, "" if named else said)
+        own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]
+        elsewhere = not own and "is not reached" in miss.reason
+        return GoalAnswer(says, "reached" if elsewhere else "missed", tasks, "; ".join(own) or ("" if elsewhere else said))
     at = _task(miss, known)
     if at > tasks[1]:
         return GoalAnswer(says, "reached", tasks, f"what failed came later, in task {at}")

@@ -220,6 +220,7 @@ class ScenarioSpec(_Spec):
     demonstration: str | None = None
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
+    reading: int | str | None = None
     goal: tuple[GoalText, ...] | None = Field(default=None, min_length=1)
     plan: str | None = None
     objects: dict[str, ObjectSpec] = {}
@@ -250,6 +251,8 @@ class ScenarioSpec(_Spec):
                 "a scenario starts from exactly one of 'demonstration', 'tasks', 'designator' and 'goal'; "
                 f"this one has {' and '.join(starts) or 'none'}"
             )
+        if self.reading is not None and self.demonstration is None:
+            raise ValueError("'reading' is one of a 'demonstration', and there is none")
         if self.plan is not None and self.goal is None:
             raise ValueError("'plan' is a PDDL plan for a 'goal', and there is none")
         if self.world is None and "things" not in self.model_fields_set:
@@ -316,6 +319,19 @@ class Scenario(Value):
         update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
+    def read_as(self, reading: int | str) -> Scenario:
+        """Return this scenario with the reading of its demonstration that is meant.
+
+        Args:
+            reading: its number, from 1, as ``cramlite interpret`` lists them; or a task that it has.
+
+        Raises:
+            UserError: it has no demonstration.
+        """
+        if self.spec.demonstration is None:
+            raise UserError(f"{self.path}: a reading is one of a demonstration, and this scenario has none.")
+        return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
+
     def with_goal(self, goal: Sequence[Any]) -> Scenario:
         """Return this scenario with a goal in the place of what it starts from.
 
@@ -325,7 +341,7 @@ class Scenario(Value):
         Raises:
             UserError: it is no list of goals.
         """
-        update = {"goal": goal_texts(goal), "demonstration": None, "tasks": None, "designator": None, "plan": None}
+        update = {"goal": goal_texts(goal), "demonstration": None, "reading": None, "tasks": None, "designator": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
     def planned_by(self, plan: Path) -> Scenario:

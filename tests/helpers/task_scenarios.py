@@ -42,11 +42,16 @@ REFUSED = {
     "sliding_gripper": "2.SlidingGripper/stroke: no contact for",
     "sliding_object": "2.SlidingObject/stroke: force",
     "transporting": "before 3.Transporting 'grasps(Gripper, Patient)' does not hold",
+    "turning_off": "during 1.TurningOff 'joint_falls(Patient)' does not hold",
+    "turning_on": "during 1.TurningOn 'joint_rises(Patient)' does not hold",
     "ungrasping": "from the middle of the opening of 'basket'",
 }
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 
-MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt"}
+MORE = {
+    "opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt",
+    "turning_on_switch": "cram:TurningOn",
+}  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
     "looking_at_hidden": "0 % of 'coffee' would be seen, 50 % is needed; 'board' hides most",
