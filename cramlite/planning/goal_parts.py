@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .goal_planner import GoalFacts, TaskPlan
     from .planning_problem import PlanningProblem
 
-PART = "part"
+PART = "goal part"
 """Designator of the entries of the trace that are about a part of a goal."""
 
 Answer = Literal["holds", "achieved", "reached", "missed", "untried"]
@@ -65,8 +65,8 @@ def serving(goal: GoalFacts, facts: frozenset[Fact], steps: Sequence[Operator]) 
     first = last
     later: list[GoalFacts | Operator] = [goal]
     for k in range(last, 0, -1):
-        made, gone = states[k] - states[k - 1], states[k - 1] - states[k]
-        if any(made & one.needs or any(one.barred_by(f, states[k - 1]) for f in gone) for one in later):
+        made, gone = states[k] - states[k - 1] - facts, (states[k - 1] - states[k]) & facts  # not what only is as it was again
+        if k == last or any(made & one.needs or any(one.barred_by(f, states[k - 1]) for f in gone) for one in later):
             first, later = k, [*later, steps[k - 1]]
     return first, last
 

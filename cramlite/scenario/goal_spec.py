@@ -8,6 +8,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
 
 from ..base.errors import UserError
+from .task_specs import WhereSpec
 
 
 class EachSpec(BaseModel):
@@ -63,7 +64,7 @@ class PhraseSpec(BaseModel):
 
     def __str__(self) -> str:
         first, *others = map(str, self.things)
-        sides = ((name.replace("_", " "), getattr(self, name)) for name in ("near", "left_of", "right_of", "in_front_of", "behind"))
+        sides = ((name.replace("_", " "), getattr(self, name)) for name in WhereSpec.sides())
         words = [first, self.goal, *others, self.amount, *(f"{side} {thing}" for side, thing in sides if thing)]
         return " ".join(filter(None, words))
 

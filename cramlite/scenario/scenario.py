@@ -220,7 +220,7 @@ class ScenarioSpec(_Spec):
     demonstration: str | None = None
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
-    reading: int | str | None = None
+    reading: str | int | None = None
     goal: tuple[GoalText, ...] | None = Field(default=None, min_length=1)
     plan: str | None = None
     objects: dict[str, ObjectSpec] = {}

@@ -10,7 +10,6 @@ from cramlite import Budget, Engine, NoSolution, Trace, find_scenario, read_scen
 from cramlite.engine.candidates import attempts
 from cramlite.engine.execution import execute
 from cramlite.model import Verdict
-from cramlite.planning.task_goals import plan_from_tasks
 from cramlite.plugin import Candidate
 from cramlite.scenario.scenario import RobotSpec
 
@@ -92,7 +91,7 @@ def attempt(
         setting, trace = engine.setting(scenario, seed=seed), Trace()
     except NoSolution as nowhere:  # the camera cannot be brought to where it is to look
         return None, None, str(nowhere)
-    plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
+    plan = next(plan for plan, _ in engine.plans(scenario, setting, trace))
     for candidate, verdict in islice(attempts(plan, setting, engine.knowledge, Budget(proofs=1), trace), 1):
         if verdict.passed and setting.real is not None:
             done = execute(candidate, setting, engine.knowledge)
