@@ -29,11 +29,11 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[
 
     For each thing they stand in the order in which they are asked until one is answered; before them one for each kind
     of furniture of which a peg is used, to see where it really is, behind them one for each piece of furniture that
-    something is put on or in, to see what is there already.
+    something is put on, to see what stands there already; what falls into a container needs no place of its own.
 
-    A thing is looked for at the furniture that tasks name together with it, in the order of the tasks, then at all other
-    furniture, and at last where it is to be put. Its class is not demanded where features or affordances say what will
-    do in its stead.
+    A thing is looked for at the furniture that tasks name together with it, in the order of the tasks; where they name
+    none but what it is to be put on, everywhere, and there at last. Its class is not demanded where features or affordances
+    say what will do in its stead.
 
     Args:
         tasks: types of the plan's tasks; those that put something down (``TaskType.places``) say where it goes, not where it is.
@@ -46,14 +46,14 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[
         here, there = (
             [p for place in _beside(wanted, plan, tasks, put) for p in _views(places.get(place, ()), taxonomy)] for put in (False, True)
         )
-        others = [p for p in _views(furniture.things, taxonomy) if p not in there]
-        at = [*here, *others, *there]
+        at = here or [*(p for p in _views(furniture.things, taxonomy) if p not in there), *there]
         needs = replace(wanted, types=()) if wanted.features or wanted.affords else wanted
         found[wanted.name] = tuple(query_from(needs, on=p) for p in dict.fromkeys(at)) or (query_from(needs),)
     covered = {q.value("on") for queries in found.values() for q in queries[:1]}
     pegs = (p for name in dict.fromkeys(felt) for p in _views(places[name], taxonomy) if p not in covered)
     ends = dict.fromkeys(n for o in wholes if not places[o.name] for n in _beside(o, plan, tasks, put=True) if n not in felt)
-    goals = dict.fromkeys(p for name in ends for p in _views(places.get(name, ()), taxonomy) if p not in covered)
+    tops = [t for name in ends for t in places.get(name, ()) if not bears(t, taxonomy, INSIDE)]
+    goals = dict.fromkeys(p for p in _views(tuple(tops), taxonomy) if p not in covered)
     return (*((query_from(Object(""), on=p),) for p in pegs), *found.values(), *((query_from(Object(""), on=p),) for p in goals))
 
 
