@@ -78,7 +78,8 @@ def goal_answers(trace: Trace, proven: int = 0) -> tuple[GoalAnswer, ...]:
         trace: of the search; empty answers where it was not for a goal.
         proven: number of the candidate task sequence that was proven; 0 for none.
     """
-    parts = [e for e in trace.entries if e.kind == "goal" and e.designator == PART]
+    about = [e for e in trace.entries if e.kind == "goal"]
+    parts = [e for e in about if e.designator == PART] or [e for e in about if e.outcome == "refused"]
     if proven:
         return tuple(_proven(e) for e in parts if e.candidate == proven and e.outcome == "asked")
     found = list(_unproven(parts, trace.entries))

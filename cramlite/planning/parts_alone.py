@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import islice
 
 from .goal_parts import PART
 from .plan_stream import task_plans
@@ -24,7 +23,7 @@ def trace_alone(problem: PlanningProblem, trace: Trace, progress: Callable[[str]
         if wanted.met(problem.facts):
             trace.add(0, PART, says, "asked", "engine", "holds at the start", kind="goal", numbers={"first": 0, "last": 0})
             continue
-        plan = next(islice(task_plans(part, progress, stop, 1), 1), None) if len(problem.says) > 1 else None
+        plan = next(task_plans(part, progress, stop, 1), None)
         names = " -> ".join(s.task.split(":")[-1] for s in plan.steps) if plan is not None else ""
         why = f"alone {names} would do, but not with the other parts" if plan is not None else why_unreachable(part)
         trace.add(0, PART, says, "refused", "engine", why, kind="goal")

@@ -147,13 +147,14 @@ def plans_for_goal(
         for plan in plans:
             found, number = True, number + 1
             trace.candidate = number
-            trace_parts(problem, plan, trace)
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
+            trace_parts(problem, plan, trace)
             specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found and not stop():
             trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
-            trace_alone(problem, trace, progress, stop)
+            if len(choice.says) > 1:
+                trace_alone(problem, trace, progress, stop)
     if refused and not possible:
         raise UserError(refused)
