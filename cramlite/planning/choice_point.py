@@ -15,11 +15,13 @@ from msgspec import Struct, field
 from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object
+from .refutation import AsItIs, InTask
 from .state import State
 from .trace import Kind, Outcome, Trace
 
-Conflict = frozenset[str]
-"""Names of the choices that a failure depends on."""
+Conflict = frozenset[str | InTask | AsItIs]
+"""What a failure depends on: names of choices, by which the search goes back; tasks, and things as they are, which no choice of
+this plan changes."""
 
 
 class Nogoods(Struct):
@@ -27,19 +29,22 @@ class Nogoods(Struct):
 
     Args:
         known: combinations by each of their choices.
+        beside: combination -> what its failure depends on beside the choices.
     """
 
     known: dict[Choice, list[frozenset[Choice]]] = field(default_factory=dict)
+    beside: dict[frozenset[Choice], Conflict] = field(default_factory=dict)
 
     def made_again(self, choices: tuple[Choice, ...]) -> Conflict | None:
-        """Return the names of the choices in a known no-good that the last choice completes; None if there is none."""
+        """Return what a known no-good that the last choice completes depends on; None if there is none."""
         made = set(choices)
         found = next((nogood for nogood in self.known.get(choices[-1], ()) if nogood <= made), None)
-        return frozenset(name for name, _ in found) if found is not None else None
+        return frozenset(name for name, _ in found) | self.beside[found] if found is not None else None
 
     def remember(self, conflict: Conflict, choices: tuple[Choice, ...]) -> None:
         """Record that the choices in a conflict set do not go together."""
         nogood = frozenset(c for c in choices if c[0] in conflict)
+        self.beside.setdefault(nogood, frozenset(c for c in conflict if not isinstance(c, str)))
         for choice in nogood:
             self.known.setdefault(choice, []).append(nogood)
 
@@ -62,14 +67,14 @@ class ChoicePoint(Struct):
         state: in which it is asked, without it on the agenda.
         trace: where what is found out goes, below ``node``.
         node: the trace's entry of the question.
-        conflict: names of the choices that its failure depends on, so far.
+        conflict: what its failure depends on, so far.
     """
 
     item: Designator
     state: State
     trace: Trace
     node: int
-    conflict: set[str] = field(default_factory=set)
+    conflict: set[str | InTask | AsItIs] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.conflict |= {f.compound.name for f in self.state.frames}  # without them it would not be asked for
@@ -117,7 +122,7 @@ class ChoicePoint(Struct):
 
     def exhausted(self, tried: int) -> None:
         """Record in the trace that none of the alternatives led to a solution."""
-        causes = ", ".join(sorted(self.conflict)) or "nothing before it"
+        causes = ", ".join(sorted(c for c in self.conflict if isinstance(c, str))) or "nothing before it"
         what = "1 alternative" if tried == 1 else f"{tried} alternatives"
         self.say("failed", "engine", f"{what} failed; it depends on {causes}", numbers={"tried": tried})
 
