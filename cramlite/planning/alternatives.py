@@ -106,7 +106,8 @@ class Alternatives(Value):
             said_any = False
             for answer in answers:
                 said_any = True
-                point.conflict |= point.domain
+                exact = isinstance(answer, Refused) and answer.blocking is not None
+                point.conflict |= point.about(answer.blocking) if exact else point.domain
                 if isinstance(answer, Refused):
                     point.conflict |= made & set(answer.because) | as_they_are(answer.blocking)
                     point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed, numbers=answer.numbers)
@@ -115,7 +116,7 @@ class Alternatives(Value):
                     self.registry.fault(plugin, HOOKS[type(point.item)], point.item.name, WrongAnswer(wrong))
                     return
                 yield plugin, answer
-            point.conflict |= point.domain | (frozenset() if said_any else as_they_are(None))
+            point.conflict |= set() if said_any else point.domain | as_they_are(None)
         except Unresolvable as impossible:
             point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers)
             said = {*impossible.because, *(point.state.opened if impossible.earlier_tasks else ())}

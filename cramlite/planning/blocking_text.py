@@ -1,25 +1,21 @@
-"""Blockings in PDDL: what each of their things has been through, as facts that actions change, and what follows from these."""
+"""Blockings in PDDL: how far along its track each thing is, as facts that actions change, and the tasks that this bars."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from ..interpretation.fluents import EFFECTOR, Fluents
 from ..model.entity_name import BETWEEN
 from .action_schema import ActionSchema
-from .blocking import Blocking, Done, changes
+from .blocking import Blocking
+from .handling import Done, Handling, Stage, Track, handled
 
 ENTITY = "entity"
 """The type of all objects."""
 
-Track = tuple[str, tuple[Done, ...]]
-"""A thing, and the tasks that made it what it was when something was refused."""
-
 
 class BlockingText:
-    """Blockings of a domain: how far along each track its thing is, and the tasks that this bars.
-
-    A thing is at one stage of a track, the number of tasks of it that were done; at none once anything else has been done to it.
+    """Blockings of a domain as derived predicates. A thing is at one stage of a track; at none once it has another history.
 
     Args:
         atom: writes a predicate and its terms.
@@ -32,12 +28,18 @@ class BlockingText:
         entities: frozenset[str],
     ) -> None:  # fmt: skip
         self.blocked = [b for b in blocked if entities.issuperset(e for _, e in b.task[1])]
-        self.tracks: list[Track] = list(dict.fromkeys((t, past) for b in self.blocked for t, past in b.since.items()))
+        self.tracks = list(dict.fromkeys(t for b in self.blocked for t in b.tracks))
         self.atom, self.object_of, self.entities = atom, object_of, entities
+
+    @property
+    def named(self) -> set[str]:
+        """Entities that conditions and effects name."""
+        tasks = [*(b.task for b in self.blocked), *(one for t in self.tracks for one in t.past)]
+        return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
 
     def initial(self) -> Iterator[str]:
         """Generate the facts that hold at first: nothing has been done to anything."""
-        yield from (self._at(track, 0) for track in self.tracks)
+        yield from (self._at(track, (0, "")) for track in self.tracks)
 
     def conditions(self, schema: ActionSchema) -> Iterator[str]:
         """Generate the precondition of an action that blockings are about."""
@@ -56,25 +58,27 @@ class BlockingText:
 
     def _stands(self, blocking: Blocking) -> str:
         same = [f"(= ?{r} {self.object_of(e)})" for r, e in blocking.task[1] if e != EFFECTOR]
-        return f"(and {' '.join([*same, *(self._at((t, past), len(past)) for t, past in blocking.since.items())])})"
+        ends = (f"(or {' '.join(self._at(t, stage) for stage in t.at_its_end())})" for t in blocking.tracks)
+        return f"(and {' '.join([*same, *ends])})"
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
         """Generate how an action leads things along their tracks, or off them."""
         change = schema.change
-        moved = {t: c for t, c in changes(change.needs, change.adds, change.removes, fluents).items() if t.startswith("?")}
-        for thing, past in self.tracks:
-            for stage in range(len(past) + 1):
-                at = self._at((thing, past), stage)
-                yield from (f"(when (and {same} {at}) (not {at}))" for same in self._leaving(schema, moved, thing, past))
-                if past[stage:] and past[stage][0] == schema.task and (same := self._same(schema, past[stage])):
-                    yield f"(when (and {same} {at}) {self._at((thing, past), stage + 1)})"
+        for term, how in handled(change.needs, change.adds, change.removes, fluents).items():
+            for track in self.tracks if term.startswith("?") else ():
+                if track.thing in self.entities:
+                    yield from (e for stage in track.stages() for e in self._step(schema, term, how, track, stage))
 
-    def _leaving(self, schema: ActionSchema, moved: Mapping[str, bool], thing: str, past: Sequence[Done]) -> Iterator[str]:
-        """The fillers with which an action takes a thing away from a stage."""
-        if thing in self.entities:
-            yield from (f"(= {t} {self.object_of(thing)})" for t, changed in moved.items() if changed)
-        if not all(moved.values()):
-            yield from (s for one in dict.fromkeys(past) if one[0] == schema.task and (s := self._same(schema, one)))
+    def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage) -> Iterator[str]:
+        """From one stage of a track to the next: with the fillers of its tasks, and with all others."""
+        here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
+        own = {self._same(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.task}
+        own = {same: after for same, after in own.items() if same and after != otherwise}
+        cases = {**own, " ".join([here, *(f"(not (and {same}))" for same in own)]): otherwise}
+        for case, after in cases.items():
+            if after != stage:
+                more = f" {self._at(track, after)}" if after is not None else ""
+                yield f"(when (and {case} {self._at(track, stage)}) (and (not {self._at(track, stage)}){more}))"
 
     def _same(self, schema: ActionSchema, task: Done) -> str:
         """That an action is a task that was done; "" where it cannot be in this problem."""
@@ -83,8 +87,8 @@ class BlockingText:
         roles = ((schema.terms[r].rpartition(BETWEEN)[2], e) for r, e in task[1] if e != EFFECTOR)
         return " ".join(f"(= {term} {self.object_of(e)})" for term, e in roles)
 
-    def _at(self, track: Track, stage: int) -> str:
-        return self.atom(f"track {self.tracks.index(track)} stage {stage}", ())
+    def _at(self, track: Track, stage: Stage) -> str:
+        return self.atom(f"track {self.tracks.index(track)} stage {stage[0]} {stage[1]}", ())
 
 
 def _name(task: str) -> str:

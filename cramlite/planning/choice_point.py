@@ -7,16 +7,17 @@ which grows while its alternatives are looked at.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from msgspec import Struct, field
 
 from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
-from ..model.designators import Action, Designator, Late, Location, Motion, Object
+from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
+from ..model.entity_name import thing_of
 from .refutation import AsItIs, InTask
-from .state import State
+from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
 Conflict = frozenset[str | InTask | AsItIs]
@@ -104,6 +105,14 @@ class ChoicePoint(Struct):
             return made & {o.name for o in item.roles.values()}
         return {n for n in made if n not in self.state.motions} if isinstance(item, Location) else made
 
+    def about(self, things: Collection[str]) -> set[str]:
+        """Return the choices of the domain that settled where some things are, where the asked one is, and what is held."""
+        own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
+        held = self.state.belief.held
+        meant = {*things, thing_of(str(own)), *([held.thing] if held else [])}
+        known = {a.name: a for a in (*self.state.actions, *self.state.parts, *(i.action for i in self.state.agenda if isinstance(i, Effect)))}
+        return {n for n in self.domain if _is_about(n, meant, self.state.bindings, known)}
+
     @property
     def asked_by(self) -> set[str]:
         """Choices that the designator is part of."""
@@ -125,6 +134,19 @@ class ChoicePoint(Struct):
         causes = ", ".join(sorted(c for c in self.conflict if isinstance(c, str))) or "nothing before it"
         what = "1 alternative" if tried == 1 else f"{tried} alternatives"
         self.say("failed", "engine", f"{what} failed; it depends on {causes}", numbers={"tried": tried})
+
+
+def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], actions: Mapping[str, Action]) -> bool:
+    """Whether a choice is about one of some things; where it is not known of what, it may be."""
+    value = bindings.get(name)
+    if isinstance(value, Place):
+        return value.thing in things
+    if isinstance(value, str):
+        return thing_of(value) in things
+    if name in actions:
+        roles = ground_roles(actions[name], bindings).roles.values()
+        return any(thing_of(r.entity or "") in things for r in roles)
+    return True
 
 
 def key_of(value: Any) -> str:

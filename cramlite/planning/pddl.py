@@ -118,17 +118,22 @@ class _Writer:
         init = ["(= (total-cost) 0)", *self._initial(facts), *(self._mark("refused", s) for s in refused), *self.blocked.initial()]
         problem = [
             f"(define (problem {self.of_entities(self.name)})", f"  (:domain {self._domain_name()})",
-            "  (:objects", *(f"    {self.of_entities(e)} - {_type(e)}" for e in self.entities if e != EFFECTOR), "  )",
+            "  (:objects", *(f"    {self.of_entities(e)} - {_type(e)}" for e in self.entities if e not in self._constants()), "  )",
             "  (:init", *(f"    {line}" for line in dict.fromkeys(init)), "  )",
             "  (:goal (and", *(f"    {line}" for line in goal), "  ))", "  (:metric minimize (total-cost))", ")",
         ]  # fmt: skip
         return PddlText(self._domain(actions), "\n".join(problem) + "\n", self.actions, self.objects)
+
+    def _constants(self) -> list[str]:
+        """Entities that actions are written about."""
+        return [e for e in self.entities if e == EFFECTOR or e in self.blocked.named]
 
     def _domain_name(self) -> str:
         return "cramlite"
 
     def _domain(self, actions: Iterable[str]) -> str:
         derived = [f"  {line}" for line in self.blocked.derived()]
+        constants = " ".join(f"{self.of_entities(e)} - {_type(e)}" for e in self._constants())
         declared = [
             f"    ({' '.join([plain, *(f'?{k} - {self._type_at(name, k)}' for k in range(1, arity + 1))])})".replace("?", "?e")
             for plain, (name, arity) in sorted(self.used.items())
@@ -136,7 +141,7 @@ class _Writer:
         lines = [
             f"(define (domain {self._domain_name()})",
             f"  (:requirements :adl :typing :action-costs{' :derived-predicates' if derived else ''})",
-            f"  (:types {HAND} {THING} {PART} - {ENTITY})", f"  (:constants {self.of_entities(EFFECTOR)} - {HAND})",
+            f"  (:types {HAND} {THING} {PART} - {ENTITY})", f"  (:constants {constants})",
             "  (:predicates", *declared, "  )", "  (:functions (total-cost) - number)", *derived, *actions, ")",
         ]  # fmt: skip
         return "\n".join(lines) + "\n"

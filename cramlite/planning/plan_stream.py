@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 
 from msgspec.structs import replace
 
-from .blocking import said
 from .goal_planner import NEEDLESS, TaskPlan
+from .handling import said
 from .operators import Operator
 from .pddl import PlanStep
 from .plan_file import steps_of

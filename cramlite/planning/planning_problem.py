@@ -12,7 +12,6 @@ from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, mat
 from ..model.entity_name import thing_of
 from .action_schema import ActionSchema, Table, action_schemas
 from .blocking import Blocking, blocking_of
-from .blocking import said as said_task
 from .goal_planner import (
     PLACED,
     GoalFacts,
@@ -24,6 +23,7 @@ from .goal_planner import (
     side_facts,
     with_sides,
 )
+from .handling import said as said_task
 from .operators import Grounder, Operator
 from .pddl import PddlText, PlanStep, write_pddl
 from .refutation import Refutation
@@ -70,7 +70,7 @@ class PlanningProblem(Value, eq=False):
         carries, put where the goal says or on what cannot be moved; the same, put on anything; and all things."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for spot in self.wanted.sides.values() for w in spot.where.values()}
-        names |= {t for b in self.blocked for t in b.since}
+        names |= {t.thing for b in self.blocked for t in b.tracks}
         known, every = {thing_of(e) for e in names} & self.grounder.things.keys(), frozenset(self.grounder.things)
         about = [{thing_of(e) for e in f[1:]} for f in self.facts]
         while True:
@@ -177,8 +177,8 @@ class PlanningProblem(Value, eq=False):
         facts = [self.facts]
         for step in steps:
             facts.append(step.apply(facts[-1]))
-        loose = {n: t.joint is not None for n, t in self.grounder.things.items() if t.movable or t.joint is not None}
-        new = blocking_of(found, steps, facts, loose)
+        loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
+        new = blocking_of(found, steps, facts, frozenset(loose))
         return new if new not in self.blocked else None
 
     def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
@@ -18,6 +19,7 @@ from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 
 if TYPE_CHECKING:
+    from ..motion_planning.space import Refusal
     from ..shapes.surfaces import Surface
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -66,7 +68,8 @@ class Wanted(Value):
     depth: float = 0.0
 
 
-Filter = Callable[[Spot, Wanted], str]
+Filter = Callable[[Spot, Wanted], "str | Refusal"]
+"""Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
 
 
 def supported(spot: Spot, wanted: Wanted) -> str:
@@ -146,15 +149,16 @@ def reachable(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
-def collision_free(spot: Spot, wanted: Wanted) -> str:
+def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that arm and thing are free of collision at the placement and above it."""
     from ..motion_planning.reach import collision_free_ik
+    from ..motion_planning.space import Refusal
 
     above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
-    if isinstance(above, str):
-        return f"{ABOVE_IT}: {above}"
+    if isinstance(above, Refusal):
+        return replace(above, reason=f"{ABOVE_IT}: {above.reason}")
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, above)
-    return f"at it: {there}" if isinstance(there, str) else ""
+    return replace(there, reason=f"at it: {there.reason}") if isinstance(there, Refusal) else ""
 
 
 def visible(spot: Spot, wanted: Wanted) -> str:

@@ -173,6 +173,24 @@ class PlanningScene(Value):
         ]
         return ", ".join(clauses)
 
+    def blocking(self, q: Position) -> tuple[str, ...]:
+        """Return the thing that must be moved before a joint position can be free: of those that a task could move the deepest.
+
+        None of them where the position stays blocked whatever is moved: by the robot, by what is fixed, or by a limit.
+        """
+        loose = [self._loose(g, h) for g, h, d in self._deepest(q)] if self._inside(q) else []
+        return (loose[0],) if loose and all(loose) else ()
+
+    def _deepest(self, q: Position) -> Near:
+        """The pairs that are closer than they need to be, deepest first."""
+        return sorted((p for p in self._look(q, self.levels[0]) if p[2] < self._needed(q, *p[:2])), key=lambda p: (p[2], p[:2]))
+
+    def _loose(self, *pair: int) -> str:
+        """The thing of a pair of geoms that is not in the hand and that a task could move; "" where there is none."""
+        world, owners = self.compiled.world, self.compiled.owners
+        still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.moved[g].any())
+        return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
+
     def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
         """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
         found = [self._anchor(q) for q in anchors]
