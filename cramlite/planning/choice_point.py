@@ -110,7 +110,8 @@ class ChoicePoint(Struct):
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
         meant = {*things, thing_of(str(own)), *([held.thing] if held else [])}
-        known = {a.name: a for a in (*self.state.actions, *self.state.parts, *(i.action for i in self.state.agenda if isinstance(i, Effect)))}
+        opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
+        known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
         return {n for n in self.domain if _is_about(n, meant, self.state.bindings, known)}
 
     @property

@@ -197,5 +197,5 @@ def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str, tu
         part = eased.blocked(a, b)
         if part is not None:
             at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]
-            return k + 1, eased.why(at), eased.blocking(at)
+            return k + 1, eased.why(at), eased.blocking(at)[:1]
     return len(points), "", ()

@@ -78,7 +78,7 @@ def plan(
     if not goals:
         return Refusal("there is no inverse solution to plan to")
     if reason := scene.relaxed([origin]).why(origin):
-        return Refusal(f"start is blocked: {reason}", blocking=scene.relaxed([origin]).blocking(origin))
+        return Refusal(f"start is blocked: {reason}", blocking=in_the_way(scene.relaxed([origin]), [origin]))
     law = (speed, acceleration)
     chosen = _free_goals(scene, origin, [_joints(g) for g in goals])
     if not chosen:
@@ -98,8 +98,12 @@ def plan(
 
 
 def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[str, ...]:
-    """Return the things of which one must be moved before any of some blocked joint positions can be free."""
-    return tuple(dict.fromkeys(name for q in positions for name in scene.blocking(q)))
+    """Return things of which one must be moved before any of some blocked joint positions can be free; few, but not the fewest."""
+    found = dict[str, None]()
+    for things in filter(None, map(scene.blocking, positions)):
+        if found.keys().isdisjoint(things):
+            found[things[0]] = None
+    return tuple(found)
 
 
 def _joints(q: Sequence[float]) -> Joints:

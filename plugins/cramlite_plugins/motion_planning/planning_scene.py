@@ -174,16 +174,13 @@ class PlanningScene(Value):
         return ", ".join(clauses)
 
     def blocking(self, q: Position) -> tuple[str, ...]:
-        """Return the thing that must be moved before a joint position can be free: of those that a task could move the deepest.
+        """Return the things, sorted, all of which must be moved before a joint position can be free.
 
-        None of them where the position stays blocked whatever is moved: by the robot, by what is fixed, or by a limit.
+        None where it stays blocked whatever tasks move: by the robot, by what is fixed or held, or by a limit.
         """
-        loose = [self._loose(g, h) for g, h, d in self._deepest(q)] if self._inside(q) else []
-        return (loose[0],) if loose and all(loose) else ()
-
-    def _deepest(self, q: Position) -> Near:
-        """The pairs that are closer than they need to be, deepest first."""
-        return sorted((p for p in self._look(q, self.levels[0]) if p[2] < self._needed(q, *p[:2])), key=lambda p: (p[2], p[:2]))
+        close = (p for p in self._look(q, self.levels[0]) if p[2] < self._needed(q, *p[:2]))
+        loose = {self._loose(g, h) for g, h, _ in close} if self._inside(q) else set()
+        return () if "" in loose else tuple(sorted(loose))
 
     def _loose(self, *pair: int) -> str:
         """The thing of a pair of geoms that is not in the hand and that a task could move; "" where there is none."""

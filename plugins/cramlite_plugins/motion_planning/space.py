@@ -30,7 +30,7 @@ class Space(Protocol):
         """Explain why a joint position is not free, as a clause with numbers; empty when free."""
 
     def blocking(self, q: Sequence[float]) -> tuple[str, ...]:
-        """Return the movable thing, if any, that must be moved before a joint position can be free."""
+        """Return the things, sorted, all of which must be moved before a joint position can be free; none where that is no help."""
 
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""

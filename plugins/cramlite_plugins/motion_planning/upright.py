@@ -19,7 +19,7 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 from ..kinematics.kinematics import forward
 from ..kinematics.timing import duration, trapezoid
 from .cartesian import interpolate, plan_straight_line, sampled, why_no_straight_line
-from .planner import resampled
+from .planner import in_the_way, resampled
 from .planning_scene import PlanningScene
 from .space import Refusal
 
@@ -84,7 +84,7 @@ def carried(
             raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context), blocking=())
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
     if reason := scene.relaxed([belief.joints]).why(belief.joints):
-        blocking = scene.relaxed([belief.joints]).blocking(belief.joints)
+        blocking = in_the_way(scene.relaxed([belief.joints]), [belief.joints])
         raise Unresolvable(f"no path to {motion.to}: start is blocked: {reason}", blocking=blocking)
     for goal in goals:
         eased = scene.relaxed([belief.joints, goal])
