@@ -74,7 +74,8 @@ class BlockingText:
         here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
         own = {self._same(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.task}
         own = {same: after for same, after in own.items() if same and after != otherwise}
-        cases = {**own, " ".join([here, *(f"(not (and {same}))" for same in own)]): otherwise}
+        rest = {} if here in own else {" ".join([here, *(f"(not (and {same}))" for same in own)]): otherwise}
+        cases = {**own, **rest}
         for case, after in cases.items():
             if after != stage:
                 more = f" {self._at(track, after)}" if after is not None else ""

@@ -22,6 +22,7 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.place_filters import Spot, Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
+from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.surfaces import Surface, surfaces
@@ -99,7 +100,8 @@ def test_reachable_asks_the_arm_alone() -> None:
 def test_collision_free_names_what_is_in_the_way() -> None:
     tin = block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))
     wanted = _wanted(_belief(tin))
-    assert "'tin'" in place_filters.collision_free(_spot((0.46, -0.34, 0.25)), wanted)
+    refused = place_filters.collision_free(_spot((0.46, -0.34, 0.25)), wanted)
+    assert isinstance(refused, Refusal) and "'tin'" in refused.reason and refused.blocking == ("tin",)
     assert not place_filters.collision_free(_spot((0.45, -0.23, 0.25)), _wanted(_belief()))
 
 
