@@ -52,6 +52,7 @@ class Wanted(Value):
         entity: what it is put on or in.
         target: the surface, or the opening of the cavity, in the base frame.
         scene: the planning scene.
+        opened: the same with the fingers open, as they are when they have let go.
         where: further constraints, by name (the keys of ``where`` in scenario files).
         obstacles: outlines of what stands there, by thing, in the frame of the target.
         depth: of a cavity [m].
@@ -66,6 +67,7 @@ class Wanted(Value):
     where: Mapping[str, Any]
     obstacles: tuple[tuple[str, Any], ...] = ()
     depth: float = 0.0
+    opened: Any = None
 
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]
@@ -161,6 +163,17 @@ def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
     return replace(there, reason=f"at it: {there.reason}") if isinstance(there, Refusal) else ""
 
 
+def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that the fingers can open where they let go: beside them there may be less room than around what they hold."""
+    from ..motion_planning.reach import collision_free_ik
+    from ..motion_planning.space import Refusal
+
+    if wanted.opened is None:
+        return ""
+    there = collision_free_ik(wanted.opened, wanted.context, spot.pose, wanted.belief.joints)
+    return replace(there, reason=f"with open fingers {there.reason}") if isinstance(there, Refusal) else ""
+
+
 def visible(spot: Spot, wanted: Wanted) -> str:
     """Check that other things hide no more than half of it, and a camera looks its way."""
     asked = wanted.where.get("visible_from")
@@ -219,5 +232,7 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
     "in": {"inside": inside, "near": near, "beside": beside},
 }
 """Asked of the shapes alone, by relation."""
-DEAR: Mapping[str, Filter] = {"reachable": reachable, "visible": visible, "collision-free": collision_free}
+DEAR: Mapping[str, Filter] = {
+    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open
+}  # fmt: skip
 """Asked of the arm and the camera, in this order."""

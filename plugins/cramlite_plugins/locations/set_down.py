@@ -167,7 +167,8 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
         raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
-    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d) for s, d in found]
+    opened = make_scene(belief, context, opening=context.robot.gripper.opening[1], clearance=0.0) if into else None
+    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
     return [replace(w, obstacles=() if into else _obstacles(w, context)) for w in bare]
 
 
