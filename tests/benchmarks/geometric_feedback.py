@@ -4,7 +4,7 @@ Run: python tests/benchmarks/geometric_feedback.py kitchens [--seeds 10] [NAME .
      python tests/benchmarks/geometric_feedback.py curve [--most 6]
 
 ``kitchens`` resolves the scenarios whose goals need tasks that no rule asks for, proven nominally, and prints how many of the seeds
-were proven. ``curve`` counts the questions about places and motions until a block that stands between 1 to 6 others is on a tray:
+were proven, and why the sibling of each is not. ``curve`` counts the questions about places and motions until a block that stands between 1 to 6 others is on a tray:
 with the planner told what was in the way, and with every set of the others put aside in turn, the smallest first, without their orders.
 """
 
@@ -17,7 +17,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from cramlite import Engine, Scenario, Setting, Trace, find_scenario, read_scenario
+from cramlite import Engine, Scenario, Setting, Trace, find_scenario, nearest_miss, read_scenario
 
 KITCHENS = ("boxed_in", "drawer_blocked", "swap_places", "regrasp")
 WORLD = """
@@ -58,6 +58,10 @@ def kitchen(engine: Engine, name: str, seeds: int) -> None:
         proven += next(engine.resolve(scenario, setting=setting, seed=seed), None) is not None
         seconds.append(time.process_time() - begun)
         print(f"{name} seed {seed}: {proven} of {seed + 1} proven, {seconds[-1]:.0f} s of work", flush=True)
+    sibling, trace = read_scenario(find_scenario(f"kitchen/{name}_fails")), Trace()
+    solution = next(engine.resolve(sibling, setting=engine.setting(sibling, twins=0), trace=trace), None)
+    miss = nearest_miss(trace.entries)
+    print(f"{name}_fails: {'PROVEN' if solution is not None else 'no program'}; {miss.reason if miss else 'no reason'}", flush=True)
 
 
 def told(engine: Engine, count: int) -> tuple[int, int]:
