@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .proof_doubts import ProofDoubts
     from .robot import Gripper, Platform, Robot
     from .rollout import Message, Rollout, Scene, Solid, Touch
+    from .run_record import RunRecord, TimeSpan
     from .sensor_errors import SensorErrors
     from .steps import (
         AnyStep,
@@ -95,6 +96,7 @@ _HOMES = {
     ".proof_doubts": "ProofDoubts",
     ".robot": "Gripper Platform Robot",
     ".rollout": "Message Rollout Scene Solid Touch",
+    ".run_record": "RunRecord TimeSpan",
     ".sensor_errors": "SensorErrors",
     ".steps": "AnyStep CompliantSlide Control Drive Fallback ForceExtract ForceInsert ForceMove Joints"
     " Monitor MoveJoints MoveLinear MoveUntilContact Parallel Repeat SetGripper SetPayload"
@@ -178,6 +180,7 @@ __all__ = [
     "Robot",
     "RobotMount",
     "Rollout",
+    "RunRecord",
     "Scene",
     "Section",
     "SensorErrors",
@@ -188,6 +191,7 @@ __all__ = [
     "Stand",
     "Step",
     "Thing",
+    "TimeSpan",
     "Touch",
     "Track",
     "TwinRun",

@@ -121,7 +121,11 @@ class Code(Value):
         lines = (line.strip() for line in self.text.splitlines()[first - 1 : last - 1])
         return tuple(line for line in lines if line and not line.startswith("#"))
 
-    def task_of(self, line: int) -> str:
-        """Return the task whose code the line is in: the last origin at or before it."""
+    def origin_of(self, line: int) -> str:
+        """Return the origin of the code that a line is in: the last one at or before it; "" before the first."""
         before = [k for k in self.origins if k <= line]
-        return task_of(self.origins[max(before)]) if before else ""
+        return self.origins[max(before)] if before else ""
+
+    def task_of(self, line: int) -> str:
+        """Return the task whose code a line is in; "" before the first."""
+        return task_of(self.origin_of(line))

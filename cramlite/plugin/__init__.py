@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
-    from .protocols import Backend, Candidate, EpisodeRepair, ModelMaker, ReportSection, Simulator, Validator
+    from .protocols import Backend, Candidate, EpisodeRepair, Exporter, ModelMaker, ReportSection, Simulator, Validator
     from .task_type import Decomposition, Parameter, Role, TaskType
 
 _HOMES = {
@@ -61,7 +61,7 @@ _HOMES = {
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
-    ".protocols": "Backend Candidate EpisodeRepair ModelMaker ReportSection Simulator Validator",
+    ".protocols": "Backend Candidate EpisodeRepair Exporter ModelMaker ReportSection Simulator Validator",
     ".task_type": "Decomposition Parameter Role TaskType",
 }
 _NAMES = LazyNames(__name__, _HOMES)
@@ -88,6 +88,7 @@ __all__ = [
     "Decomposition",
     "EpisodeRepair",
     "Expert",
+    "Exporter",
     "Fact",
     "Finding",
     "Fluent",

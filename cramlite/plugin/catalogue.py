@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..ontology.taxonomy import Taxonomy
     from .episode_hooks import EpisodeHooks
     from .expert import Expert
-    from .protocols import Backend, ModelMaker, Simulator, Validator
+    from .protocols import Backend, Exporter, ModelMaker, Simulator, Validator
     from .registry import Registry
     from .task_type import TaskType
 
@@ -78,6 +78,11 @@ class Knowledge:
     def backends(self) -> Mapping[str, Backend]:
         """Name -> backend."""
         return self.registry.named("backends", "name")
+
+    @cached_property
+    def exporters(self) -> Mapping[str, Exporter]:
+        """Name -> format that recorded runs can be exported to."""
+        return self.registry.named("exporters", "name")
 
     @cached_property
     def validators(self) -> tuple[Validator, ...]:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ..model.view import View
     from .expert import Expert
     from .grounding import Answers, Context
-    from .protocols import Backend, Candidate, EpisodeRepair, ModelMaker, ReportSection, Simulator, Validator
+    from .protocols import Backend, Candidate, EpisodeRepair, Exporter, ModelMaker, ReportSection, Simulator, Validator
     from .task_type import TaskType
 
 hookspec = pluggy.HookspecMarker("cramlite")
@@ -96,6 +96,11 @@ def ontologies() -> Iterable[Path]:  # type: ignore[empty-body]
 @hookspec
 def report_sections() -> Iterable[ReportSection]:  # type: ignore[empty-body]
     """Declare sections of the report page. Called once at load; shown in order of their ``order``."""
+
+
+@hookspec
+def exporters() -> Iterable[Exporter]:  # type: ignore[empty-body]
+    """Declare formats that recorded runs can be exported to. Called once at load; collected by ``name``."""
 
 
 @hookspec(firstresult=True)

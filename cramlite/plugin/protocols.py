@@ -12,6 +12,8 @@ from ..model.judging_limits import JudgingLimits
 from .allowance import Allowance
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..interpretation.goal_literal import GoalLiteral
     from ..interpretation.rules import Rule
     from ..model.belief import Belief
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from ..model.program import Code, Program
     from ..model.robot import Robot
     from ..model.rollout import Rollout, Scene
+    from ..model.run_record import RunRecord
     from ..model.verdict import Cost, Finding
     from ..model.view import View
     from ..model.world import Camera, Thing, World
@@ -188,6 +191,24 @@ class EpisodeRepair(Value):
     name: str
     order: float
     repair: Callable[[Episode], Episode]
+
+
+class Exporter(Value):
+    """Writer of recorded runs in a format that other programs open.
+
+    Args:
+        name: what ``cramlite export --to`` says.
+        suffix: of what it writes, a file or a folder, e.g. ".mcap"; "" for a folder without one.
+        about: which programs open it, in one clause.
+        write: writes a run to a path that does not exist yet.
+        needs: package that must be installed -> what to install it by, e.g. {"rosbags": "cramlite[mcap]"}.
+    """
+
+    name: str
+    suffix: str
+    about: str
+    write: Callable[[RunRecord, Path], None]
+    needs: Mapping[str, str] = field(default_factory=dict)
 
 
 class ReportSection(Value):

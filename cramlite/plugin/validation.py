@@ -25,6 +25,7 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "validators": ("name", "check", "cost"),
     "backends": ("name", "emit", "executable"),
     "report_sections": ("title", "render", "order"),
+    "exporters": ("name", "write", "suffix"),
 }
 """Hook -> what the things declared under it have: their name, what they do, and what else is asked of all of them."""
 
@@ -39,6 +40,7 @@ _TYPES: Mapping[str, Mapping[str, tuple[type, ...]]] = {
     "backends": {"executable": (bool,), "typed_stands_in": (bool,)},
     "episode_repairs": {"order": _NUMBER},
     "report_sections": {"order": _NUMBER, "refused": (bool,)},
+    "exporters": {"suffix": (str,), "about": (str,), "needs": (dict,)},
 }
 """Hook -> attributes that go wrong late, or unseen, where they are of another type: text is a sequence of letters, and true."""
 

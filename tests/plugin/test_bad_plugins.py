@@ -95,6 +95,7 @@ EVERY_COMMAND = {
     "serve": (),
     "tasks": (),
     "view": ("run",),
+    "export": ("run", "--to", "csv"),
 }
 
 

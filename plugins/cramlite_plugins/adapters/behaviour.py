@@ -18,10 +18,11 @@ Work = Goal | TaskSpec | RuleSpec | list[TaskSpec | RuleSpec]
 
 
 class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, known only where it is installed
-    """Behaviour that resolves a goal in a thread of its own, then hands the program over to ``run``.
+    """Behaviour that resolves a goal and runs the program, both in a thread of its own: no tick waits for either.
 
-    RUNNING while it resolves; SUCCESS when ``run`` says so; FAILURE with the nearest miss as feedback message. Ticked
-    again after that it goes on from the setting that its own run left. When it is interrupted the search is stopped.
+    RUNNING meanwhile, with what is being done as feedback message; SUCCESS when ``run`` says so; FAILURE with the nearest miss,
+    or what went wrong, as feedback message. Ticked again after that it goes on from the setting that its own run left. When it
+    is interrupted the search is stopped and ``cancel`` is called; if it is begun again before that has ended, it waits.
 
     Args:
         name: of the behaviour.
@@ -29,6 +30,7 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
         goal: one designator, a list of tasks, or a goal.
         setting: where; it is asked when the behaviour begins, so that behaviours can follow each other.
         run: is given the proven program; whether it was carried out.
+        cancel: stops what ``run`` has begun, e.g. the robot; by default ``run`` is waited for, not stopped.
     """
 
     def __init__(
@@ -38,56 +40,86 @@ class Resolve(py_trees.behaviour.Behaviour):  # type: ignore[misc]  # an extra, 
         goal: Work,
         setting: Callable[[], Setting],
         run: Callable[[Solution], bool],
+        cancel: Callable[[], object] | None = None,
     ) -> None:
         super().__init__(name)
-        self._engine, self._goal, self._setting, self._run = engine, goal, setting, run
-        self._worker: threading.Thread | None = None
-        self._stop = threading.Event()
-        self._said = ""
-        self.solution: Solution | None = None
+        self._engine, self._goal, self._setting, self._run, self._cancel = engine, goal, setting, run, cancel
+        self._job: _Job | None = None
+        self._left: _Job | None = None
+
+    @property
+    def solution(self) -> Solution | None:
+        """What was found; None before that, and after an interruption."""
+        return self._job.solution if self._job else None
 
     def initialise(self) -> None:
-        """Start resolving."""
-        self._leave()
-        self._stop, self.solution, self._said = threading.Event(), None, ""
-        self._worker = threading.Thread(target=self._work, args=(self._stop,), daemon=True)
-        self._worker.start()
-
-    def _work(self, stop: threading.Event) -> None:
-        trace = Trace()
-        try:
-            found = self._engine.resolve(self._goal, setting=self._setting(), trace=trace, stop=stop.is_set)
-            solution = next(found, None)
-        except CramliteError as error:
-            self._said = str(error)
-            return
-        miss = nearest_miss(trace.entries)
-        self._said = "" if solution else f"{miss.designator}: {miss.reason}" if miss else "nothing was found"
-        if not stop.is_set():
-            self.solution = solution
+        """Prepare a new search; it starts with the first tick that finds the one before ended."""
+        self._job = _Job(self._work)
 
     def update(self) -> py_trees.common.Status:
-        """Return RUNNING until there is a program or none, then SUCCESS or FAILURE."""
-        assert self._worker is not None
-        if self._worker.is_alive():
-            self.feedback_message = "resolving"
+        """Return RUNNING until the program has run or there is none, then SUCCESS or FAILURE."""
+        assert self._job is not None
+        if self._left is not None and self._left.thread.is_alive():
+            self.feedback_message = "waiting for what was interrupted to end"
             return py_trees.common.Status.RUNNING
-        if self.solution is None:
-            self.feedback_message = self._said
-            return py_trees.common.Status.FAILURE
-        done = self._run(self.solution)
-        self.feedback_message = f"{self.solution.plan}: {'done' if done else 'its run failed'}"
-        return py_trees.common.Status.SUCCESS if done else py_trees.common.Status.FAILURE
+        if not self._job.begun:
+            self._job.begin()
+        self.feedback_message = self._job.said()
+        if self._job.thread.is_alive():
+            return py_trees.common.Status.RUNNING
+        return py_trees.common.Status.SUCCESS if self._job.succeeded else py_trees.common.Status.FAILURE
 
     def terminate(self, new_status: py_trees.common.Status) -> None:
-        """Stop the search where the behaviour is interrupted."""
-        if new_status == py_trees.common.Status.INVALID:
-            self._leave()
+        """Stop the search and the run where the behaviour is interrupted, without waiting for their end."""
+        if new_status != py_trees.common.Status.INVALID or self._job is None:
+            return
+        self._job.stop.set()
+        if self._job.begun:
+            self._left = self._job
+            if self._job.running and self._cancel is not None:
+                self._cancel()
+        self._job = None
 
-    def _leave(self) -> None:
-        self._stop.set()
-        if self._worker is not None:
-            self._worker.join()
+    def _work(self, job: _Job) -> None:
+        """Resolve, then run; in the job's thread."""
+        try:
+            found = self._engine.resolve(self._goal, setting=self._setting(), trace=job.trace, stop=job.stop.is_set)
+            job.solution = next(found, None)
+            if job.solution is None:
+                miss = nearest_miss(job.trace.entries)
+                job.outcome = f"{miss.designator}: {miss.reason}" if miss else "nothing was found"
+            elif not job.stop.is_set():
+                job.running = True
+                job.succeeded = self._run(job.solution)
+                job.outcome = f"{job.solution.plan}: {'done' if job.succeeded else 'its run failed'}"
+        except CramliteError as error:
+            job.outcome = str(error)
+        finally:
+            job.running = False
+
+
+class _Job:
+    """One search and run in a thread; what was left by an interruption writes into its own job only."""
+
+    def __init__(self, work: Callable[[_Job], None]) -> None:
+        self.thread = threading.Thread(target=work, args=(self,), daemon=True)
+        self.stop, self.trace = threading.Event(), Trace()
+        self.solution: Solution | None = None
+        self.begun = self.running = self.succeeded = False
+        self.outcome = ""
+
+    def begin(self) -> None:
+        self.begun = True
+        self.thread.start()
+
+    def said(self) -> str:
+        """What it is doing, or how it ended."""
+        if self.outcome and not self.thread.is_alive():
+            return self.outcome
+        if self.running:
+            return f"running {self.solution.plan}" if self.solution else "running"
+        made = self.trace.entries
+        return f"resolving: {len(made)} decisions, the last about {made[-1].designator}" if made else "resolving"
 
 
 class Place:

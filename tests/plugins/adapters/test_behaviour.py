@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 
 import pytest
@@ -55,6 +56,21 @@ def test_failure_says_why_and_a_selector_goes_on() -> None:
     assert "its run failed" in grasp.feedback_message
 
 
+def test_no_tick_waits_for_a_search_or_a_run() -> None:
+    """``run`` fails unless a tick returned while it ran; the message says what is being done."""
+    place, go_on, said = _place("place_on_shelf"), threading.Event(), set[str]()
+    node = Resolve("grasp", ENGINE, TaskSpec(task="Grasping", roles={"Patient": "block"}), place.now, lambda _: go_on.wait(60))
+    ends = time.monotonic() + 300
+    while node.status not in (STATUS.SUCCESS, STATUS.FAILURE) and time.monotonic() < ends:
+        node.tick_once()
+        said.add(node.feedback_message.split()[0].rstrip(":"))
+        if "running" in said:
+            go_on.set()
+        time.sleep(0.01)
+    assert node.status == STATUS.SUCCESS
+    assert {"resolving", "running"} <= said
+
+
 def test_an_interrupted_behaviour_stops_its_search() -> None:
     place = _place("place_on_shelf")
     node = Resolve("shelve", ENGINE, Goal(("block on shelf",)), place.now, place.run)
@@ -62,3 +78,21 @@ def test_an_interrupted_behaviour_stops_its_search() -> None:
     assert node.status == STATUS.RUNNING
     node.stop(STATUS.INVALID)
     assert node.solution is None
+
+
+def test_an_interrupted_run_is_cancelled_and_the_next_one_waits_for_its_end() -> None:
+    place, cancelled, began = _place("place_on_shelf"), threading.Event(), list[int]()
+
+    def run(_: object) -> bool:
+        began.append(1)
+        return not cancelled.wait(300) if len(began) == 1 else True
+
+    node = Resolve("grasp", ENGINE, TaskSpec(task="Grasping", roles={"Patient": "block"}), place.now, run, cancelled.set)
+    while not began:
+        node.tick_once()
+        assert node.status == STATUS.RUNNING
+        time.sleep(0.02)
+    node.stop(STATUS.INVALID)
+    assert cancelled.is_set()
+    assert _tick(node) == STATUS.SUCCESS
+    assert len(began) == 2

@@ -1,0 +1,1 @@
+"""Exporters: recorded runs in formats that other programs open."""
