@@ -19,9 +19,9 @@ from cramlite import Engine, read_scenario
 from cramlite.cli.main import main
 from cramlite.engine.late_poses import worlds_at_tolerance
 from cramlite.engine.proof import conflict_of
-from cramlite.planning.refutation import ANY, AsItIs, InTask
 from cramlite.engine.replanning import way_back
 from cramlite.model import Action, Pose, Verdict, World, read_program
+from cramlite.planning.refutation import ANY, AsItIs, InTask
 from cramlite.plugin import Finding
 
 SCENARIO = ROOT / "scenarios" / "late_pose_camera.yaml"
