@@ -20,7 +20,7 @@ from pathlib import Path
 
 from cramlite import Engine, Scenario, Setting, Trace, find_scenario, nearest_miss, read_scenario
 
-KITCHENS = ("boxed_in", "drawer_blocked", "swap_places", "regrasp")
+KITCHENS = ("boxed_in", "drawer_blocked", "regrasp")
 WORLD = """
 scenario: between
 goal: [prize on tray]
