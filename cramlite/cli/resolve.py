@@ -77,7 +77,7 @@ def resolve_scenario(
     reading = engine.read(scenario)
     setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
     _say_notes(scenario, setting, engine)
-    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
+    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", run_key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
         return _solved_before(run, json_output=json_output)
     trace = _earlier_trace(run)
@@ -132,7 +132,7 @@ def _first_solution(
         print(f"cramlite: {interrupted_text(trace)}.", file=sys.stderr)
         raise
     finally:
-        _write_trace(run, trace, engine)
+        write_trace(run, trace, engine)
 
 
 def _search(
@@ -149,7 +149,7 @@ def _search(
                 return attempt, tried
             tried = attempt if tried is None or tried.number == attempt.number else tried
         if not is_late(trace):  # else it was not tried out
-            _write_trace(run, trace, engine)
+            write_trace(run, trace, engine)
             run.refuse(candidate.number)
     return None, tried
 
@@ -212,8 +212,8 @@ def record_demonstration(
     return 0
 
 
-def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
-    """What a run depends on."""
+def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
+    """Return what a run depends on: files, seed, doubts, code writer and plugins."""
     files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
@@ -236,7 +236,8 @@ def _earlier_trace(run: RunDirectory) -> Trace:
     return Trace(list(takewhile(lambda e: e.candidate in run.refused, entries)))
 
 
-def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
+def write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
+    """Write every decision of a search, and the plugins that broke on the way, into its run directory."""
     faults = [str(f) for f in engine.registry.faults]
     run.write("trace.json", as_json({"entries": trace.to_json(), "faults": faults}))
 
@@ -262,11 +263,11 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     if candidate.episode is not None and not (run.path / "episode").exists():
         engine.knowledge.episodes.write(candidate.episode, run.path / "episode")
     if solution.execution is not None:
-        _write_execution(run, solution.execution, engine)
+        write_execution(run, solution.execution, engine)
 
 
-def _write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
-    """The first execution, with the real world that it was in, in a folder as ``cramlite execute --out`` writes one."""
+def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
+    """Write an execution, with the real world that it was in, into a folder as ``cramlite execute --out`` writes one."""
     from ..model.rollout import save_rollout
 
     candidate, place = execution.candidate, "execution"
@@ -286,7 +287,7 @@ def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -
         "solved": solution.succeeded, "proven": True, "execution": _execution(solution.execution),
         "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
-        "left_out": solution.verdict.left_out, "twins": _twins(solution.verdict.twins),
+        "left_out": solution.verdict.left_out, "twins": twins_json(solution.verdict.twins),
         "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
 
@@ -299,8 +300,8 @@ def _execution(execution: Execution | None) -> dict[str, Any] | None:
     return {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
 
 
-def _twins(found: TwinVerdict | None) -> dict[str, Any] | None:
-    """How a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
+def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
+    """Return how a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
     if found is None:
         return None
     return {

@@ -24,6 +24,7 @@ from ..base.value import Value
 from ..engine.engine import Engine
 from ..engine.solution import Solution
 from ..planning.trace import Trace
+from .answers import check_answer, interpret_answer, solution_answer, tasks_answer
 from .arguments import Add, plugin_choice
 
 LONGEST_LINE = 1_000_000
@@ -150,23 +151,14 @@ class Service:
     # Methods
 
     def _tasks(self, id_: Any, params: dict[str, Any]) -> Any:
-        from .texts import tasks_json
-
-        return tasks_json(self.engine.knowledge.tasks.values())
+        return tasks_answer(self.engine)
 
     def _check(self, id_: Any, params: dict[str, Any]) -> Any:
         """Whether a scenario can be used; an error says why not."""
-        scenario = _scenario(params)
-        setting = self.engine.setting(scenario, seed=_seed(params))
-        return {
-            "scenario": scenario.name,
-            "robot": setting.robot.type,
-            "things": [t.name for t in setting.world.things],
-        }
+        return check_answer(self.engine, _scenario(params), _seed(params))
 
     def _interpret(self, id_: Any, params: dict[str, Any]) -> Any:
-        found = self.engine.interpret(self.engine.read_episode(Path(_text(params, "episode"))))
-        return found.to_json()
+        return interpret_answer(self.engine, Path(_text(params, "episode")))
 
     def _resolve(self, id_: Any, params: dict[str, Any]) -> Any:
         """The first proven program; ``next`` with this request's id gives the following ones."""
@@ -206,12 +198,7 @@ class Service:
                 else failure_text(found.trace, found.engine.registry.faults)
             )
         self._found[id_] = found
-        bound = solution.candidate.bindings
-        return {
-            "plan": str(solution.plan), "code": solution.code, "findings": solution.verdict.findings,
-            "left_out": solution.verdict.left_out,
-            "objects": {o.name: bound.get(o.name) for o in solution.plan.objects},
-        }  # fmt: skip
+        return solution_answer(solution)
 
 
 def _request(line: str) -> dict[str, Any]:

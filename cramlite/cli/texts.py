@@ -110,8 +110,6 @@ def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> lis
     return lines + ([f"  repaired  {left} more; --json lists them all"] if left > 0 else [])
 
 
-EPOCH = 1e8
-"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
 ALIKE = 3
 """Repairs for one reason that are shown each."""
 SHOWN = 3
@@ -121,7 +119,7 @@ SHOWN = 3
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
     """Return every action with the tasks it may execute, before them what was repaired, and behind them the best candidates."""
     lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} readings"]
-    zero = _zero(found)
+    zero = found.zero
     if zero:
         lines.append(f"  times are from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
     lines += _repair_lines(list(repairs), zero)
@@ -133,12 +131,6 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
                 f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
             )
     return "\n".join(lines + _candidates(found))
-
-
-def _zero(found: Interpretation) -> float:
-    """The start, where stamps are seconds since 1970; else 0."""
-    start = found.actions[0].start if found.actions else 0.0
-    return start if start > EPOCH else 0.0
 
 
 def _match(match: Match) -> str:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from ..model.world import World
     from ..scenario.scenario import Scenario
     from .candidates import CandidateSequence, Progress
+    from .executor import Executor
     from .reading import AnyGoal
     from .setting import Setting
 
@@ -215,20 +216,24 @@ class Engine:
         ):
             yield from (one for one in candidate.attempts() if one.verdict.passed)
 
-    def execute(self, solution: Solution) -> Solution:
+    def execute(self, solution: Solution, executor: Executor | None = None) -> Solution:
         """Execute a proven program once in the world as it really is, and let the judges of its proof look at what happened.
 
         The iterator that gave the solution learns nothing of it.
+
+        Args:
+            executor: the process that runs the text, which can be killed; None runs it in this one.
 
         Returns:
             The solution with its ``execution``.
 
         Raises:
+            ExecutorDied: the process that runs the text did, or was killed.
             UserError: its text cannot be run here.
         """
         from .execution import execute
 
-        return replace(solution, execution=execute(solution.candidate, solution.setting, self.knowledge))
+        return replace(solution, execution=execute(solution.candidate, solution.setting, self.knowledge, executor))
 
     def candidates(
         self,

@@ -21,7 +21,7 @@ from functools import cache, partial
 from itertools import islice
 from typing import Protocol
 
-from ..base.value import Value
+from ..base.value import Value, replace
 from ..model.entity_name import thing_of
 from ..ontology.taxonomy import Taxonomy
 from .conditions import Atom, Every, Not, Variable, atoms
@@ -92,12 +92,14 @@ def claims(rule: Rule, match: Match) -> Claims:
 def _implied(
     needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
 ) -> frozenset[Fact]:
-    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it."""
+    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it; what
+    ends because another begins that excludes it, and that."""
     meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
     denied = {f[0] for f in denies}
     of = {f: fluents.get(f[0], PLAIN) for f in after}
     follows = {(p, *f[1:]) for f, fluent in of.items() for p in (*fluent.implies, *fluent.implies_when_carried)}
-    return frozenset({f for f in needs if f[0] in meant} | {f for f in follows if f[0] in denied})
+    turned = {((p, *f[1:]), f) for f, fluent in of.items() for p in fluent.excludes if (p, *f[1:]) in needs}
+    return frozenset({f for f in needs if f[0] in meant} | {f for f in follows if f[0] in denied} | {f for t in turned for f in t})
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
@@ -143,7 +145,7 @@ def candidates(
         cap: unfinished sequences kept.
     """
     by_task = {rule.task: rule for rule in rules}
-    readings = [[_said(by_task, m) for m in action.matches] for action in actions]
+    readings = [_undecided(action.matches, [_said(by_task, m) for m in action.matches]) for action in actions]
     options = _options(actions, readings, taxonomy, math.log2(max(len(rules), 2)))
     if not all(options):
         return
@@ -156,6 +158,28 @@ def candidates(
         return not asked or coherent(chosen, asked)
 
     yield from islice(shortest_first(options, allowed, cap, LOOKED_AT), OFFERED)
+
+
+def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
+    """What readings of one action claim. Of several fillings of one task none of which is known, only one can be right: what the
+    fillings differ in is left open in what they begin and end, so that whichever is chosen explains it."""
+    found = list(claimed)
+    for task in {m.task for m in matches if m.unknown}:
+        alike = [k for k, m in enumerate(matches) if m.task == task and m.unknown]
+        fillers: dict[str, set[str]] = defaultdict(set)
+        for role, filler in ((r, f) for k in alike for r, f in matches[k].roles.items()):
+            fillers[role].add(filler)
+        open_ = {f for several in fillers.values() if len(several) > 1 for f in several}
+        for k in alike if open_ else []:
+            found[k] = _left_open(claimed[k], open_)
+    return found
+
+
+def _left_open(claim: Claims, names: set[str]) -> Claims:
+    def of(facts: Iterable[Fact]) -> frozenset[Fact]:
+        return frozenset((f[0], *("_" if a in names else a for a in f[1:])) for f in facts)
+
+    return replace(claim, begins=of(claim.begins), ends=of(claim.ends), changes=of(claim.changes))
 
 
 def _options(

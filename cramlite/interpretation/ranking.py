@@ -89,15 +89,28 @@ class TaskSequence(Value):
 
     Args:
         matches: the tasks with their roles, in order.
-        score: higher is better: the description length with its sign changed [bits].
-        reason: what the length is made of.
         actions: number of the action that each task is a reading of, among those that some task explains.
+        lengths: what each action that some task explains adds to the description, those that are left out among them.
     """
 
     matches: tuple[Match, ...]
-    score: float
-    reason: str
     actions: tuple[int, ...] = ()
+    lengths: tuple[DescriptionLength, ...] = ()
+
+    @property
+    def length(self) -> DescriptionLength:
+        """The description length."""
+        return sum(self.lengths, DescriptionLength())
+
+    @property
+    def score(self) -> float:
+        """Higher is better: the description length with its sign changed [bits]."""
+        return -self.length.bits
+
+    @property
+    def reason(self) -> str:
+        """What the length is made of, in words."""
+        return str(self.length)
 
 
 def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
@@ -153,6 +166,5 @@ def shortest_first(
 
 
 def _sequence(path: Sequence[Option]) -> TaskSequence:
-    total = sum((o.length for o in path), DescriptionLength())
     chosen = [(k, o.match) for k, o in enumerate(path) if o.match is not None]
-    return TaskSequence(tuple(m for _, m in chosen), -total.bits, str(total), tuple(k for k, _ in chosen))
+    return TaskSequence(tuple(m for _, m in chosen), tuple(k for k, _ in chosen), tuple(o.length for o in path))

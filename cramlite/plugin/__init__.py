@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from ..base.errors import CramliteError, Unresolvable, UserError, did_you_mean, nearest
     from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
-    from ..base.yaml_file import load_yaml
+    from ..base.yaml_file import explain_validation, load_yaml
     from ..interpretation.conditions import Compare, Not, atoms
     from ..interpretation.fluents import (
         EFFECTOR,
@@ -45,7 +45,7 @@ _HOMES = {
     "..base.errors": "CramliteError Unresolvable UserError did_you_mean nearest",
     "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
-    "..base.yaml_file": "load_yaml",
+    "..base.yaml_file": "explain_validation load_yaml",
     "..interpretation.conditions": "Compare Not atoms",
     "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
     " contents",
@@ -126,6 +126,7 @@ __all__ = [
     "atoms",
     "contents",
     "did_you_mean",
+    "explain_validation",
     "hookimpl",
     "html_template",
     "load_yaml",
