@@ -18,10 +18,12 @@ if TYPE_CHECKING:
     from ..interpretation.conditions import Compare, Not, atoms
     from ..interpretation.fluents import (
         EFFECTOR,
+        Bound,
         Fact,
         Fluent,
         GoalCondition,
         GoalPhrase,
+        Manner,
         Pattern,
         SymbolicWorld,
         contents,
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from ..model.program import Code
     from ..model.verdict import Cost, Finding
     from .allowance import HAND, HELD, Allowance
+    from .demonstration import Hand, Performance, Performer, RecordScript, Shown
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
@@ -47,7 +50,7 @@ _HOMES = {
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "explain_validation load_yaml",
     "..interpretation.conditions": "Compare Not atoms",
-    "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
+    "..interpretation.fluents": "Bound EFFECTOR Fact Fluent GoalCondition GoalPhrase Manner Pattern SymbolicWorld"
     " contents",
     "..interpretation.goal_literal": "GoalLiteral",
     "..interpretation.interpretation": "Interpreted",
@@ -58,6 +61,7 @@ _HOMES = {
     "..model.program": "Code",
     "..model.verdict": "Cost Finding",
     ".allowance": "Allowance HAND HELD",
+    ".demonstration": "Hand Performance Performer RecordScript Shown",
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
@@ -78,6 +82,7 @@ __all__ = [
     "Angle",
     "Answers",
     "Backend",
+    "Bound",
     "Candidate",
     "Clause",
     "Code",
@@ -96,25 +101,31 @@ __all__ = [
     "GoalLiteral",
     "GoalPhrase",
     "Grounding",
+    "Hand",
     "Inputs",
     "Interpreted",
     "Judged",
     "Length",
+    "Manner",
     "Mass",
     "Match",
     "ModelMaker",
     "Not",
     "Parameter",
     "Pattern",
+    "Performance",
+    "Performer",
     "Phase",
     "PhaseName",
     "Predicate",
+    "RecordScript",
     "Refused",
     "ReportSection",
     "Role",
     "Row",
     "Rule",
     "Segment",
+    "Shown",
     "Simulator",
     "SymbolicWorld",
     "TaskSequence",
