@@ -22,7 +22,6 @@ from cramlite.plugin import (
     SymbolicWorld,
     UserError,
     contents,
-    parse_quantity,
 )
 
 from ..shapes.bounds import corners
@@ -234,6 +233,8 @@ def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
     """Open by so much of what its joint can; less than what counts as open is no goal, as no task ends there."""
+    from cramlite.plugin import parse_quantity  # it loads pydantic
+
     joint = scene.world.thing(thing).joint
     if joint is None:
         raise UserError(f"'{thing}' has no joint to be opened by.")
