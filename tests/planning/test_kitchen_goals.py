@@ -57,6 +57,17 @@ def test_a_drawer_is_opened_with_an_empty_hand(tmp_path: Path) -> None:
     assert steps.index("Opening") in (0, 3)
 
 
+def test_the_hand_leaves_a_drawer_before_it_is_closed(tmp_path: Path) -> None:
+    steps = _tasks(_first(_room(tmp_path, ON_TRAY), "tin in drawer", "drawer closed"))
+    assert steps == ["Opening", "Grasping", "PickingUp", "Ungrasping", "Retracting", "Closing"]
+
+
+def test_the_hand_leaves_a_basket_before_it_takes_the_next_thing(tmp_path: Path) -> None:
+    more = "  - {name: basket, model: basket, at: {position: [0.1, -0.55, 5 mm]}}\n"
+    steps = _tasks(_first(_room(tmp_path, ON_TRAY + STACK + more), "tin in basket", "top in basket"))
+    assert steps == ["Grasping", "PickingUp", "Ungrasping", "Retracting"] * 2
+
+
 def test_what_lies_in_a_drawer_is_not_off_it(tmp_path: Path) -> None:
     assert _tasks(_first(_room(tmp_path, IN_DRAWER), "tin off drawer")) == ["Opening", "Grasping", "PickingUp"]
     with pytest.raises(UserError, match="holds already"):

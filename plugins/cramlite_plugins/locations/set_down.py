@@ -159,7 +159,8 @@ def standing_there(wanted: Wanted) -> tuple[str, ...]:
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[Wanted]:
-    """What is put where: the opening of a container, or every surface of a thing or of the part that is meant.
+    """What is put where: the opening of a container, where there is room beside what lies in it and anywhere, or every surface of
+    a thing or of the part that is meant.
 
     Raises:
         Unresolvable: there is none, or nothing is held.
@@ -179,7 +180,10 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = make_scene(belief, context, opening=context.robot.gripper.opening[1], clearance=0.0) if into else None
     bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
-    return [replace(w, obstacles=() if into else _obstacles(w, context)) for w in bare]
+    if not into:
+        return [replace(w, obstacles=_obstacles(w, context)) for w in bare]
+    beside_it = [replace(w, obstacles=_lying_in(w)) for w in bare]
+    return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there, or over it
 
 
 def _opening(thing: Thing, pose: Pose) -> list[tuple[Any, float]]:
@@ -209,6 +213,20 @@ def _obstacles(wanted: Wanted, context: Context) -> tuple[tuple[str, Any], ...]:
     for name in belief.poses:
         outline = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, height)
         if not outline.is_empty and outline.distance(reach) < 2 * GAP + height:
+            found.append((name, outline.buffer(GAP + margins.get(name, 0.0))))
+    return tuple(found)
+
+
+def _lying_in(wanted: Wanted) -> tuple[tuple[str, Any], ...]:
+    """Outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to rest."""
+    from ..motion_planning.reach import uncertainty_margins
+    from ..shapes.surfaces import footprint
+
+    belief, to, margins = wanted.belief, wanted.target.pose.inverse(), uncertainty_margins(wanted.belief)
+    found = []
+    for name in belief.poses:
+        outline = footprint(belief.world.thing(name), to * belief.pose(name), -wanted.depth, 0.0)
+        if not outline.is_empty and wanted.target.area.covers(outline):
             found.append((name, outline.buffer(GAP + margins.get(name, 0.0))))
     return tuple(found)
 

@@ -288,6 +288,14 @@ def test_free_in_a_container_is_where_its_disc_is_inside() -> None:
     assert bounds(belief, into("box")) == pytest.approx((-x, -y, x, y))
 
 
+@pytest.mark.parametrize(("x", "y", "beside"), [(0.4, -0.4, True), (0.4, -0.2, False)])
+def test_beside_what_lies_in_a_container_is_tried_before_over_it(x: float, y: float, beside: bool) -> None:
+    box = basket("box", Pose((0.4, -0.4, 0.0)), (0.4, 0.3, 0.1))
+    belief = _belief(box, block("tin", Pose((x, y, 0.05)), (0.05, 0.05, 0.08)))
+    targets = set_down._targets(into("box"), belief, _context(belief))
+    assert [[n for n, _ in w.obstacles] for w in targets] == ([["tin"], []] if beside else [[]])
+
+
 @pytest.mark.parametrize(
     ("side", "index", "value"), [("left_of", 1, 0.0 + 0.02), ("right_of", 3, -0.02), ("behind", 0, 0.02), ("in_front_of", 2, -0.02)]
 )
