@@ -13,8 +13,8 @@ Not published, or not checked:
   - the elbow turns +-360 deg in the data sheets of some; +-180 deg as in the maker's files, so that a posture has one name;
   - radii of feet and joints: ours, to 10 mm. Adapters between a wide flange (UR20, UR30: 80 mm) and the gripper are left out.
 
-The UR7e is the UR5e and the UR12e the UR10e, renamed in 2025 (the client library says so). Of the UR8 Long, UR15 and UR18 only
-lengths and masses were at hand; they are not here.
+The UR7e is the UR5e and the UR12e the UR10e, renamed in 2025 (the client library says so). The UR8 Long, UR15 and UR18 are not here:
+their lengths were found, limits and inertias were not looked up.
 """
 
 from __future__ import annotations
