@@ -80,10 +80,12 @@ def interpret_answer(engine: Engine, episode: Path) -> dict[str, Any]:
 
 
 def solution_answer(solution: Solution) -> dict[str, Any]:
-    """Return plan, text, bound objects and findings of a proven program."""
+    """Return plan, text, bound objects and findings of a proven program, and which tasks achieve each part of its goal."""
+    from ..planning.goal_parts import goal_answers
+
     bound = solution.candidate.bindings
     return {
         "plan": str(solution.plan), "code": solution.code, "findings": solution.verdict.findings,
-        "left_out": solution.verdict.left_out,
+        "left_out": solution.verdict.left_out, "goal": goal_answers(solution.trace, solution.number),
         "objects": {o.name: bound.get(o.name) for o in solution.plan.objects},
     }  # fmt: skip

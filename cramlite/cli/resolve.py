@@ -23,6 +23,7 @@ from ..engine.recording import record_episode, tasks_in_words
 from ..engine.scenario_doubts import doubts
 from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
+from ..planning.goal_parts import goal_answers
 from ..planning.heartbeat import heartbeat, interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -52,6 +53,7 @@ def resolve_scenario(
     backend: str | None = None,
     demonstration: Path | None = None,
     plan: Path | None = None,
+    meant: str | None = None,
     plugins: PluginChoice = INSTALLED,
     report: bool = True,
     json_output: bool = False,
@@ -60,6 +62,7 @@ def resolve_scenario(
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
     Args:
+        meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
         twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
 
     Returns:
@@ -73,6 +76,7 @@ def resolve_scenario(
     scenario = read_scenario(find_scenario(name))
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
+    scenario = scenario.read_as(meant) if meant else scenario
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
     setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
@@ -116,7 +120,8 @@ def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, 
     """What is raised where nothing was proven; as JSON it is printed before."""
     if json_output:
         print(as_json(_nothing(trace, run, engine, seed)))
-    text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+    text = "\n".join([failure_text(trace, engine.registry.faults), *(f"  Goal: {a}" for a in goal_answers(trace))])
+    text += f"\n  Every decision: cramlite explain {run.path}"
     return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
@@ -228,7 +233,7 @@ def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: E
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
-        "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
+        "reading": scenario.spec.reading, "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
         "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 
@@ -293,6 +298,7 @@ def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -
         "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
         "left_out": solution.verdict.left_out, "twins": twins_json(solution.verdict.twins),
+        "goal": goal_answers(solution.trace, solution.number),
         "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
 
@@ -326,7 +332,7 @@ def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict
     return {
         "solved": False, "proven": False, "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
-        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None,
+        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None, "goal": goal_answers(trace),
         "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
         "faults": _faults(engine),
     }  # fmt: skip
@@ -384,6 +390,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         backend=arguments.backend,
         demonstration=arguments.demonstration,
         plan=arguments.plan,
+        meant=arguments.reading,
         plugins=plugin_choice(arguments),
         report=not arguments.no_report,
         json_output=arguments.json,
@@ -414,6 +421,9 @@ def add_commands(add: Add) -> None:
         help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
     )  # fmt: skip
     resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
+    resolve.add_argument(
+        "--reading", metavar="READING", help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has"
+    )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
     record = add("record", _record)

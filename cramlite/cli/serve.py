@@ -33,21 +33,21 @@ Id = int | float | str | None
 PARSE_ERROR, NO_REQUEST, NO_METHOD, WRONG_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 PARAMS: Mapping[str, tuple[str, ...]] = {
     "cancel": ("id",),
-    "check": ("scenario", "seed"),
+    "check": ("scenario", "goal", "seed"),
     "interpret": ("episode",),
     "next": ("of",),
-    "resolve": ("scenario", "seed"),
+    "resolve": ("scenario", "goal", "seed"),
     "tasks": (),
 }
 """Method -> the names of its params."""
 
 
 class Refused(Exception):
-    """Rejected request: its JSON-RPC code, and its id if it has one."""
+    """Rejected request: its JSON-RPC code, its id if it has one, and data beside the message."""
 
-    def __init__(self, code: int, message: str, id_: Id = None) -> None:
+    def __init__(self, code: int, message: str, id_: Id = None, data: Any = None) -> None:
         super().__init__(message)
-        self.code, self.id = code, id_
+        self.code, self.id, self.data = code, id_, data
 
 
 class Found(Value):
@@ -56,6 +56,7 @@ class Found(Value):
     solutions: Iterator[Solution]
     engine: Engine
     trace: Trace
+    progress: Callable[[str], None]
 
 
 class Service:
@@ -132,7 +133,8 @@ class Service:
         try:
             return {"result": self.methods[request["method"]](request["id"], request["params"])}
         except Refused as refused:
-            return {"error": {"code": refused.code, "message": str(refused)}}
+            more = {"data": refused.data} if refused.data is not None else {}
+            return {"error": {"code": refused.code, "message": str(refused), **more}}
         except CramliteError as error:
             return {"error": {"code": error.exit_code, "message": str(error)}}
         except Exception as error:
@@ -171,7 +173,7 @@ class Service:
         solutions = engine.resolve(
             scenario, seed=_seed(params), trace=trace, progress=progress, stop=lambda: self._stopped(id_)
         )
-        self._found[id_] = Found(solutions, engine, trace)
+        self._found[id_] = Found(solutions, engine, trace, progress)
         return self._one(id_)
 
     def _next(self, id_: Any, params: dict[str, Any]) -> Any:
@@ -185,18 +187,19 @@ class Service:
 
     def _one(self, id_: Id) -> Any:
         from ..planning.diagnosis import failure_text, how_it_ended
+        from ..planning.goal_parts import goal_answers
+        from ..planning.heartbeat import heartbeat
 
         found = self._found.pop(id_)  # put back if it can go on
-        solution = next(found.solutions, None)
+        with heartbeat(found.trace, found.progress):
+            solution = next(found.solutions, None)
         if solution is None:
             if self._stopped(id_):
                 raise NoSolution("cancelled")
-            more = any(e.outcome == "proven" for e in found.trace.entries)
-            raise NoSolution(
-                f"No further solution: {how_it_ended(found.trace.entries)}."
-                if more
-                else failure_text(found.trace, found.engine.registry.faults)
-            )
+            if any(e.outcome == "proven" for e in found.trace.entries):
+                raise NoSolution(f"No further solution: {how_it_ended(found.trace.entries)}.")
+            said, answers = failure_text(found.trace, found.engine.registry.faults), goal_answers(found.trace)
+            raise Refused(NoSolution.exit_code, said, data={"goal": answers} if answers else None)
         self._found[id_] = found
         return solution_answer(solution)
 
@@ -244,12 +247,15 @@ def _scenario(params: dict[str, Any]) -> Any:
     from ..base.resources import find_scenario
     from ..scenario.scenario import read_scenario
 
-    return read_scenario(find_scenario(_text(params, "scenario")))
+    said = params.get("scenario")
+    scenario = read_scenario(said if isinstance(said, dict) else find_scenario(_text(params, "scenario")))
+    return scenario.with_goal(params["goal"]) if "goal" in params else scenario
 
 
 def _text(params: dict[str, Any], name: str) -> str:
+    or_data = ", or what such a file holds" if name == "scenario" else ""
     if not isinstance(params.get(name), str):
-        raise Refused(WRONG_PARAMS, f"'{name}' is missing; it is a file, or the name of a shipped one")
+        raise Refused(WRONG_PARAMS, f"'{name}' is missing; it is a file, or the name of a shipped one{or_data}")
     return str(params[name])
 
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 def solution_text(solution: Solution, folder: str) -> str:
     """Return a short summary of a proven program, and of its first execution."""
+    from ..planning.goal_parts import goal_answers
+
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
         f"{_headline(solution)}: {plan}",
@@ -39,6 +41,7 @@ def solution_text(solution: Solution, folder: str) -> str:
         entry = chosen.get(designator.name)
         found = f"{entry.text}: {entry.reason}" if entry else "?"
         lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
+    lines += [f"  Goal: {answer}" for answer in goal_answers(solution.trace, solution.number)]
     lines.append("  Judged after running the text:")
     lines += _finding_lines(solution.verdict)
     lines += ["  Judged after its first execution, in the world as it really is:", *_finding_lines(execution.verdict)] if execution else []

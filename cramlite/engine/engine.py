@@ -305,7 +305,8 @@ class Engine:
         found, episode = reading.interpretation, reading.episode
         if found is not None and episode is not None:
             progress(f"{len(found.actions)} actions, {found.count()} readings")
-            yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace)
+            meant = asked.spec.reading if isinstance(asked, Scenario) else None
+            yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace, meant)
         elif isinstance(asked, Goal) or (isinstance(asked, Scenario) and asked.spec.goal is not None):
             scene = setting.symbolic(knowledge.taxonomy)
             yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, scene, knowledge, trace, progress, stop))

@@ -7,9 +7,9 @@ from importlib.resources import files
 from pathlib import Path
 
 from ..base.html_template import html_template
-from .report import HEADINGS, plain, share
+from .report import HEADINGS, against_nominal, area, plain, share
 from .results import DemonstrationResult
-from .tables import STAGES, Confusion, Share, Tables
+from .tables import STAGES, Share, Tables
 
 
 def page(
@@ -31,7 +31,8 @@ def page(
     style = (files("cramlite.report") / "page.css").read_text("utf-8")
     return html_template(source).render(
         title=title, about=about, tables=tables, results=results, changes=changes, style=style, stages=STAGES,
-        headings=HEADINGS, share=_share, plain=plain, area=_area, picture=lambda one, name: _picture(folder / "results" / one / name),
+        headings=HEADINGS, share=_share, plain=plain, area=area, nominal=against_nominal,
+        picture=lambda one, name: _picture(folder / "results" / one / name),
     )  # fmt: skip
 
 
@@ -39,11 +40,6 @@ def _share(value: Share) -> str:
     """On two lines at most: a number and its unit, and an interval, stay together."""
     counts, _, rest = share(value).partition(" (")
     return counts.replace(" ", "\u00a0") + " (" + rest.replace(" ", "\u00a0")
-
-
-def _area(confusion: Confusion) -> str:
-    area = confusion.area
-    return f"{area[0]:.2f} ({area[1]:.2f} to {area[2]:.2f})" if area else "all ended alike"
 
 
 def _picture(path: Path) -> str:

@@ -24,7 +24,8 @@ def text(tables: Tables, title: str) -> str:
     harder = [f"at {k:g} x errors" for k in scales[1:]]
     cells = [["", "came off", "gave candidates", "candidates", *HEADINGS.values(), *harder, "solved", "first solved"]]
     cells += [_row(r) for r in tables.rows]
-    cells.append(["paper", "", *("" if s is None else s for s in _paper(tables.whole)), *[""] * len(harder), "", ""])
+    if tables.whole.executed.published:
+        cells.append(["paper", "", *("" if s is None else s for s in _paper(tables.whole)), *[""] * len(harder), "", ""])
     lines = [title, "", *_aligned(cells)]
     lines += ["", "rates are over all candidates that were tried, with 95 % Wilson intervals"]
     lines += ["the paper executed on a real robot, we in simulated twins"] if tables.whole.executed.published else []
@@ -55,9 +56,23 @@ def _paper(row: Row) -> list[str | None]:
 
 def of_filter(c: Confusion) -> str:
     """Format how well the proof told programs apart."""
-    area = c.area
-    told = f"area under the curve {area[0]:.2f}, {area[1]:.2f} to {area[2]:.2f}" if area else "all ended alike: nothing to tell apart"
-    return f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; {told}"
+    return (
+        f"wrongly accepted {share(c.wrongly_accepted)}, wrongly refused {share(c.wrongly_refused)}; area under the curve: {area(c)}; "
+        f"twins refuse what the nominal run accepts: {against_nominal(c)}"
+    )
+
+
+def area(c: Confusion) -> str:
+    """Format the area under the ROC curve with its interval."""
+    found = c.area
+    return f"{found[0]:.2f} ({found[1]:.2f} to {found[2]:.2f})" if found else "all ended alike"
+
+
+def against_nominal(c: Confusion) -> str:
+    """Format how often twins are right to refuse what the nominal run accepts, with the P value of McNemar's test."""
+    if c.mcnemar is None:
+        return "never"
+    return f"right {c.doubted_failed}, wrong {c.doubted_succeeded}, McNemar p {c.mcnemar:.2g}"
 
 
 def plain(value: Share) -> str:
@@ -82,7 +97,7 @@ def to_json(tables: Tables, results: tuple[DemonstrationResult, ...], key: dict[
 
 def _confusion_json(c: Confusion) -> dict[str, Any]:
     shares = {n: _share_json(getattr(c, n)) for n in ("wrongly_accepted", "wrongly_refused")}
-    return {**to_builtins(c), **shares, "area_under_curve": c.area}
+    return {**to_builtins(c), **shares, "area_under_curve": c.area, "mcnemar": c.mcnemar}
 
 
 def _share_json(value: Share) -> dict[str, Any]:

@@ -35,7 +35,8 @@ class Attempt(Value):
         reason: why not.
         executions: one at each scale of the experiment, the smallest first; none where there was no text to execute.
         peak_force: in the believed world [N].
-        confidence: share of the proof's runs that succeeded, the nominal one counted; 0 where that failed.
+        confidence: share of the proof's runs that succeeded, the nominal one counted; 0 where that failed, or missed the goal.
+        reached: whether the experiment's goal was reached in the believed world.
     """
 
     accepted: bool
@@ -43,6 +44,12 @@ class Attempt(Value):
     executions: tuple[Execution, ...] = ()
     peak_force: float = 0.0
     confidence: float = 0.0
+    reached: bool = True
+
+    @property
+    def passed(self) -> bool:
+        """True if simulation lets it pass: the proof accepted it, and it reached the goal there."""
+        return self.accepted and self.reached
 
     @property
     def execution(self) -> Execution | None:

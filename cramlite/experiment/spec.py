@@ -13,7 +13,7 @@ from ..base.errors import UserError, nearest
 from ..base.resources import data_folder
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
-from ..planning.budget import budget_from
+from ..planning.budget import Budget, budget_from
 from ..scenario.error_spec import ErrorSpec, ProofSpec
 
 FILE = "experiment.yaml"
@@ -28,7 +28,8 @@ class SetSpec(_Spec):
 
     ``scenario`` stands for the experiment's own; ``short`` is how many of each object ``--short`` takes. With
     ``until_solved`` the candidates after the first that succeeds in execution are not tried: the set then says how many
-    demonstrations are solved, and its rates over candidates are of those that were tried.
+    demonstrations are solved, and its rates over candidates are of those that were tried. ``budget`` goes before the
+    experiment's own; its ``sequences`` are the candidates that are tried.
     """
 
     first: int = Field(ge=1)
@@ -36,6 +37,7 @@ class SetSpec(_Spec):
     short: int = Field(default=2, ge=1)
     scenario: str | None = None
     until_solved: bool = False
+    budget: dict[str, int] = Field(default_factory=dict)
     about: str = ""
 
 
@@ -158,6 +160,16 @@ class Experiment(Value):
             raise UserError(f"{self.path} has no ablation '{name}'; {nearest(name, self.spec.ablations)}.")
         return self.spec.ablations[name]
 
+    def budget(self, set_name: str, without: str | None = None) -> Budget:
+        """Return the budget of each demonstration of a set: what the set says goes before what the experiment says.
+
+        Raises:
+            UserError: there is no such set or ablation.
+        """
+        said = {"sequences": self.spec.most_candidates, **self.spec.budget, **self.choose(set_name).budget}
+        left = self.ablation(without).candidates
+        return Budget(**(said | ({"sequences": left} if left else {})))
+
     def demonstrations(self, set_name: str, *, short: bool = False) -> tuple[Demonstration, ...]:
         """Return the demonstrations of a set that are to be recorded, in order."""
         chosen = self.choose(set_name)
@@ -196,4 +208,6 @@ def read_experiment(path: Path) -> Experiment:
     except ValidationError as error:
         raise explain_validation(path, data, error, list(ExperimentSpec.model_fields)) from error
     budget_from(spec.budget, lambda key: f"{path}:{line_of(data, ('budget', key))}")
+    for name, one in spec.sets.items():
+        budget_from(one.budget, lambda key, name=name: f"{path}:{line_of(data, ('sets', name, 'budget', key))}")  # type: ignore[misc]
     return Experiment(path, spec)

@@ -6,12 +6,13 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from ..base.value import Value
-from ..base.wilson import wilson_interval
+from ..base.wilson import Z, wilson_interval
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
 from .spec import PublishedSpec
 
 STAGES = ("planned", "simulated", "executed")
 ALL = "all"
+NEAR = 1e-9  # of areas that are one
 
 
 class Share(Value):
@@ -77,6 +78,7 @@ class Confusion(Value):
 
     Args:
         scale: of the twin's errors.
+        doubted_succeeded, doubted_failed: of the refused ones those that the nominal run let pass, and twins did not.
         confidences: share of the proof's runs that succeeded, and whether the execution did, of each program.
     """
 
@@ -85,6 +87,8 @@ class Confusion(Value):
     accepted_failed: int
     refused_succeeded: int
     refused_failed: int
+    doubted_succeeded: int = 0
+    doubted_failed: int = 0
     confidences: tuple[tuple[float, bool], ...] = ()
 
     @property
@@ -99,9 +103,18 @@ class Confusion(Value):
 
     @property
     def area(self) -> tuple[float, float, float] | None:
-        """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval (Hanley and McNeil,
-        Radiology 143, 1982); None where all executions ended alike, and nothing can be told apart."""
+        """Area under the ROC curve of the confidence as a predictor of execution, with a 95 % interval
+        (``area_under_curve``); None where all executions ended alike, and nothing can be told apart."""
         return area_under_curve(self.confidences)
+
+    @property
+    def mcnemar(self) -> float | None:
+        """P value of McNemar's exact test of twins against the nominal run alone, as predictors of execution: which of them is right
+        where they disagree (McNemar, Psychometrika 12, 1947); None where they never do."""
+        from scipy.stats import binomtest
+
+        differ = self.doubted_succeeded + self.doubted_failed
+        return float(binomtest(self.doubted_failed, differ).pvalue) if differ else None
 
 
 class Tables(Value):
@@ -131,12 +144,13 @@ def tables(results: Sequence[DemonstrationResult], published: PublishedSpec | No
     """Compute the tables of a run's results."""
     objects = list(dict.fromkeys(r.object for r in results))
     said = _published(published, objects)
-    rows = [_row(o, [r for r in results if r.object == o], said.get(o, {})) for o in objects]
     tried = [c for r in results for c in r.results]
+    confusions = _confusions(tried)
+    rows = [_row(o, [r for r in results if r.object == o], said.get(o, {}), len(confusions)) for o in objects]
     reasons = Counter(_short(c.reason) for c in tried if c.reason)
     return Tables(
-        (*rows, _row(ALL, results, said.get(ALL, {}))),
-        _confusions(tried),
+        (*rows, _row(ALL, results, said.get(ALL, {}), len(confusions))),
+        confusions,
         tuple(sorted(reasons.items(), key=lambda kv: (-kv[1], kv[0]))),
         tuple((r.name, _why(r)) for r in results if not r.solved),
         _seconds(results),
@@ -157,7 +171,7 @@ def _published(spec: PublishedSpec | None, objects: Sequence[str]) -> Mapping[st
     return found
 
 
-def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, tuple[int, int]]) -> Row:
+def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, tuple[int, int]], scales: int) -> Row:
     tried = [c for r in results for c in r.results]
 
     def share(test: Callable[[DemonstrationResult], bool], published: tuple[int, int] | None = None) -> Share:
@@ -165,7 +179,6 @@ def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, t
 
     planned, simulated = (Share(sum(getattr(c, s) for c in tried), len(tried), said.get(s)) for s in STAGES[:2])
     executed = Share(sum(c.succeeded for c in tried), len(tried), said.get("executed"))
-    scales = max((len(c.executed) for c in tried), default=1)
     harder = tuple(Share(sum(c.executed[k] for c in tried if c.executed), len(tried)) for k in range(1, scales))
     forces = [a.execution.peak_force for c in tried for a in c.attempts if a.execution and a.execution.succeeded]
     return Row(
@@ -183,16 +196,18 @@ def _confusions(tried: Iterable[CandidateResult]) -> tuple[Confusion, ...]:
 
 
 def _confusion(scale: float, ran: Sequence[tuple[Attempt, Execution]]) -> Confusion:
-    pairs = Counter((a.accepted, e.succeeded) for a, e in ran)
-    confidences = tuple((a.confidence, e.succeeded) for a, e in ran)
-    return Confusion(scale, pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False], confidences)
+    pairs = Counter((a.passed, e.succeeded) for a, e in ran)
+    doubted = Counter(e.succeeded for a, e in ran if a.confidence and not a.passed)
+    cells = (pairs[True, True], pairs[True, False], pairs[False, True], pairs[False, False])
+    return Confusion(scale, *cells, doubted[True], doubted[False], tuple((a.confidence, e.succeeded) for a, e in ran))
 
 
 def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float, float] | None:
     """Compute the area under the ROC curve of a score, with the bounds of its 95 % interval.
 
-    Source: Hanley and McNeil, The meaning and use of the area under a receiver operating characteristic (ROC) curve, Radiology
-    143, 1982: standard error from the area and the numbers of both kinds.
+    Source: Newcombe, Confidence intervals for an effect size measure based on the Mann-Whitney statistic, part 2, Statistics in
+    Medicine 25, 2006, method 5: those areas whose standard error (Hanley and McNeil's, with the mean of both numbers) allows the
+    observed one. At an observed area of 1 it is no point.
 
     Args:
         cases: score, and what it should tell, of each.
@@ -200,6 +215,7 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
     Returns:
         The area and its bounds; None where all cases are of one kind.
     """
+    from scipy.optimize import brentq
     from scipy.stats import mannwhitneyu
 
     good, bad = ([score for score, kind in cases if kind is wanted] for wanted in (True, False))
@@ -207,9 +223,16 @@ def area_under_curve(cases: Sequence[tuple[float, bool]]) -> tuple[float, float,
         return None
     n, m = len(good), len(bad)
     area = float(mannwhitneyu(good, bad).statistic) / (n * m)
-    one, two = area / (2 - area), 2 * area**2 / (1 + area)
-    error = ((area * (1 - area) + (n - 1) * (one - area**2) + (m - 1) * (two - area**2)) / (n * m)) ** 0.5
-    return area, max(0.0, area - 1.96 * error), min(1.0, area + 1.96 * error)
+    others = (n + m) / 2 - 1
+
+    def beyond(true: float) -> float:
+        """How far the observed area is from a true one, squared, beyond what its standard error allows."""
+        variance = true * (1 - true) * (1 + others * (1 - true) / (2 - true) + others * true / (1 + true)) / (n * m)
+        return (true - area) ** 2 - Z**2 * variance
+
+    low = float(brentq(beyond, 0.0, area - NEAR)) if area > NEAR else 0.0
+    high = float(brentq(beyond, area + NEAR, 1.0)) if area < 1 - NEAR else 1.0
+    return area, low, high
 
 
 def _short(reason: str) -> str:

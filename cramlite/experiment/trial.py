@@ -19,7 +19,6 @@ from ..engine.executor_group import ExecutorGroup, RunGroup, processes_here
 from ..engine.reading import Reading
 from ..engine.recording import record_episode
 from ..engine.solution import Solution
-from ..planning.budget import Budget
 from ..planning.trace import Entry, Trace
 from ..plugin.selection import PluginChoice
 from .bench import Bench, Trial, bench, goal_missed
@@ -83,11 +82,10 @@ def _results(
     trial: Trial, store: Store, place: Bench, reading: Reading, trace: Trace
 ) -> Iterator[CandidateResult]:
     """What became of each candidate; one that is finished is read."""
-    one, spec = trial.demonstration, place.experiment.spec
-    most = place.experiment.ablation(trial.without).candidates or spec.most_candidates
+    one = trial.demonstration
     setting = place.engine.setting(reading, twins=0)
     setting = replace(setting, seed=derive_seed(one.seed, (), "resolve"), doubts=doubts(place, setting))
-    budget = Budget(**{**spec.budget, "sequences": most})
+    budget = place.experiment.budget(trial.set_name, trial.without)
     for candidate in place.engine.candidates(reading, setting=setting, budget=budget, trace=trace):
         yield store.candidate(one.name, candidate.number) or _candidate(trial, store, place, candidate)
 
@@ -123,33 +121,32 @@ def _candidate(trial: Trial, store: Store, place: Bench, candidate: CandidateSeq
     assert sequence is not None  # a demonstration was read as it
     watch.restart()
     tasks = tuple(f"{m.task.split(':')[-1]}({', '.join(m.roles.values())})" for m in sequence.matches)
-    made: list[tuple[Attempt, bool]] = []
-    for attempt, reached in _attempts(trial, store, place, candidate):
-        made.append((attempt, reached))
+    made: list[Attempt] = []
+    for attempt in _attempts(trial, store, place, candidate):
+        made.append(attempt)
         if attempt.accepted:
             break
-    planned = any(a.executions for a, _ in made)
-    best = next((a for a, reached in made if a.accepted and reached), None)
+    planned = any(a.executions for a in made)
+    best = next((a for a in made if a.passed), None)
     executed = tuple(e.succeeded for e in best.executions) if best else ()
     said = [e for e in candidate.trace.entries if e.candidate == candidate.number]
     result = CandidateResult(
         candidate.number, tasks, sequence.score, planned, best is not None, executed,
-        _reason(made, best, said), tuple(a for a, _ in made), watch.read(),
+        _reason(made, best, said), tuple(made), watch.read(),
     )  # fmt: skip
     store.save(trial.demonstration.name, str(candidate.number), result)
     return result
 
 
-def _reason(made: list[tuple[Attempt, bool]], best: Attempt | None, entries: Iterable[Entry]) -> str:
+def _reason(made: list[Attempt], best: Attempt | None, entries: Iterable[Entry]) -> str:
     """Where a candidate failed, and why; empty if it did not."""
     if best is not None:
         return "" if best.execution and best.execution.succeeded else f"execution: {_of(best.execution)}"
-    texts = [(a, reached) for a, reached in made if a.executions]
+    texts = [a for a in made if a.executions]
     if texts:
-        attempt = texts[-1][0]
-        return f"simulation: {attempt.reason or 'accepted, but the goal was not reached'}"
+        return f"simulation: {texts[-1].reason or 'accepted, but the goal was not reached'}"
     if made:
-        return f"plan: {made[-1][0].reason}"
+        return f"plan: {made[-1].reason}"
     said = [e for e in entries if e.outcome in ("refused", "impossible", "failed", "fault", "capped")]
     return "plan: " + ("; ".join(f"{e.designator}: {e.reason}" for e in _telling(said)) or "nothing was refused")
 
@@ -166,11 +163,8 @@ def _of(execution: Execution | None) -> str:
     return execution.reason if execution is not None else "the text did not run"
 
 
-def _attempts(
-    trial: Trial, store: Store, place: Bench, candidate: CandidateSequence
-) -> Iterator[tuple[Attempt, bool]]:
-    """Each complete program with what became of it in the believed world and in the twin; and whether it reached
-    the goal in the believed world."""
+def _attempts(trial: Trial, store: Store, place: Bench, candidate: CandidateSequence) -> Iterator[Attempt]:
+    """Each complete program with what became of it in the believed world and in the twin."""
     with closing(_twin_runs(trial, place)) as group:
         attempts, spent = candidate.attempts(group), 0.0
         while True:
@@ -194,10 +188,10 @@ def _twin_runs(trial: Trial, place: Bench) -> RunGroup:
     return ExecutorGroup(plugins, min(processes_here(), place.experiment.spec.proof.twins or 1))
 
 
-def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> tuple[Attempt, bool]:
+def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> Attempt:
     candidate, verdict = judged.candidate, judged.verdict
     if candidate.code is None or candidate.rollout is None:
-        return Attempt(False, verdict.reason), False
+        return Attempt(False, verdict.reason, reached=False)
     with place.watch("judge"):
         reached = not goal_missed(place, candidate)
     ablation: AblationSpec = place.experiment.ablation(trial.without)
@@ -207,4 +201,5 @@ def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> tupl
     executions = tuple(execute_in_twin(trial, store, place, judged, scale=k) for k in scales)
     force = (candidate.rollout.wrench[:, :3] ** 2).sum(axis=1).max() ** 0.5
     share = verdict.twins.succeeded / verdict.twins.ran if verdict.twins else float(verdict.passed)
-    return Attempt(verdict.passed, "" if verdict.passed else verdict.reason, executions, float(force), share), reached
+    said = "" if verdict.passed else verdict.reason
+    return Attempt(verdict.passed, said, executions, float(force), share if reached else 0.0, reached)

@@ -27,7 +27,18 @@ from ..ontology.taxonomy import Taxonomy
 from .conditions import Atom, Every, Not, Variable, atoms
 from .fluents import PLAIN, Fluent
 from .matching import Match
-from .ranking import CHANGE, DEFAULT_CAP, LABEL, MOVED, DescriptionLength, Option, TaskSequence, said, shortest_first
+from .ranking import (
+    CHANGE,
+    DEFAULT_CAP,
+    GENERIC,
+    LABEL,
+    MOVED,
+    DescriptionLength,
+    Option,
+    TaskSequence,
+    said,
+    shortest_first,
+)
 from .rules import Rule
 from .timeline import PhaseName
 
@@ -146,7 +157,8 @@ def candidates(
     """
     by_task = {rule.task: rule for rule in rules}
     readings = [_undecided(action.matches, [_said(by_task, m) for m in action.matches]) for action in actions]
-    options = _options(actions, readings, taxonomy, math.log2(max(len(rules), 2)))
+    general = [generic(action.matches, said_, by_task, taxonomy) for action, said_ in zip(actions, readings, strict=True)]
+    options = _options(actions, readings, general, taxonomy, math.log2(max(len(rules), 2)))
     if not all(options):
         return
     settled: dict[int, list[Demand]] = defaultdict(list)
@@ -183,15 +195,15 @@ def _left_open(claim: Claims, names: set[str]) -> Claims:
 
 
 def _options(
-    actions: Sequence[Read], readings: Sequence[Sequence[Claims]], taxonomy: Taxonomy, name: float
+    actions: Sequence[Read], readings: Sequence[Sequence[Claims]], general: Sequence[frozenset[int]], taxonomy: Taxonomy, name: float
 ) -> list[list[Option]]:
     """What may be said of each action. Where something happens in some action, others in which nothing does are left out."""
     something = any(c.changes for said_ in readings for c in said_) or any(a.label or set(a.moved) & _spoken_of(a) for a in actions)
     found = []
-    for action, claimed in zip(actions, readings, strict=True):
+    for action, claimed, wide in zip(actions, readings, general, strict=True):
         idle = something and not any(c.begins or c.ends for c in claimed)
         honest = [
-            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name), k)
+            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
             for k, (m, claim) in enumerate(zip(action.matches, claimed, strict=True))
             if explains_ends(claim, claimed) and not (idle and not m.roles and not _is_label(m, action, taxonomy))
         ]
@@ -201,7 +213,7 @@ def _options(
 
 
 def _untold(
-    action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float
+    action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
     """What must be told of an action beside a reading of it, or beside none."""
     changes = _distinct(f for c in claimed for f in c.changes)
@@ -209,7 +221,30 @@ def _untold(
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
     moved = len((set(action.moved) & _spoken_of(action)) - mine)
     unnamed = action.label is not None and not (match is not None and _is_label(match, action, taxonomy))
-    return DescriptionLength(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed))
+    return DescriptionLength(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed + GENERIC * wide))
+
+
+def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
+    """Return the readings of an action that a user's own, more specific one stands before.
+
+    A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
+    changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of
+    which the other's says nothing.
+    """
+    own = [k for k, m in enumerate(matches) if m.task in rules and not rules[m.task].shipped]
+    return frozenset(
+        b for b, other in enumerate(matches) for a in own
+        if other.task in rules and rules[other.task].shipped
+        and all(_among(f, said_[a].changes) for f in said_[b].changes)
+        and (taxonomy.is_a(matches[a].task, other.task) or classed(matches[a], rules) - classed(other, rules))
+    )  # fmt: skip
+
+
+def classed(match: Match, rules: Mapping[str, Rule]) -> frozenset[tuple[str, str]]:
+    """Return the things of which a reading's rule says that they are of a class, each with the class."""
+    asked = (a for c in rules[match.task].clauses for a in atoms(c.condition) if a.predicate.timeless and not isinstance(c.condition, Not))
+    pairs = ((t.name, str(k)) for a in asked for t in a.terms if isinstance(t, Variable) for k in a.terms if isinstance(k, str))
+    return frozenset((thing_of(match.roles[role]), class_) for role, class_ in pairs if role in match.roles)
 
 
 def _spoken_of(action: Read) -> set[str]:

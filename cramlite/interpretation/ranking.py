@@ -7,7 +7,8 @@ all. A *name* costs as much as naming one task among all that there are rules fo
 - *choices*: for each role, which of the things that would fit it as well, log2 of their number; none where it is known.
 - *not known*: ``UNKNOWN`` for each condition that could not be judged.
 - *unexplained*: what the sequence does not say must be told beside it: a relation that began or ended, three names; what the
-  recording itself calls the action, two; a thing that is elsewhere in the end and that some reading speaks of, one.
+  recording itself calls the action, two; that a more specific task of a user's own was done (``coherence.generic``), two; a
+  thing that is elsewhere in the end and that some reading speaks of, one.
 - *checked*: ``CHECKED`` less for each condition that held and each class above the task's: of two readings that say the same,
   the one that claims more, and was right. ``COUNTED`` less for a number that was measured while the action lasted: five swings
   happen by chance less often than that a thing moves, or is near another.
@@ -33,7 +34,7 @@ UNKNOWN = 1.0
 """Bits: one of two answers."""
 CHECKED, COUNTED, MOST_CHECKED = 0.25, 1.5, 0.9
 """Bits, bits, and the share of a name that they may save: what explains nothing is never worth being said."""
-CHANGE, LABEL, MOVED = 3.0, 2.0, 1.0
+CHANGE, LABEL, GENERIC, MOVED = 3.0, 2.0, 2.0, 1.0
 """Names that tell what was left unexplained."""
 
 DEFAULT_CAP = 100_000

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import UserError, nearest
+from ..base.resources import data_folder
 from ..base.value import Value
 from ..base.yaml_file import line_of, load_yaml
 from ..ontology.foundation import ROLE, TASK
@@ -98,6 +99,11 @@ class Rule(Value, dict=True):
         """Number of relations that the rule requires to begin or end: held before and denied after, or the reverse."""
         said = {(phase, denied): _said(self.clauses, phase, denied) for phase in ("pre", "post") for denied in (True, False)}
         return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
+
+    @property
+    def shipped(self) -> bool:
+        """Whether it came with cramlite, rather than with a plugin of a user's own."""
+        return self.path.is_relative_to(data_folder("task_rules"))
 
     @property
     def conditions(self) -> int:

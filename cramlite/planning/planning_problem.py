@@ -8,22 +8,25 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.value import Value
+from ..interpretation.conditions import atoms
 from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matches, said
 from ..model.entity_name import thing_of
 from .action_schema import ActionSchema, Table, action_schemas
+from .blocking import Blocking, blocking_of
 from .goal_planner import (
-    PLACED,
     GoalFacts,
     TaskPlan,
     as_tasks,
+    constrained,
+    constraint_facts,
     ground_goal,
     parse_goals,
     reasons,
-    side_facts,
-    with_sides,
 )
-from .operators import Grounder, Operator
+from .handling import said as said_task
+from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
+from .refutation import Refutation
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
@@ -52,6 +55,7 @@ class PlanningProblem(Value, eq=False):
         wanted: what must hold in the end, and what may not.
         grounder: of the whole world.
         knowledge: of the engine, which has the task types.
+        blocked: tasks that geometry or physics refused while some things were as they then were.
     """
 
     says: tuple[str, ...]
@@ -59,14 +63,17 @@ class PlanningProblem(Value, eq=False):
     wanted: GoalFacts
     grounder: Grounder
     knowledge: Knowledge
+    blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate what plans may use, least first: what the goal names with all that this stands on or carries, put where the
-        goal says or on what cannot be moved; the same, put on anything; and all things."""
+        """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
+        carries, put where the goal says or on what cannot be moved; the same, put on anything; and all things."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
-        names |= {w for spot in self.wanted.sides.values() for w in spot.where.values()}
+        names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
+        names |= {t.thing for b in self.blocked for t in b.tracks}
         known, every = {thing_of(e) for e in names} & self.grounder.things.keys(), frozenset(self.grounder.things)
-        about = [{thing_of(e) for e in f[1:]} for f in self.facts]
+        asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
+        about = [{thing_of(e) for e in f[1:]} for f in self.facts if f[0] in asked]
         while True:
             moved = {n for n in known if self.grounder.things[n].movable}
             more = known | {n for found in about if found & moved for n in found & every}
@@ -95,14 +102,13 @@ class PlanningProblem(Value, eq=False):
         entities = [*grounder.scene.entities, *grounder.contents]
         return write_pddl(
             " and ".join(self.says), _relevant(self.wanted, schemas, grounder.fluents), grounder.fluents, entities, facts,
-            self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused,
+            self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
-        """A schema with the facts of sides, and with the fillers that a scope allows."""
-        change = schema.change
-        if self.knowledge.tasks[schema.task].places:
-            change = replace(change, adds=change.adds | side_facts(self.wanted, schema))
+        """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
+        change, task = schema.change, self.knowledge.tasks[schema.task]
+        change = replace(change, adds=change.adds | constraint_facts(self.wanted, schema, task))
         return replace(schema, change=change, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
@@ -115,21 +121,32 @@ class PlanningProblem(Value, eq=False):
         rows = frozenset(r for r in table.rows if thing_of(r[0]) in fixed or any((*m, r[0]) in wanted for m in made))
         return replace(table, rows=rows)
 
+    def parts(self) -> Iterator[tuple[str, GoalFacts]]:
+        """Generate the parts of the goal, each in words and as facts."""
+        yield from ((says, parse_goals((says,), self.grounder)) for says in self.says)
+
+    def alone(self, says: str, wanted: GoalFacts) -> PlanningProblem:
+        """Return the problem of one part of the goal."""
+        return replace(self, says=(says,), wanted=wanted)
+
     def operator(self, step: PlanStep) -> Operator | None:
         """Return the operator of a step in the whole world; None where it is none."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
-        return with_sides(self.wanted, found, self.knowledge.tasks) if found is not None else None
+        held = held_in(conditions_of(step.schema.rule), step.binding)
+        return constrained(self.wanted, found, task, held) if found is not None else None
 
     def failing(self, steps: Sequence[Operator]) -> str:
         """Return why operators are no plan; "" where they are one."""
         return self._failing(steps, self.facts)
 
-    def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact]) -> str:
+    def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
         for number, step in enumerate(steps, 1):
             if unmet := step.unmet(facts):
                 return f"'{step}', its step {number}, needs {unmet}, which does not hold there"
+            if bar := next((b for b in self.blocked if b.bars([*before, *steps[: number - 1]], step)), None):
+                return f"'{step}', its step {number}, was refused: {bar}"
             facts = step.apply(facts)
         missing = [said(f) for f in sorted(self.wanted.needs - facts)]
         missing += ["not " + said(f) for p in self.wanted.without for f in sorted(facts) if matches(f, p)]
@@ -142,7 +159,8 @@ class PlanningProblem(Value, eq=False):
         """
         kept, left, facts = list[Operator](), list(steps), self.facts
         while left:
-            shorter = next((left[n:] for n in (1, 2, 3) if n <= len(left) and not self._failing(left[n:], facts)), None)
+            cut = (left[n:] for n in (1, 2, 3) if n <= len(left))
+            shorter = next((rest for rest in cut if not self._failing(rest, facts, kept)), None)
             if shorter is None:
                 facts = left[0].apply(facts)
                 kept.append(left.pop(0))
@@ -152,7 +170,25 @@ class PlanningProblem(Value, eq=False):
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
         """Return operators as a plan, each with why it is there."""
-        return TaskPlan(tuple(steps), tuple(reasons(self.wanted, self.facts, tuple(steps))))
+        found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
+        return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
+
+    def _out_of_the_way(self, steps: Sequence[Operator], k: int) -> str:
+        """What a step makes possible that geometry refused before; "" where it does not."""
+        for later in range(k + 1, len(steps)):
+            for b in self.blocked:
+                if not b.bars(steps[:later], steps[later]) and b.bars([*steps[:k], *steps[k + 1 : later]], steps[later]):
+                    return f"{said_task(b.task)} was refused without it"
+        return ""
+
+    def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
+        """Return what the failure of a task sequence rules out; None where no task of it was refused, or it is known."""
+        facts = [self.facts]
+        for step in steps:
+            facts.append(step.apply(facts[-1]))
+        loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
+        new = blocking_of(found, steps, facts, frozenset(loose))
+        return new if new not in self.blocked else None
 
     def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:
         """Return the tasks of a plan as a scenario lists them, for ``Engine.resolve``."""
@@ -176,7 +212,8 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:
     """Return the planning problem of a goal in a world that is grounded; ``where`` stands before each message."""
-    return PlanningProblem(goal.says, grounder.initial(), parse_goals(goal.says, grounder, where), grounder, knowledge)
+    wanted = parse_goals(goal.says, grounder, where)
+    return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
 
 
 def why_unreachable(problem: PlanningProblem) -> str:
@@ -184,7 +221,8 @@ def why_unreachable(problem: PlanningProblem) -> str:
     schemas = action_schemas(problem.grounder, problem.knowledge.goal_rules, problem.knowledge.tasks)
     made = [(s, f) for s in schemas for f in s.change.adds]
     missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(_may_make(s, a, f) for s, a in made)]
-    if missing and missing[0][0] != PLACED:
+    missing = [f for f in missing if f not in problem.wanted.constraints]
+    if missing:
         return f"no task's rule makes {said(missing[0])} so with these things"
     return "no sequence of tasks leads from what holds to it, whatever the things"
 

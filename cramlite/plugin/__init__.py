@@ -18,10 +18,12 @@ if TYPE_CHECKING:
     from ..interpretation.conditions import Compare, Not, atoms
     from ..interpretation.fluents import (
         EFFECTOR,
+        Bound,
         Fact,
         Fluent,
         GoalCondition,
         GoalPhrase,
+        Manner,
         Pattern,
         SymbolicWorld,
         contents,
@@ -48,7 +50,7 @@ _HOMES = {
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "explain_validation load_yaml",
     "..interpretation.conditions": "Compare Not atoms",
-    "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
+    "..interpretation.fluents": "Bound EFFECTOR Fact Fluent GoalCondition GoalPhrase Manner Pattern SymbolicWorld"
     " contents",
     "..interpretation.goal_literal": "GoalLiteral",
     "..interpretation.interpretation": "Interpreted",
@@ -80,6 +82,7 @@ __all__ = [
     "Angle",
     "Answers",
     "Backend",
+    "Bound",
     "Candidate",
     "Clause",
     "Code",
@@ -103,6 +106,7 @@ __all__ = [
     "Interpreted",
     "Judged",
     "Length",
+    "Manner",
     "Mass",
     "Match",
     "ModelMaker",

@@ -63,6 +63,8 @@ def one(task: tuple[str, str, int, float]) -> dict[str, Any]:
     errors = errors_of(experiment, setting)
     doubts = ProofDoubts(8 if proof_scale else 0, errors=errors.scaled(proof_scale or 1.0))
     solution = next(engine().resolve(reading, setting=replace(setting, doubts=doubts)), None)
+    if engine().registry.faults:  # an environment that lacks a package is no failure of a program
+        raise RuntimeError(f"a plugin is broken: {engine().registry.faults[0]}")
     if solution is None:
         return {"seed": seed, "proven": "", **{f"{k:g}": "no program" for k in SCALES}}
     said = solution.verdict.twins.text if solution.verdict.twins else "nominal"

@@ -1,7 +1,7 @@
 """Whether the first reading of a demonstration is right, for each task type that the simulated person can show and that shows.
 
 Run with ``python tests/benchmarks/shown_tasks.py [--first SEED] [--seeds N] [--distractors N]``: each task by N people in N worlds, with
-as many further things within reach as asked for. What is right was written down before (``tests/helpers/shown_tasks.py``). To reach:
+as many further things within reach as asked for. What is right was written down before (``tests/helpers/shown_cases.py``). To reach:
 0.95, and 0.9 with distractors. Figures: docs/explanation/interpretation.md.
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
-from shown_tasks import CASES, reading
+from shown_cases import CASES, reading
 
 from cramlite import Engine
 

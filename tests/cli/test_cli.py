@@ -112,7 +112,7 @@ def test_why_of_what_is_not_there(why: str, run: Run) -> None:
 
 KEYS = [
     "solved", "proven", "execution", "directory", "seed", "candidate", "plan", "objects", "steps", "findings", "left_out",
-    "twins", "reason", "nearest", "faults",
+    "twins", "goal", "reason", "nearest", "faults",
 ]  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import pytest
 from cramlite import Budget, CandidateSequence, Trace, find_scenario
 from cramlite.experiment.bench import bench
 from cramlite.experiment.spec import find_experiment
-from cramlite.model import walk
+from cramlite.model import MoveLinear, walk
 from cramlite_plugins.motions.motion_kinds import KINDS
 
 pytestmark = pytest.mark.heavy
@@ -40,6 +40,19 @@ def test_without_force_control_nothing_is_felt(name: str) -> None:
 
 def test_without_search_only_the_search_is_gone() -> None:
     assert steps("hang_onto_hanger", None) & FELT - steps("hang_onto_hanger", "search") == {"SpiralSearch"}
+
+
+def numbers(name: str, without: str | None) -> tuple[float, ...]:
+    """Speeds of the straight motions of the first program."""
+    first = next(candidates(name, Budget(proofs=1), Trace(), without=without))
+    return tuple(step.speed for step in walk(next(first.attempts()).program.steps) if isinstance(step, MoveLinear))
+
+
+def test_without_tuning_numbers_are_drawn_around_what_they_were() -> None:
+    tuned, drawn = (numbers("fetch_from_hanger", without) for without in (None, "tuning"))
+    assert len(drawn) == len(tuned)
+    factors = [d / t for d, t in zip(drawn, tuned, strict=True)]
+    assert all(1 / 3.01 < f < 3.01 for f in factors) and max(factors) / min(factors) > 1.2
 
 
 def test_what_cannot_be_meant_is_given_up_at_once() -> None:

@@ -190,6 +190,7 @@ def test_a_full_disk_is_said(tmp_path: Path) -> None:
     [
         ("first: 1000", "first: 51000", "share the seed 51000"),
         ("goal: ", "gaol: ", "gaol"),
+        ("{sequences: 1,", "{sequence: 1,", r"experiment.yaml:\d+: no budget 'sequence'; did you mean 'sequences'"),
         ("hanger, O1", "x", ""),
     ],
 )
@@ -201,6 +202,14 @@ def test_experiment_files_are_checked(experiment: Path, old: str, new: str, said
         return
     with pytest.raises(UserError, match=said):
         read_experiment(path)
+
+
+def test_what_a_set_says_of_the_budget_goes_first() -> None:
+    shipped = read_experiment(find_experiment("hang_onto_hanger"))
+    main, separation, first = shipped.budget("main"), shipped.budget("separation"), shipped.budget("main", "other_candidates")
+    assert (main.sequences, main.proofs, main.expansions) == (2, 4, 400)
+    assert (separation.sequences, separation.proofs, separation.expansions) == (1, 1, 400)
+    assert (first.sequences, first.proofs) == (1, 4)
 
 
 def test_names_that_there_are_not(experiment: Path) -> None:

@@ -14,7 +14,15 @@ from scipy.stats import binomtest
 
 from cramlite.experiment.candidates_table import to_csv, to_parquet
 from cramlite.experiment.page import page
-from cramlite.experiment.report import against_baseline, baseline, missed_thresholds, share, text, to_json
+from cramlite.experiment.report import (
+    against_baseline,
+    baseline,
+    missed_thresholds,
+    of_filter,
+    share,
+    text,
+    to_json,
+)
 from cramlite.experiment.results import Attempt, CandidateResult, DemonstrationResult, Execution
 from cramlite.experiment.spec import PublishedSpec, ThresholdSpec
 from cramlite.experiment.tables import Share, area_under_curve, tables
@@ -83,9 +91,34 @@ def test_what_the_filter_got_right() -> None:
     assert Share(0, 0).interval == (0.0, 1.0)
 
 
+def test_twins_are_compared_with_the_nominal_run_where_they_disagree() -> None:
+    doubted = [Attempt(False, "twins: 4 of 6", executions(k == 0, False), confidence=4 / 6) for k in range(7)]
+    c, harder = tables([demonstration("O1-01", *(candidate(k, a, reason="simulation: 4 of 6") for k, a in enumerate(doubted)))]).confusions
+    assert (c.doubted_succeeded, c.doubted_failed) == (1, 6) and (harder.doubted_succeeded, harder.doubted_failed) == (0, 7)
+    assert c.mcnemar == pytest.approx(0.125) and harder.mcnemar == pytest.approx(2 / 2**7)  # both tails of a fair coin
+    assert "right 6, wrong 1, McNemar p 0.12" in of_filter(c)
+    assert tables(RESULTS).confusions[0].mcnemar is None  # the nominal run refused it, too
+
+
+def test_what_misses_the_goal_where_it_is_believed_to_reach_it_is_refused() -> None:
+    short = Attempt(True, "", GOOD, confidence=0.0, reached=False)
+    c = tables([demonstration("O1-01", candidate(1, short))]).confusions[0]
+    assert (c.wrongly_accepted.total, c.wrongly_refused.hits, c.doubted_succeeded) == (0, 1, 0)
+
+
+def test_an_object_of_which_nothing_was_accepted_has_all_columns() -> None:
+    refused = demonstration("O2-01", candidate(1, Attempt(False, "slip 13 mm", BAD), reason="simulation: slip 13 mm"))
+    found = tables([RESULTS[0], refused, demonstration("O3-01", reason="interpret: nothing")])
+    assert [(len(r.harder), r.harder[0].hits) for r in found.rows] == [(1, 0)] * 4
+    assert "O2" in text(found, "Title")
+
+
 def test_a_proof_that_knows_the_outcome_has_all_the_area_and_one_that_guesses_half() -> None:
     told = area_under_curve([(1.0, True), (0.9, True), (0.4, False), (0.1, False)])
-    assert told == (1.0, 1.0, 1.0)
+    assert told is not None and told[0] == told[2] == 1.0 and 0.2 < told[1] < 0.9  # of four cases, it is not certain
+    assert area_under_curve([(1 - score, kind) for score, kind in ((1.0, True), (0.9, True), (0.4, False), (0.1, False))]) == (
+        0.0, 0.0, pytest.approx(1 - told[1]),
+    )  # fmt: skip
     guessed = area_under_curve([(0.5, k % 2 == 0) for k in range(40)])
     assert guessed is not None and guessed[0] == 0.5 and guessed[1] < 0.4 and guessed[2] > 0.6
     assert area_under_curve([(1.0, True)] * 5) is None

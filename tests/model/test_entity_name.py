@@ -17,6 +17,7 @@ PLAIN = st.text(st.characters(blacklist_characters="/", blacklist_categories=["C
 HOMES = {"cramlite/model/entity_name.py", "cramlite/model/designator_name.py"}
 MODEL = "names of a MuJoCo model: what a robot, a hand or a thing brings has its name as prefix"
 OTHERS = {
+    "cramlite/experiment/store.py": "names of files",
     "plugins/cramlite_plugins/episodes/formats/fields.py": "IRIs",
     "plugins/cramlite_plugins/episodes/formats/neem.py": "tf frames",
     "plugins/cramlite_plugins/episodes/formats/mongodump.py": "tf frames",

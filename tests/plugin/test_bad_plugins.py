@@ -96,6 +96,7 @@ EVERY_COMMAND = {
     "tasks": (),
     "view": ("run",),
     "export": ("run", "--to", "csv"),
+    "mcp": (),
 }
 
 

@@ -18,6 +18,7 @@ from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thi
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import centre_of_mass, support
+from ..shapes.front import front
 from .free_area import Offset, beside, free_area, positions
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Spot, Wanted
 
@@ -34,6 +35,12 @@ ONTO = ((0.02, 0.06), (0.01, 0.015))
 is little room above."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
+TURNED = "turned"
+"""Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
+PALM_UP = math.sin(math.radians(20.0))
+"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is put on."""
+FACING = (0.0, 6.0, -6.0)
+"""Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
 OUTLINE, ARM = 5, 20
 """What a look at the shapes, and one at the arm, take of the samples of a query: so many states does a sampling planner check
@@ -52,7 +59,9 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     What shapes refuse is told when the first placement gets past them. If none does, no other grasp would help: it depends on
     the two things alone, and on where tasks have put what stands there.
     """
-    targets, now, cheap = _targets(location, belief, context), held_now(belief, context), len(CHEAP[location.relation])
+    targets, cheap = _targets(location, belief, context), len(CHEAP[location.relation])
+    now = as_asked(held_now(belief, context), location.parameters)
+    _check_turn(held_now(belief, context), now, targets[0])
     work, kept, passed = context.samples, list[Refused](), False
     for k, answer in _answers(targets, now, location):
         shapes = isinstance(answer, Refused) and answer.passed < cheap
@@ -65,7 +74,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
         if work <= 0 and passed:
             said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
-            raise Unresolvable(said, (location.of or "",))
+            raise Unresolvable(said, (location.of or "",), blocking=tuple(n for t in targets for n in standing_there(t)))
         if work <= 0:
             break
     if not passed:
@@ -75,7 +84,8 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[int, Grounding | Refused]]:
     """Each placement with the number of its position."""
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
-        for yaw in (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ())):
+        yaws = (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ()))
+        for yaw in FACING if wanted.where.get("facing") else yaws:
             yield from ((k, answer) for answer in _turned(wanted, now, offset, yaw, location.relation))
 
 
@@ -93,19 +103,19 @@ def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[R
         offset = next(positions(_free(bare, now, location), _anchor(wanted)), (0.0, 0.0))
         spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
         said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
-        yield Refused(spot.name, *(_refusal(spot, wanted, CHEAP[location.relation]) or (said, 0)))
+        yield _refusal(spot, wanted, CHEAP[location.relation]) or Refused(spot.name, said, 0, blocking=standing_there(wanted))
 
 
 def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, context: Context) -> Unresolvable:
     """What to say where shapes refuse every placement: the first that each filter refused, and the choices that it depends on."""
-    there = {name for t in targets for name, _ in t.obstacles}
-    there -= {thing_of(targets[0].entity)}  # its own shape goes along with it
+    there = {name for t in targets for name in standing_there(t)}
     there |= {str(targets[0].where[name]) for name in (*SIDES, "near") if targets[0].where.get(name)}
     put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and "height_m" in v.values)
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
-    return Unresolvable(f"none of {len(kept)} placements fits; {said}", (location.of or "", *put, *about))
+    because = (location.of or "", *put, *about)
+    return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)))
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
@@ -116,25 +126,36 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
         if blocked is not None and blocked.distance(spot.before)[0] < SAME:
             continue
         reason = _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
-        if not reason:
-            values = {"height_m": height}
+        if reason is None:
+            values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
             return
-        yield Refused(spot.name, *reason)
-        blocked = spot.before if ABOVE_IT in reason[0] else None
-        if reason[1] < cheap:
+        yield replace(reason, value=spot.name)
+        blocked = spot.before if ABOVE_IT in reason.reason else None
+        if reason.passed < cheap:
             return  # no height changes what is seen from above
 
 
-def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> tuple[str, int] | None:
-    """Which filter objects and why, and how many passed before it."""
+def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:
+    """Which filter objects and why, how many passed before it, and what is in the way.
+
+    What stands on the target is blamed whenever nothing else is: it takes away positions that are not even looked at.
+    """
+    from ..motion_planning.space import Refusal
+
     for passed, (name, objects) in enumerate(filters.items()):
-        reason = objects(spot, wanted)
-        if reason:
-            return f"not {name}: {reason}", passed
+        no = objects(spot, wanted)
+        if no:
+            why, blocking = (no.reason, no.blocking) if isinstance(no, Refusal) else (no, standing_there(wanted))
+            return Refused(spot.name, f"not {name}: {why}", passed, blocking=blocking)
     return None
+
+
+def standing_there(wanted: Wanted) -> tuple[str, ...]:
+    """Return the names of what stands on a target, without the target itself, whose own shape goes along with it."""
+    return tuple(n for n in dict.fromkeys(name for name, _ in wanted.obstacles) if n != thing_of(wanted.entity))
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[Wanted]:
@@ -154,9 +175,10 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     found = _opening(thing, pose) if into else [(s, 0.0) for s in surfaces(thing, pose, EntityName.parse(entity).part)]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
-        raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",))
+        raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
-    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d) for s, d in found]
+    opened = make_scene(belief, context, opening=context.robot.gripper.opening[1], clearance=0.0) if into else None
+    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
     return [replace(w, obstacles=() if into else _obstacles(w, context)) for w in bare]
 
 
@@ -230,6 +252,38 @@ def held_now(belief: Belief, context: Context) -> Pose:
     return held_pose(belief, context)
 
 
+def _check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
+    """Check that what is held can be brought to the attitude that is asked for, as it is held.
+
+    Raises:
+        Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may do.
+    """
+    held, (turn, context) = wanted.belief.held, (now.inverse() * asked, wanted.context)
+    if held is None or not any(turn.rotvec):
+        return
+    if wanted.thing.filling is not None:
+        raise Unresolvable(f"'{wanted.thing.name}' holds something that would be spilled", (wanted.entity,))
+    rise = float((asked * held.tcp_to_thing.inverse()).rotate((0.0, 0.0, 1.0))[2])
+    if rise > PALM_UP:
+        grasps = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held.thing and "width_m" in v.values)
+        said = f"turned so, the hand would be under '{held.thing}' and reach up by {math.degrees(math.asin(min(rise, 1.0))):.0f} deg"
+        raise Unresolvable(said, tuple(grasps))
+
+
+def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
+    """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where ``attitude`` wants it."""
+    if not where.get("attitude"):
+        return now
+    up, axis = now.rotate((0.0, 0.0, 1.0)), {"upright": 1.0, "upside down": -1.0}[where["attitude"]]
+    way = np.cross(up, (0.0, 0.0, axis))
+    sine, cosine = float(np.linalg.norm(way)), axis * float(up[2])
+    if sine < SAME:  # half a turn is as short about any level axis
+        way, sine = now.rotate((1.0, 0.0, 0.0)), 1.0
+    x, y, z = (way / sine * math.atan2(sine if cosine > SAME - 1 else 0.0, cosine)).tolist()
+    turned = Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), now.quaternion)
+    return Pose(now.position, turned.quaternion)
+
+
 def _anchor(wanted: Wanted) -> Offset:
     """The best position of all, whether it is free or not: the middle; near a thing that is asked for; for a robot that drove
     there what is nearest to it, as a table's middle may be out of reach from all sides."""
@@ -250,21 +304,24 @@ def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, floa
     """
     if relation == "on":
         return list(ONTO)
-    from ..motion_planning.reach import tcp
-
-    gripper, hand = wanted.context.robot.gripper, tcp(wanted.belief, wanted.context)
+    assert wanted.belief.held is not None
+    gripper, hand = wanted.context.robot.gripper, now * wanted.belief.held.tcp_to_thing.inverse()
     ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand
     low, high = -wanted.depth + OFF_FLOOR, ball - (hand.position[2] + support(wanted.thing, now, (0.0, 0.0, -1.0)))
     return [(float(h), max(ABOVE - float(h), ABOVE)) for h in np.arange(low, max(high, 0.0) + RISE, RISE)]
 
 
 def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, above: float) -> Spot:
-    """Its centre of mass over a position of the target, upright as held, turned from facing it by ``yaw`` [deg]."""
+    """Its centre of mass over a position of the target, leaning as it is held or as it is asked for, turned by ``yaw`` [deg]: from
+    facing the robot as it does now, or from facing what it shall face."""
     from ..motion_planning.reach import shift, tcp
 
     assert wanted.belief.held is not None
     hand, target = tcp(wanted.belief, wanted.context), wanted.target.pose.apply((*offset, 0.0))
     facing = math.atan2(target[1], target[0]) - math.atan2(hand.position[1], hand.position[0])
+    if other := wanted.where.get("facing"):
+        ahead, to = now.rotate(front(wanted.thing.features)), wanted.belief.pose(other).position - target
+        facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
     turned = Pose((0, 0, 0), (turn * Pose((0, 0, 0), now.quaternion)).quaternion)
     x, y, _ = target - turned.apply(centre_of_mass(wanted.thing))

@@ -91,6 +91,7 @@ def all_predicates() -> tuple[Predicate, ...]:
         of_joints(
             "joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more.", fluent=fluents.JOINT_OPEN
         ),
+        of_joints("joint_share", 1, joint_share, value=True, cost=3, doc="How far a thing's joint is open, as a share of its range."),
         Predicate(
             "parked",
             0,
@@ -241,6 +242,11 @@ def joint_closed(phase: Phase, thing: str | None) -> Iterator[Row]:
 def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
     """Evaluate joint_open(Thing)."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= JOINT_OPEN)
+
+
+def joint_share(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """Evaluate joint_share(Thing): 0 closed, 1 open; the last value of the phase."""
+    yield from ((n, float(values[-1])) for n, values in _joints(phase, thing))
 
 
 def parked(phase: Phase) -> Iterator[Row]:

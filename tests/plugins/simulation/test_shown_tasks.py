@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shown_tasks import CASES, reading
+from shown_cases import CASES, reading
 
 from cramlite import Engine, read_scenario
 from cramlite.engine.recording import record_episode, tasks_in_words

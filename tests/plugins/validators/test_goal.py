@@ -14,8 +14,10 @@ from cramlite.interpretation.fluents import symbolic_world
 from cramlite.model import Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
+from cramlite_plugins.simulation.objects.controls import knob
+from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product
-from cramlite_plugins.simulation.objects.vessels import bowl, jug
+from cramlite_plugins.simulation.objects.vessels import bottle, bowl, jug
 from cramlite_plugins.validators.goal import Goal, _measured, _recorded
 
 KNOWLEDGE = Engine().knowledge
@@ -267,3 +269,51 @@ def test_what_contacts_name_is_a_part_with_a_shape_or_the_whole() -> None:
     assert episode.known("basket/cavity") is not None
     assert felt == {"hook/peg": "hook/peg", "basket/cavity": "basket", "basket": "basket", "ghost": "ghost", "ghost/top": "ghost/top"}
     assert _recorded("hook/ghost", episode) == "hook"
+
+
+def turned(rollout: Rollout, thing: str, axis: tuple[float, float, float], degrees: float) -> Rollout:
+    """The same run, in which a thing stands turned about an axis of the world all the time."""
+    turn = Pose.from_rotvec((0, 0, 0), tuple(np.radians(degrees) * np.array(axis)))
+    rows = [[*r[:3], *(turn * Pose((0, 0, 0), tuple(r[3:]))).quaternion] for r in rollout.poses[thing]]
+    return replace(rollout, poses={**rollout.poses, thing: np.array(rows)})
+
+
+TILTS = ((9.0, True), (11.0, False), (90.0, False))
+"""Just inside what is upright, just outside, and lying [deg]."""
+
+
+def test_upright_is_within_ten_degrees() -> None:
+    still = settled(bottle("bottle", Pose((0.4, 0.0, 0.086))))
+    for degrees, stands in TILTS:
+        upright, denied = judged(turned(still, "bottle", (1, 0, 0), degrees), "bottle upright", "not bottle upright")
+        assert upright.passed is stands and denied.passed is not stands, degrees
+        (down,) = judged(turned(still, "bottle", (1, 0, 0), 180 + degrees), "bottle upside down")
+        assert down.passed is stands and ("is not reached" in down.reason) is not stands
+
+
+def test_facing_is_within_fifteen_degrees_seen_from_above() -> None:
+    box, jar = product("box", Pose((0.4, 0.0, 0.085))), block("jar", Pose((0.4, -0.3, 0.04)))  # its front is -y
+    still = settled(box, jar)
+    for degrees, faces in ((0.0, True), (14.0, True), (16.0, False), (180.0, False)):
+        (finding,) = judged(turned(still, "box", (0, 0, 1), degrees), "box facing jar")
+        assert finding.passed is faces, (degrees, finding.reason)
+
+
+def test_an_amount_is_met_within_a_twentieth_of_the_range() -> None:
+    carcass = cabinet("c", Pose((0.7, 0, 0.3)))
+    for way, enough in ((0.12, True), (0.129, True), (0.112, True), (0.132, False), (0.108, False)):
+        (finding,) = judged(settled(carcass, drawer("d", Pose((0.7, 0, 0.3)), "c", opened=way)), "d open by 120 mm")
+        assert finding.passed is enough, (way, finding.reason)
+
+
+def test_a_knob_is_on_from_a_fifth_of_its_range() -> None:
+    for share, on in ((0.0, False), (0.19, False), (0.21, True), (1.0, True)):
+        run = settled(knob("k", Pose((0.7, 0, 0.3)), turn=1.5, turned=1.5 * share))
+        finding, denied, off = judged(run, "k turned on", "not k turned on", "k turned off")
+        assert finding.passed is on and denied.passed is not on and off.passed is (share == 0.0)
+
+
+def test_what_is_denied_must_not_hold() -> None:
+    still = settled(*IN)
+    out, inside = judged(still, "not tin on floor", "not tin in basket")
+    assert out.passed and not inside.passed and "not in_cavity(tin, basket)" in inside.reason

@@ -1,0 +1,32 @@
+"""An ablation: no tuned numbers. Each speed, force and distance of a motion is drawn between a third and three times what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from random import Random
+
+from msgspec.structs import replace
+
+from cramlite.model import Belief, Motion
+from cramlite.plugin import Answers, Context, hookimpl
+from cramlite_plugins.motions import contact_motion, free_motion
+from cramlite_plugins.motions.motion_kinds import KINDS
+
+MOVING = (contact_motion, free_motion)
+KEPT = ("acceleration_rad_s2", "acceleration_m_s2", "force_limit_n", "speed_rad_s", "duration_s", "lost_s")
+"""Limits of the arm and of what it touches, and what says nothing about touching."""
+TIMES = 3.0
+
+
+@hookimpl
+def resolve_motion(motion: Motion, belief: Belief, context: Context) -> Answers:
+    drawn = replace(motion, parameters={**motion.parameters, **_drawn(motion, Random(context.seed))})
+    found = (plugin.resolve_motion(drawn, belief, context) for plugin in MOVING)
+    return next((answers for answers in found if answers is not None), None)
+
+
+def _drawn(motion: Motion, random: Random) -> Mapping[str, float]:
+    """The numbers of a motion, its own or those of its kind, each times a factor as likely below 1 as above."""
+    kind = KINDS.get(motion.kind)
+    said = {p.name: motion.parameters.get(p.name, p.default) for p in (kind.parameters if kind else ()) if p.name not in KEPT}
+    return {name: float(number) * TIMES ** random.uniform(-1.0, 1.0) for name, number in said.items()}
