@@ -27,6 +27,9 @@ class Object(Value):
         types: classes as CURIEs, most specific first; any subclass will do.
         features: feature classes it must have, e.g. ("vrps:Hole",).
         affords: affordances that it must offer, as CURIEs.
+        like: classes that the demonstration's name for it suggests, likeliest first, where nobody said its class. A world
+            without any such thing has to do with another one.
+        filled: one that has contents is meant rather than one that has none.
         part_of: the variable of the whole, when this designates a feature (a peg of a hanger).
         entity: an instance asked for by name; scenarios may, plans from demonstrations never do.
     """
@@ -37,6 +40,8 @@ class Object(Value):
     affords: tuple[str, ...] = ()
     part_of: str | None = None
     entity: str | None = None
+    like: tuple[str, ...] = ()
+    filled: bool = False
 
     def __str__(self) -> str:
         return f"{self.name}: {self.wanted}"
@@ -44,7 +49,7 @@ class Object(Value):
     @property
     def wanted(self) -> str:
         """Description of what is asked for, in words."""
-        what = " or ".join(self.types) or "anything"
+        what = " or ".join(self.types or self.like) or "anything"
         having = f" with {', '.join(self.features)}" if self.features else ""
         return f"{self.entity or what}{having}"
 
@@ -57,7 +62,8 @@ class Object(Value):
         """Return the designator that asks for what both ask for."""
         features = tuple(dict.fromkeys((*self.features, *other.features)))
         affords = tuple(dict.fromkeys((*self.affords, *other.affords)))
-        return replace(self, types=self.types or other.types, features=features, affords=affords)
+        filled = self.filled or other.filled
+        return replace(self, types=self.types or other.types, features=features, affords=affords, filled=filled)
 
 
 class Location(Value):

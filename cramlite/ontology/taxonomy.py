@@ -23,6 +23,7 @@ from msgspec import field
 
 from ..base.errors import UserError, nearest
 from ..base.value import Value
+from .foundation import OBJECT
 from .prefixes import PREFIXES, curie, local_name
 
 _CACHE_FORMAT = "3"
@@ -113,6 +114,17 @@ class Taxonomy(Value, dict=True):
             return short
         local = local_name(short)
         return self.aliases.get(local) or self._locals.get(local)
+
+    def thing_named(self, name: str) -> tuple[str, str] | None:
+        """Return the class of things whose label is in a thing's name, and that label; the longest, of several the last."""
+        words = words_of(name)
+        for count in range(len(words), 0, -1):
+            for start in range(len(words) - count, -1, -1):  # what a thing is stands last: a black bowl is a bowl
+                label = words[start : start + count]
+                found = self.labels.get(label)
+                if found and self.is_a(found, OBJECT):  # words for features and the like say nothing of a thing
+                    return found, " ".join(label)
+        return None
 
     def known(self, name: str, where: str) -> str:
         """Resolve the name of a class that a person wrote; like ``resolve``, but the class must exist.

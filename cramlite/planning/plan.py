@@ -14,6 +14,7 @@ from ..model.designator_name import part_name
 from ..model.designators import Action, Designator, Location, Object
 from ..model.episode import Entity, Episode
 from ..model.plan import HOME, Plan
+from ..ontology.taxonomy import Taxonomy
 from ..plugin.task_type import TaskType
 
 
@@ -55,17 +56,17 @@ def task_calls(calls: Iterable[Call], *, alternatives: bool = True) -> Iterator[
                 yield from task_calls(branch, alternatives=alternatives)
 
 
-def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode) -> Plan:
+def plan_from_episode(name: str, calls: Sequence[TaskCall], episode: Episode, taxonomy: Taxonomy) -> Plan:
     """Generalise an interpreted task sequence into a plan.
 
     Entities become variables that keep their classes; what the tasks need of them (features,
-    affordances) is added; poses, times, sizes and instance names stay behind.
+    affordances) is added; poses, times, sizes and instance names stay behind. Of what has no class, its name may suggest one.
     """
     entities = {e.name: e for e in episode.entities}
     effectors = _effectors(episode)
     fillers = [f for c in calls for r, f in c.roles.items() if f not in effectors and f in entities]
     variables = _variables(fillers, entities)
-    objects = {entity: _describe(variables, entities[entity]) for entity in variables}
+    objects = {entity: _describe(variables, entities[entity], taxonomy) for entity in variables}
     return build_plan(name, calls, objects)
 
 
@@ -148,6 +149,16 @@ def _variables(fillers: Iterable[str], entities: Mapping[str, Entity]) -> dict[s
     return names
 
 
-def _describe(variables: Mapping[str, str], entity: Entity) -> Object:
+def _describe(variables: Mapping[str, str], entity: Entity, taxonomy: Taxonomy) -> Object:
     part_of = variables.get(entity.part_of) if entity.part_of else None
-    return Object(variables[entity.name], types=entity.types, part_of=part_of)
+    like = () if entity.types or part_of else _suggested(entity.name, taxonomy)
+    return Object(variables[entity.name], types=entity.types, part_of=part_of, like=like)
+
+
+def _suggested(name: str, taxonomy: Taxonomy) -> tuple[str, ...]:
+    """The class whose label is in a name, and those just above it of which anything is said: who has no plate takes other
+    crockery, but not any artifact."""
+    if (named := taxonomy.thing_named(name)) is None:
+        return ()
+    above = taxonomy.parents.get(named[0], ())
+    return (named[0], *(c for c in above if any(taxonomy.restrictions.get(a) for a in taxonomy.ancestors(c))))

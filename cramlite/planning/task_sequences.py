@@ -60,7 +60,7 @@ def plans_from_interpretation(
             TaskCall(tasks[m.task], m.roles, _shown(tasks[m.task], m, rules.get(m.task), explained[k], timeline))
             for k, m in zip(sequence.actions, sequence.matches, strict=True)
         ]
-        plan = plan_from_episode(name, calls, episode)
+        plan = plan_from_episode(name, calls, episode, found.taxonomy)
         yield replace(plan, lasting=tuple(lasting_of(sequence.matches, plan.actions, rules, timeline))), sequence
     if not listed:
         said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"

@@ -29,6 +29,7 @@ class Role(Value):
         affords: affordances that a filler must offer.
         required: whether the task makes sense without it.
         effector: the filler is the hand or gripper itself, never an object of the world.
+        filled: the task is about what is in the filler, so one that has contents comes first.
     """
 
     name: str
@@ -37,10 +38,11 @@ class Role(Value):
     affords: tuple[str, ...] = ()
     required: bool = True
     effector: bool = False
+    filled: bool = False
 
     def constrain(self, designator: Object) -> Object:
         """Return the designator with what this role requires added."""
-        return designator.merged(Object(designator.name, (), self.features, self.affords))
+        return designator.merged(Object(designator.name, (), self.features, self.affords, filled=self.filled))
 
 
 class Decomposition(Value):

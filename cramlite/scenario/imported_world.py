@@ -10,8 +10,6 @@ from msgspec.structs import replace
 
 from ..base.errors import PluginError, UserError, nearest
 from ..base.value import Value
-from ..ontology.foundation import OBJECT
-from ..ontology.taxonomy import words_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -96,12 +94,7 @@ def propose(thing: Thing, names: tuple[str, ...], types: Mapping[str, str], taxo
         if fnmatchcase(thing.name, pattern):
             return Proposal(name, f"the scenario says so of '{pattern}'")
     for name in (thing.name, *names):
-        words = words_of(name)
-        for count in range(len(words), 0, -1):
-            for start in range(len(words) - count, -1, -1):  # what a thing is stands last: a black bowl is a bowl
-                label = words[start : start + count]
-                found = taxonomy.labels.get(label)
-                if found and taxonomy.is_a(found, OBJECT):  # words for features and the like say nothing of a thing
-                    return Proposal(found, f"'{name}' has its label '{' '.join(label)}'")
+        if named := taxonomy.thing_named(name):
+            return Proposal(named[0], f"'{name}' has its label '{named[1]}'")
     how = "can be moved" if thing.joint is None and thing.movable else "is mounted on a joint" if thing.joint else "is fixed"
     return Proposal(thing.type, f"it {how} and no label of the ontology is in its names")

@@ -42,24 +42,27 @@ def written(recording: Recording, folder: Path) -> None:
 
 
 def solved(folder: Path, recording: Callable[[], Recording], **changes: str) -> list[str]:
-    """The tasks of the first proven program; none where nothing was proven."""
+    """The tasks of the first proven program, with what is grasped; none where nothing was proven."""
     written(recording(), folder)
     text = WORLD
     for key, value in {**PLAIN, **changes}.items():
         text = text.replace(key, value)
     (folder / "as_shown.yaml").write_text(text)
     solution = next(iter(Engine().resolve(read_scenario(folder / "as_shown.yaml"))), None)
-    return [] if solution is None else [a.task.split(":")[1] for a in solution.plan.actions]
+    if solution is None:
+        return []
+    taken = solution.candidate.actions[0].roles["Patient"].entity
+    return [f"Grasping {taken}", *(a.task.split(":")[1] for a in solution.plan.actions[1:])]
 
 
 def test_a_pouring_is_poured_and_put_back(tmp_path: Path) -> None:
     done = solved(tmp_path, pouring)
-    assert done == ["Grasping", "PickingUp", "Transporting", "Pouring", "PuttingDown", "Releasing", "Retracting"]
+    assert done == ["Grasping jug", "PickingUp", "Transporting", "Pouring", "PuttingDown", "Releasing", "Retracting"]
 
 
 def test_a_shaking_is_shaken_and_put_back(tmp_path: Path) -> None:
     done = solved(tmp_path, shaking)
-    assert done == ["Grasping", "PickingUp", "Transporting", "Shaking", "PuttingDown", "Releasing", "Retracting"]
+    assert done == ["Grasping jug", "PickingUp", "Transporting", "Shaking", "PuttingDown", "Releasing", "Retracting"]
 
 
 @pytest.mark.parametrize(

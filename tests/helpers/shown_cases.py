@@ -46,6 +46,12 @@ CASES = {
     "PuttingDown": Case("tasks/putting_down", "", (*TAKEN, "PuttingDown block shelf"), (CARRIED,)),
     "Placing": Case("tasks/placing", "Placing block shelf", (*TAKEN, *PUT), (CARRIED, LEFT)),
     "PickAndPlace": Case("compound/pick_and_place", "", (*TAKEN, *PUT), (CARRIED, LEFT)),
+    "PickAndPlace out of a drawer": Case(
+        "compound/from_drawer", "",
+        ("Grasping drawer", "Opening drawer", "Grasping tin", "PickingUp tin drawer", "PuttingDown tin tray", "Releasing tin tray",
+         "Grasping drawer", "Closing drawer"),
+        ("Transporting tin tray", "Retracting drawer hand"),
+    ),
     "Releasing": Case("tasks/releasing", "", ("Grasping block", "Releasing block floor"), (LEFT,)),
     "Retracting": Case("tasks/retracting", "", ("Grasping block", "Releasing block floor", LEFT)),
     "Ungrasping": Case(

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from msgspec.structs import replace
+
 from cramlite.model import Belief, EntityName, Late, Object, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, hookimpl
 
 SUBSTITUTE = 10.0  # cost of a thing of another class: after every thing of the class itself
+EMPTY = 5.0  # cost of what has no contents where contents matter: after every thing that has some, before substitutes
 
 
 @hookimpl
@@ -61,23 +64,32 @@ def _fit(entity: str, wanted: Object, belief: Belief, context: Context) -> Groun
     for need in wanted.affords:
         if not classes.affords(own, need):
             return Refused(entity, f"{own} does not afford {need}", 2)
-    return _classed(entity, own, wanted, context, part=feature is not None)
+    fit = _classed(entity, own, wanted, belief, context, part=feature is not None)
+    empty = wanted.filled and thing.filling is None and not wanted.entity
+    return replace(fit, cost=fit.cost + EMPTY) if empty and isinstance(fit, Grounding) else fit
 
 
-def _classed(entity: str, own: str, wanted: Object, context: Context, *, part: bool) -> Grounding | Refused:
+def _classed(entity: str, own: str, wanted: Object, belief: Belief, context: Context, *, part: bool) -> Grounding | Refused:
     """By class, or as a substitute that has all that is needed."""
     if wanted.entity:
         return Grounding(entity, f"'{entity}' is asked for by name")
-    fitting = next((t for t in wanted.types if context.taxonomy.is_a(own, t)), None)
-    if fitting or not wanted.types:
+    types = _classes(wanted, belief, context)
+    fitting = next((t for t in types if context.taxonomy.is_a(own, t)), None)
+    if fitting or not types:
         reason = f"{own} is a {fitting}" if fitting else f"'{entity}' has what is needed"
-        return Grounding(entity, reason, cost=float(wanted.types.index(fitting)) if fitting else 0.0)
+        return Grounding(entity, reason, cost=float(types.index(fitting)) if fitting else 0.0)
     if not (wanted.features or wanted.affords) or part:
-        return Refused(entity, f"{own} is no {' or '.join(wanted.types)}", 3)
+        return Refused(entity, f"{own} is no {' or '.join(types)}", 3)
     needs = ", ".join((*wanted.features, *wanted.affords))
-    return Grounding(
-        entity, f"substitute: {own} is no {wanted.types[0]}, but has the {needs} that the tasks need", SUBSTITUTE
-    )
+    return Grounding(entity, f"substitute: {own} is no {types[0]}, but has the {needs} that the tasks need", SUBSTITUTE)
+
+
+def _classes(wanted: Object, belief: Belief, context: Context) -> tuple[str, ...]:
+    """The classes that are wanted; what a name suggests counts where the world has such a thing that plays no other role."""
+    taken = {v for k, v in context.bindings.items() if k != wanted.name}
+    free = [t.type for t in belief.world.things if t.name not in taken]
+    there = any(context.taxonomy.is_a(t, like) for t in free for like in wanted.like)
+    return wanted.types or (wanted.like if there else ())
 
 
 def _gap(thing: Thing, belief: Belief) -> float:

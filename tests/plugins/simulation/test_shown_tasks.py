@@ -10,10 +10,16 @@ from shown_cases import CASES, reading
 
 from cramlite import Engine, read_scenario
 from cramlite.engine.recording import record_episode, tasks_in_words
-from cramlite.plugin import UserError
+from cramlite.model import Pose
+from cramlite.plugin import Performance, RecordScript, Shown, UserError
+from cramlite.scenario.worlds import build_world
+from cramlite_plugins.simulation.person.demonstrate import demonstrate
 
 ENGINE = Engine()
-QUICK = ("Grasping", "Placing", "Pushing", "SlidingObject", "Opening a drawer", "Closing a door", "ExtractHoleFromPeg")
+QUICK = (
+    "Grasping", "Placing", "Pushing", "SlidingObject", "Opening a drawer", "Closing a door", "ExtractHoleFromPeg",
+    "PickAndPlace out of a drawer",
+)  # fmt: skip
 WORLD = """
 scenario: kitchen
 tasks: [{task: Grasping, Patient: block}]
@@ -105,3 +111,18 @@ def test_a_script_of_a_plugin_is_performed(tmp_path: Path) -> None:
     assert found.failure == "'block' was not taken"
     with pytest.raises(UserError, match=r"there is no script 'wave'; valid are: hang_onto_hanger"):
         record_episode(read_scenario(path), ENGINE, seed=0, out=tmp_path / "again")
+
+
+def test_a_wrist_that_cannot_turn_so_far_is_a_demonstration_that_did_not_come_off(tmp_path: Path) -> None:
+    """The hand turns right round on its way to a block."""
+    scenario = read_scenario(world(tmp_path))
+    built, _ = build_world(scenario, scenario.spec.things, (), ENGINE.knowledge, 0)
+    rest = Pose.from_axes((0, 0, 0), z=(1, 0, 0), x=(0, 0, -1))
+    behind = Pose.from_axes((0.3, 0, 0.5), z=(-1, 0, 0), x=(0, 0, -1))
+
+    def script(*way: Pose) -> RecordScript:
+        return RecordScript("turn", lambda *_: Performance(lambda person: person.move(way, 0.3), rests=(rest,)))
+
+    turned = demonstrate(built, [Shown(script(behind))], seed=1)
+    assert turned.outcome == "failed" and "wrist would have to turn by 17" in turned.reason
+    assert demonstrate(built, [Shown(script(Pose((0.3, 0, 0.5), rest.quaternion)))], seed=1).outcome == "finished"

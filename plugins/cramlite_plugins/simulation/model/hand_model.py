@@ -29,6 +29,10 @@ HANDS = ("hand", "other_hand")
 FARTHEST = math.radians(170)
 
 
+class WristTooFar(UserError):
+    """Refusal of a pose that a wrist cannot turn to: what was to be shown does not come off."""
+
+
 class HandIndex(EffectorIndex):
     """Addresses of a hand in the model.
 
@@ -54,7 +58,7 @@ class HandIndex(EffectorIndex):
         """Servo the tool frame towards a pose (world) and the fingers towards an opening [m].
 
         Raises:
-            UserError: the pose is turned more than 170 degrees away from rest.
+            WristTooFar: the pose is turned more than 170 degrees away from rest.
         """
         turn = _turn(pose, self.rest)
         data.ctrl[list(self.servos)] = (*pose.position, *turn.rotvec)
@@ -73,9 +77,9 @@ def _turn(pose: Pose, rest: Pose) -> Pose:
     turn = Pose((0, 0, 0), pose.quaternion) * rest.inverse()
     angle = math.hypot(*turn.rotvec)
     if angle > FARTHEST:
-        raise UserError(
-            f"hand: a target turned {math.degrees(angle):.0f} degrees from rest; up to {math.degrees(FARTHEST):.0f}"
-            " degrees are possible; compile the world with hand=<a nearer rest>, or turn the hand half a turn"
+        raise WristTooFar(
+            f"the simulated person's wrist would have to turn by {math.degrees(angle):.0f} degrees from how the hand rests, and"
+            f" turns by {math.degrees(FARTHEST):.0f} degrees at most; move or turn what the hand is to handle, or take another seed"
         )
     return turn
 

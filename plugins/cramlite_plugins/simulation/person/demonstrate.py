@@ -16,6 +16,7 @@ from cramlite.model import Pose, Rollout, World, thing_of
 from cramlite.plugin import Performance, Shown, UserError
 
 from ..model.compile import Compiled, compile_world
+from ..model.hand_model import WristTooFar
 from .at_ease import at_ease, facing, forward_and_down
 from .person import Person
 
@@ -31,7 +32,7 @@ def demonstrate(world: World, shown: Sequence[Shown], *, seed: int, rate: float 
 
     Returns:
         The recording, whatever came of it; its outcome is "failed", with the reason, where a script knows what it is for and
-        that did not come about. Nobody makes another one: a person's failures are data, too.
+        that did not come about, or a wrist could not turn so far. Nobody makes another one: a person's failures are data, too.
 
     Raises:
         UserError: the world lacks what a script needs.
@@ -41,14 +42,21 @@ def demonstrate(world: World, shown: Sequence[Shown], *, seed: int, rate: float 
     person = _beginning(world, performances, rng, rate)
     wrong = ""
     for performance in performances:
-        performance.act(person)
-        wrong = performance.missed(person) if performance.missed else ""
-        if wrong:
+        if wrong := _performed(performance, person):
             break
     rollout = person.rollout()
     for performance in performances:
         rollout = performance.recorded(rollout) if performance.recorded else rollout
     return replace(rollout, outcome="failed", reason=wrong) if wrong else rollout
+
+
+def _performed(performance: Performance, person: Person) -> str:
+    """Perform a script; why it did not come off, "" where it did."""
+    try:
+        performance.act(person)
+    except WristTooFar as too_far:
+        return str(too_far)
+    return performance.missed(person) if performance.missed else ""
 
 
 def _beginning(world: World, shown: Sequence[Performance], rng: np.random.Generator, rate: float) -> Person:
