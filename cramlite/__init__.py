@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from .planning.task_goals import Goal
     from .planning.trace import Entry, Trace
     from .report import Finished
+    from .report.reading_picture import reading_picture
     from .scenario.scenario import Scenario, read_scenario
     from .scenario.task_specs import RuleSpec, TaskSpec, task_entry
 
@@ -64,6 +65,7 @@ _HOMES = {
     ".planning.task_goals": "Goal",
     ".planning.trace": "Entry Trace",
     ".report": "Finished",
+    ".report.reading_picture": "reading_picture",
     ".scenario.scenario": "Scenario read_scenario",
     ".scenario.task_specs": "RuleSpec TaskSpec task_entry",
     ".cli.trace_text": "trace_text",
@@ -108,6 +110,7 @@ __all__ = [
     "overlay",
     "planning_problem",
     "read_scenario",
+    "reading_picture",
     "steps_of",
     "task_entry",
     "trace_text",

@@ -26,11 +26,27 @@ def find_scenario(name: str) -> Path:
             return path
     except OSError as error:  # longer than names of files may be
         raise UserError(f"'{name[:60]}...' cannot be the name of a file: {error.strerror}.") from None
-    folder = data_folder("scenarios")
-    shipped = {p.stem: p for p in sorted(folder.glob("**/*.yaml"))}
+    try:
+        return shipped_scenario(name)
+    except UserError:
+        if path.is_dir():
+            raise UserError(f"'{name}' is a folder; give a scenario file in it.") from None
+        raise
+
+
+def shipped_scenarios() -> dict[str, Path]:
+    """Return the file of each shipped scenario by its name without a folder."""
+    return {p.stem: p for p in sorted(data_folder("scenarios").glob("**/*.yaml"))}
+
+
+def shipped_scenario(name: str) -> Path:
+    """Find a shipped scenario by its name, with or without its folder.
+
+    Raises:
+        UserError: none is called so; lists them, the nearest first.
+    """
+    folder, shipped = data_folder("scenarios"), shipped_scenarios()
     full = {p.relative_to(folder).with_suffix("").as_posix(): p for p in shipped.values()}
     if name in full or name in shipped:
         return full.get(name) or shipped[name]
-    if path.is_dir():
-        raise UserError(f"'{name}' is a folder; give a scenario file in it.")
     raise UserError(f"There is no scenario file '{name}', and none of that name is shipped; {nearest(name, shipped)}.")

@@ -22,6 +22,7 @@ def _experiment(arguments: argparse.Namespace) -> int:
         keep_baseline=arguments.keep_baseline,
         json_output=arguments.json,
         plugins=plugin_choice(arguments),
+        executor=arguments.executor,
     )
 
 
@@ -32,7 +33,11 @@ def add_commands(add: Add) -> None:
     experiment.add_argument("--set", default="main", metavar="NAME", help="which demonstrations (default main)")
     experiment.add_argument("--short", action="store_true", help="only the first of each object, against thresholds")
     experiment.add_argument("--without", metavar="ABLATION", help="take something away, e.g. force_control or search")
-    experiment.add_argument("--workers", type=int, default=2, help="processes (default 2)")
+    experiment.add_argument("--workers", type=int, default=2, help="processes of this machine (default 2)")
+    experiment.add_argument(
+        "--executor", default="local", metavar="WHERE",
+        help="local (default), dask for a cluster of its own, or dask://HOST:PORT for that of a scheduler (extra distributed)",
+    )  # fmt: skip
     experiment.add_argument("--out", type=Path, help="run directory; default runs/EXPERIMENT-SET")
     experiment.add_argument("--no-pictures", action="store_true", help="draw no pictures of the outcomes")
     experiment.add_argument(

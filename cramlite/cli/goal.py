@@ -32,6 +32,7 @@ def _goal(arguments: argparse.Namespace) -> int:
 
 def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> int:
     """Print plans, with why each task is there."""
+    from ..planning.goal_parts import PART, goal_answers
     from ..planning.task_sequences import plans_for_goal
     from ..planning.trace import Trace
 
@@ -39,12 +40,14 @@ def _show(scenario: Scenario, engine: Engine, arguments: argparse.Namespace) -> 
     scene = setting.symbolic(engine.knowledge.taxonomy)
     for plan in islice(plans_for_goal(setting.name, scenario, scene, engine.knowledge, trace), arguments.plans):
         print(f"{plan}, for '{' and '.join(plan.goal)}'")
-        for number, entry in enumerate(trace.entries[shown:], 1):
+        steps = (e for e in trace.entries[shown:] if e.outcome == "chosen")
+        for number, entry in enumerate(steps, 1):
             print(f"  {number}. {entry.text}: {entry.reason.partition(': ')[2]}")
         shown = len(trace.entries)
-    if not shown or trace.entries[0].outcome == "refused":
-        why = "; ".join(dict.fromkeys(e.reason for e in trace.entries))
-        raise NoSolution(f"{scenario.where('goal')}: no tasks achieve the goal: {why}.")
+    if not any(e.outcome == "chosen" for e in trace.entries):
+        why = "; ".join(dict.fromkeys(e.reason for e in trace.entries if e.designator != PART))
+        parts = "".join(f"\n  {answer}" for answer in goal_answers(trace))
+        raise NoSolution(f"{scenario.where('goal')}: no tasks achieve the goal: {why}.{parts}")
     return 0
 
 

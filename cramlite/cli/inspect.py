@@ -25,6 +25,11 @@ def _interpret(arguments: argparse.Namespace) -> int:
                 f"'--why {arguments.why}' should be TASK@ACTION, e.g. Grasping@3, with an action's number from 'cramlite interpret'."
             )
         print(found.why(task, int(action)))
+    elif arguments.html is not None:
+        from ..report.interpretation_page import write_interpretation_page
+
+        write_interpretation_page(arguments.html, episode, found)
+        print(f"The picture of '{episode.name}' is in {arguments.html}.")
     else:
         repairs = episode.repairs
         data = found.to_json() | {"repairs": repairs_json(repairs)} if arguments.json else None
@@ -101,6 +106,7 @@ def add_commands(add: Add) -> None:
     interpret = add("interpret", _interpret)
     interpret.add_argument("episode", type=Path, help="a NEEM: folder or file")
     interpret.add_argument("--why", metavar="TASK@ACTION", help="why an action is, or is not, a task")
+    interpret.add_argument("--html", type=Path, metavar="FILE", help="a page with a picture: states, actions, the best readings")
     interpret.add_argument("--json", action="store_true")
     tasks = add("tasks", _tasks)
     tasks.add_argument("--json", action="store_true")

@@ -19,10 +19,11 @@ from ..base.run_directory import RunDirectory, content_key
 from ..engine.engine import make_engine
 from ..engine.intent import FILE as INTENT
 from ..engine.intent import write_intent
-from ..engine.recording import record_episode
+from ..engine.recording import record_episode, tasks_in_words
 from ..engine.scenario_doubts import doubts
 from ..planning.budget import is_late
 from ..planning.diagnosis import failure_text, how_it_ended, nearest_miss
+from ..planning.goal_parts import goal_answers
 from ..planning.heartbeat import heartbeat, interrupted_text
 from ..planning.trace import Trace, read_trace
 from ..plugin.selection import INSTALLED, PluginChoice
@@ -52,6 +53,7 @@ def resolve_scenario(
     backend: str | None = None,
     demonstration: Path | None = None,
     plan: Path | None = None,
+    meant: str | None = None,
     plugins: PluginChoice = INSTALLED,
     report: bool = True,
     json_output: bool = False,
@@ -60,6 +62,7 @@ def resolve_scenario(
     """Resolve a scenario, execute the first proven program once where there is a real world, and write the run directory.
 
     Args:
+        meant: reading of the demonstration, by its number or a task; None for what the scenario says, or all.
         twins: in how many a program is tried before it counts as proven; None for what the scenario says, or 8.
 
     Returns:
@@ -73,11 +76,12 @@ def resolve_scenario(
     scenario = read_scenario(find_scenario(name))
     scenario = scenario.demonstrated_by(demonstration) if demonstration else scenario
     scenario = scenario.planned_by(plan) if plan else scenario
+    scenario = scenario.read_as(meant) if meant else scenario
     engine = make_engine(scenario, plugins)
     reading = engine.read(scenario)
     setting = engine.setting(reading, seed=seed, backend=backend, twins=twins)  # a scenario that cannot be used claims no directory
     _say_notes(scenario, setting, engine)
-    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", _key(scenario, setting, backend, engine))
+    run = RunDirectory(out or Path("runs") / f"{scenario.name}-{seed}", run_key(scenario, setting, backend, engine))
     if run.complete and (not report or (run.path / "report.html").is_file()):
         return _solved_before(run, json_output=json_output)
     trace = _earlier_trace(run)
@@ -116,7 +120,8 @@ def _no_solution(run: RunDirectory, trace: Trace, engine: Engine, seed: int, *, 
     """What is raised where nothing was proven; as JSON it is printed before."""
     if json_output:
         print(as_json(_nothing(trace, run, engine, seed)))
-    text = failure_text(trace, engine.registry.faults) + f"\n  Every decision: cramlite explain {run.path}"
+    text = "\n".join([failure_text(trace, engine.registry.faults), *(f"  Goal: {a}" for a in goal_answers(trace))])
+    text += f"\n  Every decision: cramlite explain {run.path}"
     return PluginError(text) if engine.registry.faults else NoSolution(text)
 
 
@@ -132,7 +137,7 @@ def _first_solution(
         print(f"cramlite: {interrupted_text(trace)}.", file=sys.stderr)
         raise
     finally:
-        _write_trace(run, trace, engine)
+        write_trace(run, trace, engine)
 
 
 def _search(
@@ -149,7 +154,7 @@ def _search(
                 return attempt, tried
             tried = attempt if tried is None or tried.number == attempt.number else tried
         if not is_late(trace):  # else it was not tried out
-            _write_trace(run, trace, engine)
+            write_trace(run, trace, engine)
             run.refuse(candidate.number)
     return None, tried
 
@@ -190,18 +195,23 @@ def record_demonstration(
     *,
     seed: int,
     out: Path,
+    tasks: str = "",
     plugins: PluginChoice = INSTALLED,
 ) -> int:
     """Record a demonstration of a scenario and write it as a NEEM.
 
+    Args:
+        tasks: what the person does, in words, in place of what the scenario says.
+
     Raises:
-        UserError: the scenario says nothing about recording, or the folder is not empty.
+        UserError: nothing says what to record, or the folder is not empty.
     """
     scenario = read_scenario(find_scenario(name))
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise UserError(f"'{out}' exists and is not an empty folder; nothing was written. Choose another --out.")
     engine = make_engine(scenario, plugins)
-    recorded = record_episode(scenario, engine, seed=seed, out=out)
+    chosen = tasks_in_words(tasks, engine.knowledge.tasks) if tasks else ()
+    recorded = record_episode(scenario, engine, seed=seed, out=out, tasks=chosen)
     episode = recorded.episode
     if recorded.failure:
         print(f"The demonstration did not come off: {recorded.failure}. It is kept as it is.")
@@ -212,8 +222,8 @@ def record_demonstration(
     return 0
 
 
-def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
-    """What a run depends on."""
+def run_key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engine) -> dict[str, Any]:
+    """Return what a run depends on: files, seed, doubts, code writer and plugins."""
     files = [scenario.path, *(Path(t.mesh.path) for t in setting.world.things if t.mesh)]
     if scenario.spec.demonstration and scenario.resolve_path(scenario.spec.demonstration).exists():
         files.append(scenario.resolve_path(scenario.spec.demonstration))
@@ -223,7 +233,7 @@ def _key(scenario: Scenario, setting: Setting, backend: str | None, engine: Engi
     return {
         "cramlite": VERSION, "scenario": scenario.name, "content": content_key(*files),
         "seed": setting.seed, "blocked": sorted(engine.registry.blocked),
-        "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
+        "reading": scenario.spec.reading, "doubts": json.decode(json.encode(setting.doubts)), "backend": backend,
         "plugins": content_key(*engine.registry.files) if engine.registry.files else len(plugins),
     }  # fmt: skip
 
@@ -236,7 +246,8 @@ def _earlier_trace(run: RunDirectory) -> Trace:
     return Trace(list(takewhile(lambda e: e.candidate in run.refused, entries)))
 
 
-def _write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
+def write_trace(run: RunDirectory, trace: Trace, engine: Engine) -> None:
+    """Write every decision of a search, and the plugins that broke on the way, into its run directory."""
     faults = [str(f) for f in engine.registry.faults]
     run.write("trace.json", as_json({"entries": trace.to_json(), "faults": faults}))
 
@@ -262,11 +273,11 @@ def write_solution(run: RunDirectory, solution: Solution, engine: Engine, seed: 
     if candidate.episode is not None and not (run.path / "episode").exists():
         engine.knowledge.episodes.write(candidate.episode, run.path / "episode")
     if solution.execution is not None:
-        _write_execution(run, solution.execution, engine)
+        write_execution(run, solution.execution, engine)
 
 
-def _write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
-    """The first execution, with the real world that it was in, in a folder as ``cramlite execute --out`` writes one."""
+def write_execution(run: RunDirectory, execution: Execution, engine: Engine) -> None:
+    """Write an execution, with the real world that it was in, into a folder as ``cramlite execute --out`` writes one."""
     from ..model.rollout import save_rollout
 
     candidate, place = execution.candidate, "execution"
@@ -286,7 +297,8 @@ def _summary(solution: Solution, run: RunDirectory, engine: Engine, seed: int) -
         "solved": solution.succeeded, "proven": True, "execution": _execution(solution.execution),
         "directory": str(run.path), "seed": seed, "candidate": solution.number, "plan": str(solution.plan),
         "objects": entities, "steps": len(solution.program.steps), "findings": solution.verdict.findings,
-        "left_out": solution.verdict.left_out, "twins": _twins(solution.verdict.twins),
+        "left_out": solution.verdict.left_out, "twins": twins_json(solution.verdict.twins),
+        "goal": goal_answers(solution.trace, solution.number),
         "reason": _reason(solution), "nearest": None, "faults": _faults(engine),
     }  # fmt: skip
 
@@ -299,8 +311,8 @@ def _execution(execution: Execution | None) -> dict[str, Any] | None:
     return {"succeeded": verdict.passed, "reason": verdict.reason, "findings": verdict.findings}
 
 
-def _twins(found: TwinVerdict | None) -> dict[str, Any] | None:
-    """How a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
+def twins_json(found: TwinVerdict | None) -> dict[str, Any] | None:
+    """Return how a program fared in twins; None where it ran in none. What was drawn for each stands in verdict.json."""
     if found is None:
         return None
     return {
@@ -320,7 +332,7 @@ def _nothing(trace: Trace, run: RunDirectory, engine: Engine, seed: int) -> dict
     return {
         "solved": False, "proven": False, "execution": None,
         "directory": str(run.path), "seed": seed, "candidate": None, "plan": None,
-        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None,
+        "objects": {}, "steps": 0, "findings": [], "left_out": [], "twins": None, "goal": goal_answers(trace),
         "reason": how_it_ended(trace.entries), "nearest": nearest_miss(trace.entries),
         "faults": _faults(engine),
     }  # fmt: skip
@@ -378,6 +390,7 @@ def _resolve(arguments: argparse.Namespace) -> int:
         backend=arguments.backend,
         demonstration=arguments.demonstration,
         plan=arguments.plan,
+        meant=arguments.reading,
         plugins=plugin_choice(arguments),
         report=not arguments.no_report,
         json_output=arguments.json,
@@ -390,6 +403,7 @@ def _record(arguments: argparse.Namespace) -> int:
         arguments.scenario,
         seed=arguments.seed,
         out=arguments.out,
+        tasks=arguments.tasks,
         plugins=plugin_choice(arguments),
     )
 
@@ -407,9 +421,15 @@ def add_commands(add: Add) -> None:
         help="worlds drawn from the error model that a program is tried in, 0 for none (default: what the scenario says, or 8)",
     )  # fmt: skip
     resolve.add_argument("--plan", type=Path, help="a PDDL plan for the scenario's goal, see 'cramlite goal --pddl'")
+    resolve.add_argument(
+        "--reading", metavar="READING", help="of the demonstration: its number as 'cramlite interpret' lists them, or a task that it has"
+    )
     resolve.add_argument("--no-report", action="store_true", help="do not write report.html and pictures")
     resolve.add_argument("--json", action="store_true", help="print the result as JSON")
     record = add("record", _record)
     record.add_argument("scenario")
     record.add_argument("--seed", type=int, default=0)
     record.add_argument("--out", type=Path, required=True, help="folder for the NEEM")
+    record.add_argument(
+        "--tasks", default="", help="what the person does: 'PickingUp cup, Pouring cup bowl' (default: what the scenario says)"
+    )

@@ -24,6 +24,7 @@ from ..base.value import Value
 from ..engine.engine import Engine
 from ..engine.solution import Solution
 from ..planning.trace import Trace
+from .answers import check_answer, interpret_answer, solution_answer, tasks_answer
 from .arguments import Add, plugin_choice
 
 LONGEST_LINE = 1_000_000
@@ -32,21 +33,21 @@ Id = int | float | str | None
 PARSE_ERROR, NO_REQUEST, NO_METHOD, WRONG_PARAMS, INTERNAL = -32700, -32600, -32601, -32602, -32603
 PARAMS: Mapping[str, tuple[str, ...]] = {
     "cancel": ("id",),
-    "check": ("scenario", "seed"),
+    "check": ("scenario", "goal", "seed"),
     "interpret": ("episode",),
     "next": ("of",),
-    "resolve": ("scenario", "seed"),
+    "resolve": ("scenario", "goal", "seed"),
     "tasks": (),
 }
 """Method -> the names of its params."""
 
 
 class Refused(Exception):
-    """Rejected request: its JSON-RPC code, and its id if it has one."""
+    """Rejected request: its JSON-RPC code, its id if it has one, and data beside the message."""
 
-    def __init__(self, code: int, message: str, id_: Id = None) -> None:
+    def __init__(self, code: int, message: str, id_: Id = None, data: Any = None) -> None:
         super().__init__(message)
-        self.code, self.id = code, id_
+        self.code, self.id, self.data = code, id_, data
 
 
 class Found(Value):
@@ -55,6 +56,7 @@ class Found(Value):
     solutions: Iterator[Solution]
     engine: Engine
     trace: Trace
+    progress: Callable[[str], None]
 
 
 class Service:
@@ -131,7 +133,8 @@ class Service:
         try:
             return {"result": self.methods[request["method"]](request["id"], request["params"])}
         except Refused as refused:
-            return {"error": {"code": refused.code, "message": str(refused)}}
+            more = {"data": refused.data} if refused.data is not None else {}
+            return {"error": {"code": refused.code, "message": str(refused), **more}}
         except CramliteError as error:
             return {"error": {"code": error.exit_code, "message": str(error)}}
         except Exception as error:
@@ -150,23 +153,14 @@ class Service:
     # Methods
 
     def _tasks(self, id_: Any, params: dict[str, Any]) -> Any:
-        from .texts import tasks_json
-
-        return tasks_json(self.engine.knowledge.tasks.values())
+        return tasks_answer(self.engine)
 
     def _check(self, id_: Any, params: dict[str, Any]) -> Any:
         """Whether a scenario can be used; an error says why not."""
-        scenario = _scenario(params)
-        setting = self.engine.setting(scenario, seed=_seed(params))
-        return {
-            "scenario": scenario.name,
-            "robot": setting.robot.type,
-            "things": [t.name for t in setting.world.things],
-        }
+        return check_answer(self.engine, _scenario(params), _seed(params))
 
     def _interpret(self, id_: Any, params: dict[str, Any]) -> Any:
-        found = self.engine.interpret(self.engine.read_episode(Path(_text(params, "episode"))))
-        return found.to_json()
+        return interpret_answer(self.engine, Path(_text(params, "episode")))
 
     def _resolve(self, id_: Any, params: dict[str, Any]) -> Any:
         """The first proven program; ``next`` with this request's id gives the following ones."""
@@ -179,7 +173,7 @@ class Service:
         solutions = engine.resolve(
             scenario, seed=_seed(params), trace=trace, progress=progress, stop=lambda: self._stopped(id_)
         )
-        self._found[id_] = Found(solutions, engine, trace)
+        self._found[id_] = Found(solutions, engine, trace, progress)
         return self._one(id_)
 
     def _next(self, id_: Any, params: dict[str, Any]) -> Any:
@@ -193,25 +187,21 @@ class Service:
 
     def _one(self, id_: Id) -> Any:
         from ..planning.diagnosis import failure_text, how_it_ended
+        from ..planning.goal_parts import goal_answers
+        from ..planning.heartbeat import heartbeat
 
         found = self._found.pop(id_)  # put back if it can go on
-        solution = next(found.solutions, None)
+        with heartbeat(found.trace, found.progress):
+            solution = next(found.solutions, None)
         if solution is None:
             if self._stopped(id_):
                 raise NoSolution("cancelled")
-            more = any(e.outcome == "proven" for e in found.trace.entries)
-            raise NoSolution(
-                f"No further solution: {how_it_ended(found.trace.entries)}."
-                if more
-                else failure_text(found.trace, found.engine.registry.faults)
-            )
+            if any(e.outcome == "proven" for e in found.trace.entries):
+                raise NoSolution(f"No further solution: {how_it_ended(found.trace.entries)}.")
+            said, answers = failure_text(found.trace, found.engine.registry.faults), goal_answers(found.trace)
+            raise Refused(NoSolution.exit_code, said, data={"goal": answers} if answers else None)
         self._found[id_] = found
-        bound = solution.candidate.bindings
-        return {
-            "plan": str(solution.plan), "code": solution.code, "findings": solution.verdict.findings,
-            "left_out": solution.verdict.left_out,
-            "objects": {o.name: bound.get(o.name) for o in solution.plan.objects},
-        }  # fmt: skip
+        return solution_answer(solution)
 
 
 def _request(line: str) -> dict[str, Any]:
@@ -257,12 +247,15 @@ def _scenario(params: dict[str, Any]) -> Any:
     from ..base.resources import find_scenario
     from ..scenario.scenario import read_scenario
 
-    return read_scenario(find_scenario(_text(params, "scenario")))
+    said = params.get("scenario")
+    scenario = read_scenario(said if isinstance(said, dict) else find_scenario(_text(params, "scenario")))
+    return scenario.with_goal(params["goal"]) if "goal" in params else scenario
 
 
 def _text(params: dict[str, Any], name: str) -> str:
+    or_data = ", or what such a file holds" if name == "scenario" else ""
     if not isinstance(params.get(name), str):
-        raise Refused(WRONG_PARAMS, f"'{name}' is missing; it is a file, or the name of a shipped one")
+        raise Refused(WRONG_PARAMS, f"'{name}' is missing; it is a file, or the name of a shipped one{or_data}")
     return str(params[name])
 
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 def solution_text(solution: Solution, folder: str) -> str:
     """Return a short summary of a proven program, and of its first execution."""
+    from ..planning.goal_parts import goal_answers
+
     program, plan, execution = solution.program, solution.plan, solution.execution
     lines = [
         f"{_headline(solution)}: {plan}",
@@ -39,6 +41,7 @@ def solution_text(solution: Solution, folder: str) -> str:
         entry = chosen.get(designator.name)
         found = f"{entry.text}: {entry.reason}" if entry else "?"
         lines.append(f"  {designator.name} ({', '.join(designator.types) or 'by name'}) = {found}")
+    lines += [f"  Goal: {answer}" for answer in goal_answers(solution.trace, solution.number)]
     lines.append("  Judged after running the text:")
     lines += _finding_lines(solution.verdict)
     lines += ["  Judged after its first execution, in the world as it really is:", *_finding_lines(execution.verdict)] if execution else []
@@ -110,8 +113,6 @@ def _repair_lines(repairs: Sequence[Repair], zero: float, most: int = 20) -> lis
     return lines + ([f"  repaired  {left} more; --json lists them all"] if left > 0 else [])
 
 
-EPOCH = 1e8
-"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
 ALIKE = 3
 """Repairs for one reason that are shown each."""
 SHOWN = 3
@@ -121,7 +122,7 @@ SHOWN = 3
 def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -> str:
     """Return every action with the tasks it may execute, before them what was repaired, and behind them the best candidates."""
     lines = [f"{found.episode}: {len(found.actions)} actions, {found.count()} readings"]
-    zero = _zero(found)
+    zero = found.zero
     if zero:
         lines.append(f"  times are from {datetime.fromtimestamp(zero, UTC):%Y-%m-%d %H:%M:%S} UTC, {zero:.3f} s")
     lines += _repair_lines(list(repairs), zero)
@@ -133,12 +134,6 @@ def interpretation_text(found: Interpretation, repairs: Iterable[Repair] = ()) -
                 f"       no task explains it; 'cramlite interpret EPISODE --why TASK@{k}' says what is missing"
             )
     return "\n".join(lines + _candidates(found))
-
-
-def _zero(found: Interpretation) -> float:
-    """The start, where stamps are seconds since 1970; else 0."""
-    start = found.actions[0].start if found.actions else 0.0
-    return start if start > EPOCH else 0.0
 
 
 def _match(match: Match) -> str:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..planning.trace import Trace
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
-    from .executor_group import ExecutorGroup
+    from .executor_group import RunGroup
     from .reading import Reading
     from .setting import Setting
 
@@ -51,11 +51,15 @@ class CandidateSequence(Value, eq=False):
     progress: Progress
     stop: Callable[[], bool]
 
-    def attempts(self) -> Iterator[Solution]:
-        """Generate complete programs with what the judges found, lazily; refused ones are among them."""
+    def attempts(self, group: RunGroup | None = None) -> Iterator[Solution]:
+        """Generate complete programs with what the judges found, lazily; refused ones are among them.
+
+        Args:
+            group: runs them in twins, and is left open; None for processes of this machine.
+        """
         self.trace.candidate = self.number
         self.progress(f"candidate {self.number}: {self.plan}")
-        made = attempts(self.plan, self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop)
+        made = attempts(self.plan, self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop, group)
         for candidate, verdict in made:
             yield Solution(
                 self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode
@@ -70,19 +74,27 @@ def attempts(
     trace: Trace,
     progress: Progress = lambda _: None,
     stop: Callable[[], bool] = lambda: False,
+    group: RunGroup | None = None,
 ) -> Iterator[tuple[Candidate, Verdict]]:
-    """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them."""
-    group = executors(knowledge, setting)
+    """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them.
+
+    Args:
+        group: runs them in twins, and is left open; None for processes of this machine.
+    """
+    if group is not None:
+        yield from _attempts(plan, setting, knowledge, budget, trace, progress, stop, group if setting.doubts.twins else None)
+        return
+    own = executors(knowledge, setting)
     try:
-        yield from _attempts(plan, setting, knowledge, budget, trace, progress, stop, group)
+        yield from _attempts(plan, setting, knowledge, budget, trace, progress, stop, own)
     finally:
-        if group is not None:
-            group.close()
+        if own is not None:
+            own.close()
 
 
 def _attempts(
     plan: Plan, setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress,
-    stop: Callable[[], bool], group: ExecutorGroup | None,
+    stop: Callable[[], bool], group: RunGroup | None,
 ) -> Iterator[tuple[Candidate, Verdict]]:  # fmt: skip
     context = _context(setting, knowledge, budget)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace, budget, progress, stop)

@@ -27,12 +27,17 @@ if TYPE_CHECKING:
     from ..model.world import World
     from ..scenario.scenario import Scenario
     from .candidates import CandidateSequence, Progress
+    from .executor import Executor
     from .reading import AnyGoal
     from .setting import Setting
 
 
 KEPT = 4
 """Engines for scenarios that ask for one of their own."""
+
+
+FARTHEST_WAY = 50.0
+"""[m] A recorded person stays in one building."""
 
 
 class Engine:
@@ -122,7 +127,7 @@ class Engine:
             raise UserError(
                 f"The episode '{episode.name}' has no events, so there is nothing to interpret: it holds "
                 f"{len(episode.entities)} entities and {len(episode.tracks)} tracks, and no object was seen to move "
-                "along with a hand. Record it with contacts, or with the poses of hands and objects."
+                f"along with a hand. Record it with contacts, or with the poses of hands and objects.{_too_wide(episode)}"
             )
         return interpret(episode, self.knowledge.rules, self.knowledge.taxonomy)
 
@@ -215,20 +220,24 @@ class Engine:
         ):
             yield from (one for one in candidate.attempts() if one.verdict.passed)
 
-    def execute(self, solution: Solution) -> Solution:
+    def execute(self, solution: Solution, executor: Executor | None = None) -> Solution:
         """Execute a proven program once in the world as it really is, and let the judges of its proof look at what happened.
 
         The iterator that gave the solution learns nothing of it.
+
+        Args:
+            executor: the process that runs the text, which can be killed; None runs it in this one.
 
         Returns:
             The solution with its ``execution``.
 
         Raises:
+            ExecutorDied: the process that runs the text did, or was killed.
             UserError: its text cannot be run here.
         """
         from .execution import execute
 
-        return replace(solution, execution=execute(solution.candidate, solution.setting, self.knowledge))
+        return replace(solution, execution=execute(solution.candidate, solution.setting, self.knowledge, executor))
 
     def candidates(
         self,
@@ -296,12 +305,22 @@ class Engine:
         found, episode = reading.interpretation, reading.episode
         if found is not None and episode is not None:
             progress(f"{len(found.actions)} actions, {found.count()} readings")
-            yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace)
+            meant = asked.spec.reading if isinstance(asked, Scenario) else None
+            yield from plans_from_interpretation(setting.name, found, episode, knowledge.tasks, trace, meant)
         elif isinstance(asked, Goal) or (isinstance(asked, Scenario) and asked.spec.goal is not None):
             scene = setting.symbolic(knowledge.taxonomy)
             yield from ((plan, None) for plan in plans_for_goal(setting.name, asked, scene, knowledge, trace, progress, stop))
         else:
             yield plan_from_tasks(setting.name, asked, knowledge.tasks, setting.world), None  # type: ignore[arg-type]
+
+
+def _too_wide(episode: Episode) -> str:
+    """A sentence that doubts the unit of lengths, where something moved farther than people do; else none."""
+    ways = ((float((t.poses[:, :3].max(axis=0) - t.poses[:, :3].min(axis=0)).max()), n) for n, t in episode.tracks.items() if len(t.times))
+    way, name = max(ways, default=(0.0, ""))
+    if way < FARTHEST_WAY:
+        return ""
+    return f" '{name}' moved by {way:.0f} m, and lengths are metres: if these are millimetres or centimetres, convert them."
 
 
 def _refuse(unknown: Mapping[str, object]) -> None:

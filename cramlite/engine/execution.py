@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 from ..base.errors import UserError
 from ..base.value import Value
 from ..model.verdict import Verdict
-from .proof import run_and_judge, text_that_runs
+from .proof import judge_run, run_and_judge, text_that_runs
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
+    from .executor import Executor
     from .setting import Setting
 
 
@@ -31,14 +32,22 @@ class Execution(Value):
     verdict: Verdict
 
 
-def execute(candidate: Candidate, setting: Setting, knowledge: Knowledge) -> Execution:
+def execute(candidate: Candidate, setting: Setting, knowledge: Knowledge, executor: Executor | None = None) -> Execution:
     """Run a proven program once in the real world of its setting: the believed one, where nothing else is known of it.
 
+    Args:
+        executor: the process that runs it; None runs it in this one.
+
     Raises:
+        ExecutorDied: the process that runs it did, or was killed.
         UserError: its text cannot be run here.
     """
     text = text_that_runs(candidate, setting.backend)
     if text is None:
         raise UserError(f"Text of backend '{setting.backend.name}' cannot be run here, so there is nothing to execute.")
-    ran, findings = run_and_judge(candidate, text, setting.real or setting.world, knowledge, setting.seed)
+    world = setting.real or setting.world
+    if executor is None:
+        ran, findings = run_and_judge(candidate, text, world, knowledge, setting.seed)
+    else:
+        ran, findings = judge_run(candidate, text, executor.run(text.text, world, setting.seed)[0], knowledge)
     return Execution(ran, Verdict(tuple(findings), knowledge.left_out))

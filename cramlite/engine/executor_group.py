@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from queue import SimpleQueue
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from ..base.errors import UserError
 from ..plugin.selection import PluginChoice
@@ -19,12 +19,53 @@ if TYPE_CHECKING:
 
 DEATHS = 2
 """A run whose process died this often is given up."""
+T = TypeVar("T")
 
 
 def processes_here() -> int:
     """Return how many processes can work at once on this machine."""
     own = getattr(os, "sched_getaffinity", None)  # not everywhere
     return len(own(0)) if own is not None else os.cpu_count() or 1
+
+
+class RunGroup(Protocol):
+    """Whoever runs a text in several worlds: processes here, or a cluster."""
+
+    @property
+    def seconds(self) -> float:
+        """CPU time of the runs so far [s]."""
+        ...
+
+    def start(self) -> None:
+        """Prepare for runs that will be asked for soon."""
+        ...
+
+    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+        """Run a text in one world with its seed after another, lazily; what happened comes in their order, or why nothing did."""
+        ...
+
+    def close(self) -> None:
+        """End all runs: nobody asks any more."""
+        ...
+
+
+def in_order(submit: Callable[[World, int], Future[T]], places: Iterator[tuple[World, int]], ahead: int) -> Iterator[Future[T]]:
+    """Submit one run after another, lazily, and yield them in this order; those that nobody asks for are cancelled.
+
+    Args:
+        ahead: so many are under way beside the one that is waited for.
+    """
+    waiting: deque[Future[T]] = deque()
+    try:
+        while True:
+            while len(waiting) <= ahead and (place := next(places, None)) is not None:
+                waiting.append(submit(*place))
+            if not waiting:
+                return
+            yield waiting.popleft()
+    finally:
+        for left in waiting:
+            left.cancel()
 
 
 class ExecutorGroup:
@@ -42,6 +83,12 @@ class ExecutorGroup:
             self._idle.put(one)
         self._threads = ThreadPoolExecutor(count, thread_name_prefix="executor")
         self._closed = False
+        self._spent: list[float] = []
+
+    @property
+    def seconds(self) -> float:
+        """CPU time of the runs so far [s], with the start of their processes."""
+        return sum(self._spent)
 
     def start(self) -> None:
         """Start the processes before there is anything to do."""
@@ -54,17 +101,8 @@ class ExecutorGroup:
         Yields:
             What happened in each, in order; or why nothing did, as a clause.
         """
-        waiting: deque[Future[Rollout | str]] = deque()
-        try:
-            while True:
-                while len(waiting) <= len(self._all) and (place := next(places, None)) is not None:
-                    waiting.append(self._threads.submit(self._run, text, *place))
-                if not waiting:
-                    return
-                yield waiting.popleft().result()
-        finally:
-            for left in waiting:
-                left.cancel()
+        for run in in_order(lambda world, seed: self._threads.submit(self._run, text, world, seed), places, len(self._all)):
+            yield run.result()
 
     def close(self) -> None:
         """End the processes, whatever they are at: nobody asks any more."""
@@ -78,19 +116,21 @@ class ExecutorGroup:
     def _run(self, text: str, world: World, seed: int) -> Rollout | str:
         executor = self._idle.get()
         try:
-            return self._survived(lambda: executor.run(text, world, seed)[0])
+            return self._survived(lambda: executor.run(text, world, seed))
         finally:
             self._idle.put(executor)
 
-    def _survived(self, run: Callable[[], Rollout]) -> Rollout | str:
+    def _survived(self, run: Callable[[], tuple[Rollout, float]]) -> Rollout | str:
         """What a run gives; tried again where its process died."""
         for _ in range(DEATHS):
             if self._closed:
                 break
             try:
-                return run()
+                rollout, seconds = run()
             except ExecutorDied:
                 continue
             except UserError as error:
                 return str(error)
+            self._spent.append(seconds)
+            return rollout
         return f"the process that executes it died {DEATHS} times (out of memory, or killed)"

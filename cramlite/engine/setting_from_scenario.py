@@ -68,14 +68,17 @@ def _seen(
     scenario: Scenario, written: Setting, knowledge: Knowledge, told: Queries, likeliest: Likeliest, now: World | None
 ) -> Setting:
     """What the scenario's camera sees of the setting: all that is believed of things that can be moved. It looks for what
-    it was ``told``, else for what the likeliest plan is about."""
+    it was ``told``, else for what the likeliest plan is about; for a goal, which cannot be planned before it is known what there is,
+    at all furniture."""
     from ..perception.active_perception import look
-    from ..perception.view_queries import queries_of
+    from ..perception.view_queries import queries_everywhere, queries_of
 
     world, real = replace(written.world, poses="camera"), replace(now or written.real or written.world, poses="camera")
     furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
-    plan = None if told else likeliest(replace(written, world=furniture, relations=(), real=None))
-    wanted = queries_of(plan, furniture, knowledge.taxonomy) if plan else told
+    plan = None if told or scenario.spec.goal else likeliest(replace(written, world=furniture, relations=(), real=None))
+    wanted = queries_of(plan, furniture, knowledge.taxonomy, knowledge.tasks) if plan else told
+    if scenario.spec.goal and not told:
+        wanted = queries_everywhere(furniture, knowledge.taxonomy)
     seen = look(scenario, wanted, world, real, written.robot, knowledge, written.seed)
     return replace(written, world=seen.world, relations=seen.relations, real=seen.real, look=seen)
 

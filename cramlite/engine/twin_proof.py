@@ -22,7 +22,7 @@ from ..model.twin_verdict import TwinRun, TwinVerdict
 from ..model.verdict import Finding, Verdict
 from ..plugin.selection import PluginChoice
 from ..scenario.twin import Sight, Twin, draw_twin
-from .executor_group import ExecutorGroup, processes_here
+from .executor_group import ExecutorGroup, RunGroup, processes_here
 from .late_poses import flange
 from .proof import judge_run, text_that_runs
 
@@ -50,7 +50,7 @@ class Doubtful(Value):
     text: Code
     setting: Setting
     knowledge: Knowledge
-    group: ExecutorGroup
+    group: RunGroup
 
     def twin(self, seed: int, errors: ErrorModel) -> Twin:
         """Draw a twin of what is believed."""
@@ -79,7 +79,7 @@ def executors(knowledge: Knowledge, setting: Setting) -> ExecutorGroup | None:
 
 
 def doubt(
-    candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: ExecutorGroup, progress: Progress,
+    candidate: Candidate, verdict: Verdict, setting: Setting, knowledge: Knowledge, group: RunGroup, progress: Progress,
     stop: Callable[[], bool] = lambda: False,
 ) -> Verdict | None:  # fmt: skip
     """Return the verdict about a program that was accepted in the believed world, after its runs in twins.

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 from functools import lru_cache
 from pathlib import Path
+from typing import Literal
 
 from msgspec import field
 from msgspec.structs import replace
@@ -28,6 +30,8 @@ class Trial(Value):
         directory: of the run.
         pictures: whether to draw how each execution ended.
         plugins: of the engine.
+        twins: who runs programs in twins: processes of this machine; the trial itself, where it is a task of a cluster that has no
+            place free; or further tasks of the cluster.
     """
 
     experiment: Path
@@ -37,10 +41,11 @@ class Trial(Value):
     without: str | None = None
     pictures: bool = True
     plugins: PluginChoice = INSTALLED
+    twins: Literal["processes", "itself", "tasks"] = "processes"
 
 
 class Bench(Value):
-    """Test bench: what one process needs for all its trials of an experiment."""
+    """Test bench: what one thread of a process needs for all its trials of an experiment."""
 
     experiment: Experiment
     scenario: Scenario
@@ -49,14 +54,18 @@ class Bench(Value):
     watch: Stopwatch = field(default_factory=Stopwatch)
 
 
-@lru_cache(maxsize=2)
 def bench(
     path: Path,
     set_name: str,
     without: str | None,
     plugins: PluginChoice = INSTALLED,
 ) -> Bench:
-    """Build the test bench of an experiment, once a process."""
+    """Build the test bench of an experiment, once a thread: on a cluster one trial begins while another waits for its twins."""
+    return _bench(threading.get_ident(), path, set_name, without, plugins)
+
+
+@lru_cache(maxsize=4)
+def _bench(thread: int, path: Path, set_name: str, without: str | None, plugins: PluginChoice) -> Bench:
     experiment = read_experiment(path)
     ablation, demonstrated = experiment.ablation(without), experiment.choose(set_name)
     scenario = read_scenario(experiment.beside(demonstrated.scenario or experiment.spec.scenario))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from importlib.util import find_spec
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -11,8 +12,10 @@ from ..base.errors import NoSolution
 from ..base.json_text import as_json
 from ..base.run_directory import write_whole
 from ..plugin.selection import INSTALLED, PluginChoice
+from .candidates_table import PARQUET, to_csv, to_parquet
+from .cluster import LOCAL, check_executor
 from .page import page
-from .report import BASELINE, against_baseline, baseline, missed_thresholds, text, to_csv, to_json
+from .report import BASELINE, against_baseline, baseline, missed_thresholds, text, to_json
 from .results import DemonstrationResult
 from .run import Order, check_workers, run_experiment, run_key, speak
 from .spec import Experiment, find_experiment, read_experiment
@@ -31,8 +34,12 @@ def experiment_command(
     keep_baseline: bool = False,
     json_output: bool = False,
     plugins: PluginChoice = INSTALLED,
+    executor: str = LOCAL,
 ) -> int:
     """Run an experiment to its end.
+
+    Args:
+        executor: as ``cluster.check_executor`` has it.
 
     Returns:
         0; with ``short`` only if the thresholds are reached.
@@ -46,14 +53,15 @@ def experiment_command(
     own = replace(plugins, files=tuple(p.resolve() for p in plugins.files))
     what = _what(set_name, short, without)
     place = out or Path("runs") / f"{experiment.spec.experiment}-{what}"
-    order = Order(experiment, set_name, place, check_workers(workers), short, without, pictures, own)
+    order = Order(experiment, set_name, place, check_workers(workers), short, without, pictures, own, check_executor(executor))
     results = run_experiment(order, speak)
     whole = tables(results, experiment.spec.published if set_name == "main" and not short else None)
     stored = experiment.beside(BASELINE)
     changes = against_baseline(whole, stored, what)
     data = _write(order, whole, results, changes)
     print(data if json_output else text(whole, _title(experiment, what)) + "\n" + "\n".join(["baseline:", *changes]))
-    print(f"Files: {place}/tables.json, candidates.csv, report.html") if not json_output else None
+    parquet = " candidates.parquet," if (place / PARQUET).is_file() else ""
+    print(f"Files: {place}/tables.json, candidates.csv,{parquet} report.html") if not json_output else None
     if keep_baseline:
         _store(stored, what, whole)
     missed = missed_thresholds(whole, experiment.spec.thresholds) if short and without is None else []
@@ -71,7 +79,7 @@ def _title(experiment: Experiment, what: str) -> str:
 
 
 def _write(order: Order, whole: Tables, results: tuple[DemonstrationResult, ...], changes: list[str]) -> str:
-    """The three files; gives the JSON."""
+    """The files; gives the JSON."""
     spec = order.experiment.spec
     data = as_json(to_json(whole, results, run_key(order)))
     what = _what(order.set_name, order.short, order.without)
@@ -83,6 +91,8 @@ def _write(order: Order, whole: Tables, results: tuple[DemonstrationResult, ...]
         about.append(f"Published figures: {spec.published.source}")
     write_whole(order.out / "tables.json", data)
     write_whole(order.out / "candidates.csv", to_csv(results))
+    if find_spec("pyarrow"):  # of the extra 'distributed'
+        write_whole(order.out / PARQUET, to_parquet(results))
     html = page(_title(order.experiment, what), about, whole, results, changes, order.out)
     write_whole(order.out / "report.html", html)
     return data

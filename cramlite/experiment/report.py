@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from pathlib import Path
 from typing import Any
@@ -98,27 +96,6 @@ def _row_json(row: Row) -> dict[str, Any]:
             data[name] = _share_json(value)
     data["harder"] = [_share_json(s) for s in row.harder]
     return data
-
-
-def to_csv(results: tuple[DemonstrationResult, ...]) -> str:
-    """Return a CSV table with a line for each candidate."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(
-        ["demonstration", "object", "seed", "candidate", "tasks", *STAGES, "confidence", "peak_force_N", "cpu_s", "reason"]
-    )
-    for one in results:
-        for c in one.results:
-            forces = [e.peak_force for a in c.attempts for e in a.executions]
-            executed = " ".join(str(int(e)) for e in c.executed) or 0
-            confidence = max((a.confidence for a in c.attempts if a.accepted), default=0.0)
-            writer.writerow(
-                [one.name, one.object, one.seed, c.number, " -> ".join(c.tasks), int(c.planned), int(c.simulated), executed,
-                 f"{confidence:.2f}", f"{max(forces, default=0.0):.2f}", f"{sum(c.seconds.values()):.1f}", c.reason]
-            )  # fmt: skip
-        if not one.results:
-            writer.writerow([one.name, one.object, one.seed, "", "", 0, 0, 0, "", "", "", one.reason])
-    return out.getvalue()
 
 
 def baseline(tables: Tables) -> dict[str, Any]:

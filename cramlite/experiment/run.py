@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import sys
-import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -12,16 +11,16 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import UserError
-from ..base.resources import find_scenario
-from ..base.run_directory import RunDirectory, content_key
+from ..base.run_directory import RunDirectory
 from ..base.value import Value
 from ..plugin.selection import INSTALLED, PluginChoice
-from ..scenario.scenario import read_scenario
-from ..version import VERSION
-from .bench import Trial, bench
+from .bench import Trial
+from .cluster import LOCAL, run_on_cluster
+from .progress import Progress
 from .results import DemonstrationResult
+from .results_key import results_key
 from .spec import Demonstration, Experiment
-from .store import LOCK, Store, code_key, locked
+from .store import LOCK, Store, locked
 from .trial import run_trial
 from .worker_pool import worker_pool
 
@@ -30,7 +29,7 @@ DEATHS = 2
 
 
 class Order(Value):
-    """Order for a run: which demonstrations of an experiment, where to, and with how many processes.
+    """Order for a run: which demonstrations of an experiment, where to, and with how many processes of whom.
 
     Args:
         set_name, short, without: which demonstrations, only the first of each object, what is taken away.
@@ -38,6 +37,7 @@ class Order(Value):
         workers: processes.
         pictures: draw how each execution ended.
         plugins: of the engine.
+        executor: "local" for processes of this machine, "dask" or "dask://HOST:PORT" for a cluster (``cluster.connected``).
     """
 
     experiment: Experiment
@@ -48,6 +48,7 @@ class Order(Value):
     without: str | None = None
     pictures: bool = True
     plugins: PluginChoice = INSTALLED
+    executor: str = LOCAL
 
     @property
     def demonstrations(self) -> tuple[Demonstration, ...]:
@@ -78,14 +79,20 @@ def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[Demonstrat
         The results of all demonstrations, in order, those of earlier runs among them; the same for any number of workers.
 
     Raises:
-        UserError: the directory holds something else, is in use or damaged, or cannot be written.
+        UserError: the directory holds something else, is in use or damaged, or cannot be written; or there is no such cluster.
         KeyboardInterrupt: the workers were stopped; what is finished is kept.
     """
-    directory = RunDirectory(order.out, run_key(order))
+    key = run_key(order)
+    directory = RunDirectory(order.out, key)
     lock = locked(order.out)
     try:
         store = Store(order.out)
         found = {d.name: r for d in order.demonstrations if (r := store.demonstration(d.name)) is not None}
+        left = [d for d in order.demonstrations if d.name not in found]
+        if order.executor != LOCAL and left:
+            progress = Progress(len(order.demonstrations), len(left), say)
+            trials = [order.trial(d) for d in left]
+            found |= run_on_cluster(order.executor, order.workers, trials, order.short, key, store, progress)
         deaths: dict[str, int] = {}
         while left := [d for d in order.demonstrations if d.name not in found]:
             found |= _round(order, store, left, deaths, say)
@@ -96,22 +103,9 @@ def run_experiment(order: Order, say: Callable[[str], None]) -> tuple[Demonstrat
 
 
 def run_key(order: Order) -> dict[str, Any]:
-    """Return what the results depend on: files, seeds, code. How many workers there are is none of it."""
-    experiment = order.experiment
-    place = bench(experiment.path.resolve(), order.set_name, order.without, order.plugins)
-    chosen = experiment.choose(order.set_name)
-    scenario = read_scenario(find_scenario(str(experiment.beside(chosen.scenario or experiment.spec.scenario))))
-    ablation = experiment.ablation(order.without)
-    files = [experiment.path, scenario.path]
-    files += [experiment.beside(f) for f in (ablation.plugin, ablation.rules) if f]
-    folders = [
-        Path(__file__).resolve().parents[1],
-        *(Path(i.file).resolve().parent for i in place.engine.registry.infos),
-    ]
-    return {
-        "cramlite": VERSION, "experiment": experiment.spec.experiment, "set": order.set_name, "short": order.short,
-        "without": order.without, "scenario": content_key(*files), "code": code_key(folders),
-    }  # fmt: skip
+    """Return what the results depend on: files, seeds, code. How many workers there are, and where, is none of it."""
+    path = order.experiment.path.resolve()
+    return results_key(path, order.set_name, short=order.short, without=order.without, plugins=order.plugins)
 
 
 def _round(
@@ -165,29 +159,6 @@ def _stop(pool: ProcessPoolExecutor) -> None:
     pool.shutdown(wait=False, cancel_futures=True)
     for child in multiprocessing.active_children():
         child.terminate()
-
-
-class Progress:
-    """Progress report: a line for each demonstration, with the remaining time at this pace."""
-
-    def __init__(self, total: int, left: int, say: Callable[[str], None]) -> None:
-        self.total, self.left, self.say, self.begin, self.done = total, left, say, time.monotonic(), 0
-
-    def one(self, result: DemonstrationResult) -> None:
-        """Report one finished demonstration."""
-        self.done += 1
-        passed = time.monotonic() - self.begin
-        rest = passed / self.done * (self.left - self.done)
-        good = [sum(getattr(r, stage) for r in result.results) for stage in ("planned", "simulated", "succeeded")]
-        self.say(
-            f"[{self.total - self.left + self.done}/{self.total}] {result.name}: {result.candidates} candidates, "
-            f"{'/'.join(map(str, good))} planned/simulated/executed{'; ' + result.reason if result.reason else ''}; "
-            f"{_clock(passed)} passed, about {_clock(rest)} left"
-        )
-
-
-def _clock(seconds: float) -> str:
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
 
 
 def speak(text: str) -> None:

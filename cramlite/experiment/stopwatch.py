@@ -1,4 +1,4 @@
-"""CPU time by stage, of this process and of those it waited for."""
+"""CPU time by stage, of this thread and of the processes that its process waited for."""
 
 from __future__ import annotations
 
@@ -65,4 +65,4 @@ def _counted(function: Callable[..., Any], watch: Stopwatch, stage: str) -> Call
 
 def _now() -> float:
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return time.process_time() + children.ru_utime + children.ru_stime
+    return time.thread_time() + children.ru_utime + children.ru_stime

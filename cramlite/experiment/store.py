@@ -6,7 +6,8 @@ import fcntl
 import hashlib
 import os
 import shutil
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import IO, TypeVar
 
@@ -73,6 +74,23 @@ class Store:
     def unfinished(self) -> list[str]:
         """Return the names of demonstrations that a worker took on and did not finish."""
         return sorted(p.parent.name for p in (self.path / "results").glob("*/worker"))
+
+    def receive(self, demonstration: str, files: Mapping[str, bytes]) -> None:
+        """Take over the files of a trial that ran elsewhere; its result is written last, so that half of them count for nothing.
+
+        Args:
+            files: by their names in the directory of the run.
+        """
+        recorded, whole = f"demonstrations/{demonstration}", f"results/{demonstration}/result.json"
+        own = [n for n in files if n.startswith(f"results/{demonstration}/") and n != whole]
+        for name in own:
+            self.write(name, files[name])
+        with tempfile.TemporaryDirectory(dir=self.path, prefix=".arriving-") as folder:
+            for name in (n for n in files if n.startswith(f"{recorded}/")):
+                write_whole(Path(folder) / name, files[name])
+            if (Path(folder) / recorded).is_dir():
+                self.adopt(Path(folder) / recorded, recorded)
+        self.write(whole, files[whole])
 
     def adopt(self, folder: Path, name: str) -> Path:
         """Move a complete folder to its place in the run, and return its path."""

@@ -53,6 +53,7 @@ class Row(Value):
         solved, first: demonstrations with a program that succeeded, and whose first-ranked candidate did.
         readings: task sequences before those that contradict themselves were left out.
         peak_force: the largest in a successful execution [N]; 0 if there is none.
+        planning: CPU time of planning one candidate, without its simulation [s], the mean; 0 if there is none.
     """
 
     object: str
@@ -68,6 +69,7 @@ class Row(Value):
     first: Share
     readings: int
     peak_force: float
+    planning: float = 0.0
 
 
 class Confusion(Value):
@@ -171,6 +173,7 @@ def _row(name: str, results: Sequence[DemonstrationResult], said: Mapping[str, t
         sum(r.candidates for r in results), len(tried),
         planned, simulated, executed, harder, share(lambda r: r.solved), share(lambda r: r.first_solved),
         sum(r.readings for r in results), max(forces, default=0.0),
+        sum(c.seconds.get("plan", 0.0) for c in tried) / max(len(tried), 1),
     )  # fmt: skip
 
 

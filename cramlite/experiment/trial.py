@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Iterable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 from msgspec.structs import replace
@@ -14,11 +15,13 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.seeds import derive_seed
 from ..engine.candidates import CandidateSequence
+from ..engine.executor_group import ExecutorGroup, RunGroup, processes_here
 from ..engine.reading import Reading
 from ..engine.recording import record_episode
 from ..engine.solution import Solution
 from ..planning.budget import Budget
 from ..planning.trace import Entry, Trace
+from ..plugin.selection import PluginChoice
 from .bench import Bench, Trial, bench, goal_missed
 from .results import Attempt, CandidateResult, DemonstrationResult, Execution
 from .spec import AblationSpec, Demonstration, SetSpec
@@ -168,13 +171,27 @@ def _attempts(
 ) -> Iterator[tuple[Attempt, bool]]:
     """Each complete program with what became of it in the believed world and in the twin; and whether it reached
     the goal in the believed world."""
-    attempts = candidate.attempts()
-    while True:
-        with place.watch("plan"):  # what is simulated and detected in it is told apart
-            judged = next(attempts, None)
-        if judged is None:
-            return
-        yield _attempt(trial, store, place, judged)
+    with closing(_twin_runs(trial, place)) as group:
+        attempts, spent = candidate.attempts(group), 0.0
+        while True:
+            with place.watch("plan"):  # what is simulated and detected in it is told apart
+                judged = next(attempts, None)
+            place.watch.add("twins", group.seconds - spent)
+            spent = group.seconds
+            if judged is None:
+                return
+            yield _attempt(trial, store, place, judged)
+
+
+def _twin_runs(trial: Trial, place: Bench) -> RunGroup:
+    """Who runs programs in twins."""
+    from .cluster_twins import ClusterRuns, OwnRuns
+
+    registry = place.engine.registry
+    plugins = PluginChoice(tuple(registry.files), tuple(registry.blocked), tuple(registry.preferred))
+    if trial.twins != "processes":
+        return ClusterRuns(plugins) if trial.twins == "tasks" else OwnRuns(plugins)
+    return ExecutorGroup(plugins, min(processes_here(), place.experiment.spec.proof.twins or 1))
 
 
 def _attempt(trial: Trial, store: Store, place: Bench, judged: Solution) -> tuple[Attempt, bool]:

@@ -21,13 +21,24 @@ from functools import cache, partial
 from itertools import islice
 from typing import Protocol
 
-from ..base.value import Value
+from ..base.value import Value, replace
 from ..model.entity_name import thing_of
 from ..ontology.taxonomy import Taxonomy
 from .conditions import Atom, Every, Not, Variable, atoms
 from .fluents import PLAIN, Fluent
 from .matching import Match
-from .ranking import CHANGE, DEFAULT_CAP, LABEL, MOVED, DescriptionLength, Option, TaskSequence, said, shortest_first
+from .ranking import (
+    CHANGE,
+    DEFAULT_CAP,
+    GENERIC,
+    LABEL,
+    MOVED,
+    DescriptionLength,
+    Option,
+    TaskSequence,
+    said,
+    shortest_first,
+)
 from .rules import Rule
 from .timeline import PhaseName
 
@@ -92,12 +103,14 @@ def claims(rule: Rule, match: Match) -> Claims:
 def _implied(
     needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
 ) -> frozenset[Fact]:
-    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it."""
+    """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it; what
+    ends because another begins that excludes it, and that."""
     meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
     denied = {f[0] for f in denies}
     of = {f: fluents.get(f[0], PLAIN) for f in after}
     follows = {(p, *f[1:]) for f, fluent in of.items() for p in (*fluent.implies, *fluent.implies_when_carried)}
-    return frozenset({f for f in needs if f[0] in meant} | {f for f in follows if f[0] in denied})
+    turned = {((p, *f[1:]), f) for f, fluent in of.items() for p in fluent.excludes if (p, *f[1:]) in needs}
+    return frozenset({f for f in needs if f[0] in meant} | {f for f in follows if f[0] in denied} | {f for t in turned for f in t})
 
 
 def _facts(rule: Rule, match: Match, phase: PhaseName, denied: bool) -> frozenset[Fact]:
@@ -143,8 +156,9 @@ def candidates(
         cap: unfinished sequences kept.
     """
     by_task = {rule.task: rule for rule in rules}
-    readings = [[_said(by_task, m) for m in action.matches] for action in actions]
-    options = _options(actions, readings, taxonomy, math.log2(max(len(rules), 2)))
+    readings = [_undecided(action.matches, [_said(by_task, m) for m in action.matches]) for action in actions]
+    general = [generic(action.matches, said_, by_task, taxonomy) for action, said_ in zip(actions, readings, strict=True)]
+    options = _options(actions, readings, general, taxonomy, math.log2(max(len(rules), 2)))
     if not all(options):
         return
     settled: dict[int, list[Demand]] = defaultdict(list)
@@ -158,16 +172,38 @@ def candidates(
     yield from islice(shortest_first(options, allowed, cap, LOOKED_AT), OFFERED)
 
 
+def _undecided(matches: Sequence[Match], claimed: Sequence[Claims]) -> list[Claims]:
+    """What readings of one action claim. Of several fillings of one task none of which is known, only one can be right: what the
+    fillings differ in is left open in what they begin and end, so that whichever is chosen explains it."""
+    found = list(claimed)
+    for task in {m.task for m in matches if m.unknown}:
+        alike = [k for k, m in enumerate(matches) if m.task == task and m.unknown]
+        fillers: dict[str, set[str]] = defaultdict(set)
+        for role, filler in ((r, f) for k in alike for r, f in matches[k].roles.items()):
+            fillers[role].add(filler)
+        open_ = {f for several in fillers.values() if len(several) > 1 for f in several}
+        for k in alike if open_ else []:
+            found[k] = _left_open(claimed[k], open_)
+    return found
+
+
+def _left_open(claim: Claims, names: set[str]) -> Claims:
+    def of(facts: Iterable[Fact]) -> frozenset[Fact]:
+        return frozenset((f[0], *("_" if a in names else a for a in f[1:])) for f in facts)
+
+    return replace(claim, begins=of(claim.begins), ends=of(claim.ends), changes=of(claim.changes))
+
+
 def _options(
-    actions: Sequence[Read], readings: Sequence[Sequence[Claims]], taxonomy: Taxonomy, name: float
+    actions: Sequence[Read], readings: Sequence[Sequence[Claims]], general: Sequence[frozenset[int]], taxonomy: Taxonomy, name: float
 ) -> list[list[Option]]:
     """What may be said of each action. Where something happens in some action, others in which nothing does are left out."""
-    something = any(c.changes for said_ in readings for c in said_) or any(a.label for a in actions)
+    something = any(c.changes for said_ in readings for c in said_) or any(a.label or set(a.moved) & _spoken_of(a) for a in actions)
     found = []
-    for action, claimed in zip(actions, readings, strict=True):
+    for action, claimed, wide in zip(actions, readings, general, strict=True):
         idle = something and not any(c.begins or c.ends for c in claimed)
         honest = [
-            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name), k)
+            Option(m, said(m, action.matches, taxonomy, name) + _untold(action, claimed, m, claim, taxonomy, name, k in wide), k)
             for k, (m, claim) in enumerate(zip(action.matches, claimed, strict=True))
             if explains_ends(claim, claimed) and not (idle and not m.roles and not _is_label(m, action, taxonomy))
         ]
@@ -177,16 +213,43 @@ def _options(
 
 
 def _untold(
-    action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float
+    action: Read, claimed: Sequence[Claims], match: Match | None, claim: Claims, taxonomy: Taxonomy, name: float, wide: bool = False
 ) -> DescriptionLength:
     """What must be told of an action beside a reading of it, or beside none."""
     changes = _distinct(f for c in claimed for f in c.changes)
     left = sum(not _among(f, claim.changes) for f in changes)
-    spoken_of = {thing_of(f) for m in action.matches for f in m.roles.values()}
     mine = {thing_of(f) for f in match.roles.values()} if match is not None else set()
-    moved = len((set(action.moved) & spoken_of) - mine)
+    moved = len((set(action.moved) & _spoken_of(action)) - mine)
     unnamed = action.label is not None and not (match is not None and _is_label(match, action, taxonomy))
-    return DescriptionLength(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed))
+    return DescriptionLength(unexplained=name * (CHANGE * left + MOVED * moved + LABEL * unnamed + GENERIC * wide))
+
+
+def generic(matches: Sequence[Match], said_: Sequence[Claims], rules: Mapping[str, Rule], taxonomy: Taxonomy) -> frozenset[int]:
+    """Return the readings of an action that a user's own, more specific one stands before.
+
+    A reading by a rule that does not come with cramlite is more specific than one by a rule that does if it explains all the
+    changes that the other explains, and its task is a kind of the other's, or its rule says of what class a thing must be of
+    which the other's says nothing.
+    """
+    own = [k for k, m in enumerate(matches) if m.task in rules and not rules[m.task].shipped]
+    return frozenset(
+        b for b, other in enumerate(matches) for a in own
+        if other.task in rules and rules[other.task].shipped
+        and all(_among(f, said_[a].changes) for f in said_[b].changes)
+        and (taxonomy.is_a(matches[a].task, other.task) or classed(matches[a], rules) - classed(other, rules))
+    )  # fmt: skip
+
+
+def classed(match: Match, rules: Mapping[str, Rule]) -> frozenset[tuple[str, str]]:
+    """Return the things of which a reading's rule says that they are of a class, each with the class."""
+    asked = (a for c in rules[match.task].clauses for a in atoms(c.condition) if a.predicate.timeless and not isinstance(c.condition, Not))
+    pairs = ((t.name, str(k)) for a in asked for t in a.terms if isinstance(t, Variable) for k in a.terms if isinstance(k, str))
+    return frozenset((thing_of(match.roles[role]), class_) for role, class_ in pairs if role in match.roles)
+
+
+def _spoken_of(action: Read) -> set[str]:
+    """Things that some reading of an action speaks of."""
+    return {thing_of(f) for m in action.matches for f in m.roles.values()}
 
 
 def _is_label(match: Match, action: Read, taxonomy: Taxonomy) -> bool:

@@ -88,6 +88,33 @@ def symbolic_world(world: World, taxonomy: Taxonomy, relations: Iterable[tuple[s
     return SymbolicWorld(world, taxonomy, tuple(relations), types)
 
 
+class Bound(Value):
+    """Bounds of a measured value that a run must show in the end.
+
+    Args:
+        of: value predicate and the entities that it is asked about, e.g. ("joint_share", "drawer").
+        low, high: both allowed.
+    """
+
+    of: Fact
+    low: float
+    high: float
+
+
+class Manner(Value):
+    """How a task must bring about what a goal asks for.
+
+    Args:
+        where: keys of ``where`` for the task that puts the goal's first thing down, e.g. {"attitude": "upright"}.
+        parameters: of the task that brings the goal's facts about, e.g. {"share": 0.6}.
+        holds: whether it is so at the start, so that no task need bring it about.
+    """
+
+    where: Mapping[str, str] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    holds: bool = False
+
+
 class GoalCondition(Value):
     """Condition that a goal asks for: positive facts and forbidden patterns.
 
@@ -96,12 +123,25 @@ class GoalCondition(Value):
         without: patterns that nothing may match then.
         spot: whether it is reached by choosing a spot, so that the goal may say what the spot is beside.
         shown: further facts that a run must show in the end, which planning has no use for.
+        bounds: values that a run must show in the end.
+        manner: of the tasks that bring it about; None where any will do.
     """
 
     needs: frozenset[Fact] = frozenset()
     without: frozenset[Pattern] = frozenset()
     spot: bool = False
     shown: frozenset[Fact] = frozenset()
+    bounds: tuple[Bound, ...] = ()
+    manner: Manner | None = None
+
+    @property
+    def denied(self) -> GoalCondition | None:
+        """Condition that its one fact does not hold, or that its one forbidden fact does; None where it is made of more."""
+        facts, (pattern, *others) = self.needs or self.shown, (*self.without, ())
+        if len(facts) == 1 and not self.bounds:
+            return GoalCondition(without=facts | self.shown)
+        known = not facts and len(others) == 1 and None not in pattern
+        return GoalCondition(needs=frozenset({tuple(map(str, pattern))})) if known else None
 
 
 class GoalPhrase(Value):
@@ -109,9 +149,9 @@ class GoalPhrase(Value):
 
     Args:
         form: words in capitals stand for things, the first word for the one that the goal is about; the others are
-            written as they are.
+            written as they are. The last may be AMOUNT: a number with its unit, such as "120 mm".
         meaning: ``meaning(scene, *things)`` says what is asked for; it raises UserError where that makes no sense of these
-            things.
+            things. An amount follows the things, as it was written.
         verbs: words that may stand after the first one and change nothing.
     """
 
@@ -228,7 +268,7 @@ class Fluents(Value):
 
     def clash(self, scene: SymbolicWorld, one: GoalCondition, other: GoalCondition) -> str:
         """Explain why two conditions cannot both hold in a world, by what predicates declare; "" where nothing stands against it."""
-        mine, its = (self.implied(c.needs, ()) for c in (one, other))
+        mine, its = (self.implied(c.needs | c.shown, ()) for c in (one, other))
         for facts, patterns in ((mine, other.without), (its, one.without)):
             denied = {p for pattern in patterns for p in self.both_ways(pattern)}
             for fact in sorted(facts):
@@ -237,6 +277,10 @@ class Fluents(Value):
         for a, b in product(sorted(mine), sorted(its)):
             if self._contrary(scene, a, b):
                 return f"{said(a)} and {said(b)} cannot hold at one time"
+        for first, second in product(one.bounds, other.bounds):
+            if first.of == second.of and (first.high < second.low or second.high < first.low):
+                between = (f"{b.low:.2f} to {b.high:.2f}" for b in (first, second))
+                return f"{said(first.of)} is asked to be {' and '.join(between)}"
         return ""
 
     def _excluded(self, fact: Fact, by: Fact) -> bool:

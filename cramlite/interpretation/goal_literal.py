@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from ..base.value import Value
-from .conditions import Atom, Condition, Not, Variable
-from .fluents import GoalCondition, Pattern, said
+from .conditions import Atom, Compare, Condition, Not, Variable
+from .fluents import Bound, GoalCondition, Pattern, said
 from .rules import Clause
 from .timeline import Predicate
 
@@ -36,15 +36,26 @@ def clauses_of(meaning: GoalCondition, predicates: Mapping[str, Predicate]) -> t
     """Return the conditions of a goal: its facts, and the denials of what it forbids. Entities stand in them as variables of their
     own name, since a recording may call them otherwise."""
     found = [_clause(f, predicates, denied=False) for f in sorted(meaning.needs | meaning.shown)]
+    found += [clause for b in meaning.bounds for clause in _bounds(b, predicates)]
     return (*found, *(_clause(p, predicates, denied=True) for p in sorted(meaning.without, key=str)))
+
+
+def _bounds(bound: Bound, predicates: Mapping[str, Predicate]) -> Iterable[Clause]:
+    value = _atom(bound.of, predicates)
+    for symbol, limit in ((">=", bound.low), ("<=", bound.high)):
+        yield Clause("post", Compare(value, symbol, limit), f"{said(bound.of)} {symbol} {limit:.3g}", 0)
 
 
 def entities_of(meaning: GoalCondition) -> dict[str, str]:
     """Return every entity that a goal's conditions name, by the variable that stands for it."""
-    patterns: Iterable[Pattern] = (*meaning.needs, *meaning.shown, *meaning.without)
+    patterns: Iterable[Pattern] = (*meaning.needs, *meaning.shown, *meaning.without, *(b.of for b in meaning.bounds))
     return {e: e for p in patterns for e in p[1:] if e is not None}
 
 
 def _clause(pattern: Pattern, predicates: Mapping[str, Predicate], *, denied: bool) -> Clause:
-    atom: Condition = Atom(predicates[str(pattern[0])], tuple(Variable(e or "_") for e in pattern[1:]))
+    atom: Condition = _atom(pattern, predicates)
     return Clause("post", Not(atom) if denied else atom, ("not " if denied else "") + said(pattern), 0)
+
+
+def _atom(pattern: Pattern, predicates: Mapping[str, Predicate]) -> Atom:
+    return Atom(predicates[str(pattern[0])], tuple(Variable(e or "_") for e in pattern[1:]))

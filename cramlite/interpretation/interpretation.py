@@ -27,6 +27,8 @@ from .rules import Rule
 from .three_values import possible_matches
 from .timeline import PADDING, Segment, Timeline
 
+EPOCH = 1e8
+"""Times later than this [s] are counted from 1970: 1e8 s is 1973, and no recording lasts three years."""
 LISTED = 3
 """Candidates in the JSON data."""
 ELSEWHERE = 0.05
@@ -97,6 +99,12 @@ class Interpretation(Value, eq=False):
     def unexplained_actions(self) -> tuple[Interpreted, ...]:
         """Actions that no task explains. They are in no sequence, and never silently dropped."""
         return tuple(a for a in self.actions if a.unexplained)
+
+    @property
+    def zero(self) -> float:
+        """Instant from which times are told to people [s]: the first action's start, where stamps are seconds since 1970; else 0."""
+        start = self.actions[0].start if self.actions else 0.0
+        return start if start > EPOCH else 0.0
 
     def count(self) -> int:
         """Return the number of readings, incoherent ones among them: the product over all actions that some task explains.
@@ -258,8 +266,9 @@ class _Judge(Value):
             yield from (m for m in found if m.roles and len(m.unknown) == 1)
 
     def moved(self, segment: Segment) -> tuple[str, ...]:
-        """The tracked wholes that are ``ELSEWHERE`` at the end of an action."""
-        whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks)
+        """The tracked wholes that are ``ELSEWHERE`` at the end of an action; that the hand is needs no explanation."""
+        hand = self.timeline.episode.effector
+        whole = (n for n, e in self.timeline.entities.items() if e.part_of is None and n in self.timeline.episode.tracks and n != hand)
         tracks = {n: self.timeline.episode.tracks[n] for n in whole}
         ends = {n: (t.at(segment.start), t.at(segment.end)) for n, t in tracks.items() if len(t.times)}
         return tuple(n for n, (a, b) in ends.items() if math.dist(a.position, b.position) > ELSEWHERE)

@@ -28,6 +28,7 @@ class Match(Value):
         conditions: how many conditions held.
         changes: how many relations began or ended by it, as its rule says.
         unknown: why conditions could not be judged, e.g. "no pose of 'cup'"; the recording itself says that it was this task.
+        counted: of how many conditions a number was measured while the action lasted, such as swings.
     """
 
     task: str
@@ -36,6 +37,7 @@ class Match(Value):
     conditions: int = 0
     changes: int = 0
     unknown: tuple[str, ...] = ()
+    counted: int = 0
 
 
 class Rejection(Value):
@@ -75,7 +77,7 @@ def match_of(rule: Rule, binding: Binding, unknown: tuple[str, ...] = ()) -> Mat
     roles = {role: str(binding[role]) for role in rule.roles if role in binding}
     shown = defaultdict(lambda: "something", {k: _shown(v) for k, v in binding.items()})
     explanation = rule.explain.format_map(shown)
-    return Match(rule.task, roles, explanation, rule.conditions - len(unknown), rule.changes, unknown)
+    return Match(rule.task, roles, explanation, rule.conditions - len(unknown), rule.changes, unknown, rule.counted)
 
 
 def measured(rule: Rule, roles: Mapping[str, str], phases: Phases) -> dict[str, float]:

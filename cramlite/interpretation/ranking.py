@@ -7,9 +7,11 @@ all. A *name* costs as much as naming one task among all that there are rules fo
 - *choices*: for each role, which of the things that would fit it as well, log2 of their number; none where it is known.
 - *not known*: ``UNKNOWN`` for each condition that could not be judged.
 - *unexplained*: what the sequence does not say must be told beside it: a relation that began or ended, three names; what the
-  recording itself calls the action, two; a thing that is elsewhere in the end and that some reading speaks of, one.
+  recording itself calls the action, two; that a more specific task of a user's own was done (``coherence.generic``), two; a
+  thing that is elsewhere in the end and that some reading speaks of, one.
 - *checked*: ``CHECKED`` less for each condition that held and each class above the task's: of two readings that say the same,
-  the one that claims more, and was right.
+  the one that claims more, and was right. ``COUNTED`` less for a number that was measured while the action lasted: five swings
+  happen by chance less often than that a thing moves, or is near another.
 
 An action in which nothing changed may be left out, at no cost: no idle motion is part of a best sequence.
 """
@@ -30,9 +32,9 @@ from .matching import Match
 
 UNKNOWN = 1.0
 """Bits: one of two answers."""
-CHECKED, MOST_CHECKED = 0.25, 0.9
-"""Bits, and the share of a name that they may save: what explains nothing is never worth being said."""
-CHANGE, LABEL, MOVED = 3.0, 2.0, 1.0
+CHECKED, COUNTED, MOST_CHECKED = 0.25, 1.5, 0.9
+"""Bits, bits, and the share of a name that they may save: what explains nothing is never worth being said."""
+CHANGE, LABEL, GENERIC, MOVED = 3.0, 2.0, 2.0, 1.0
 """Names that tell what was left unexplained."""
 
 DEFAULT_CAP = 100_000
@@ -89,15 +91,28 @@ class TaskSequence(Value):
 
     Args:
         matches: the tasks with their roles, in order.
-        score: higher is better: the description length with its sign changed [bits].
-        reason: what the length is made of.
         actions: number of the action that each task is a reading of, among those that some task explains.
+        lengths: what each action that some task explains adds to the description, those that are left out among them.
     """
 
     matches: tuple[Match, ...]
-    score: float
-    reason: str
     actions: tuple[int, ...] = ()
+    lengths: tuple[DescriptionLength, ...] = ()
+
+    @property
+    def length(self) -> DescriptionLength:
+        """The description length."""
+        return sum(self.lengths, DescriptionLength())
+
+    @property
+    def score(self) -> float:
+        """Higher is better: the description length with its sign changed [bits]."""
+        return -self.length.bits
+
+    @property
+    def reason(self) -> str:
+        """What the length is made of, in words."""
+        return str(self.length)
 
 
 def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float) -> DescriptionLength:
@@ -114,7 +129,7 @@ def said(match: Match, fellows: Sequence[Match], taxonomy: Taxonomy, name: float
                 fillers[role].add(thing_of(filler))
     choices = sum(math.log2(len(fillers[role])) for role in match.roles)
     depth = taxonomy.depth(match.task) - taxonomy.depth(TASK)
-    checked = min(CHECKED * (max(match.conditions, 0) + depth), MOST_CHECKED * name)
+    checked = min(CHECKED * (max(match.conditions, 0) + depth) + COUNTED * match.counted, MOST_CHECKED * name)
     return DescriptionLength(name, choices, UNKNOWN * len(match.unknown), checked=checked)
 
 
@@ -153,6 +168,5 @@ def shortest_first(
 
 
 def _sequence(path: Sequence[Option]) -> TaskSequence:
-    total = sum((o.length for o in path), DescriptionLength())
     chosen = [(k, o.match) for k, o in enumerate(path) if o.match is not None]
-    return TaskSequence(tuple(m for _, m in chosen), -total.bits, str(total), tuple(k for k, _ in chosen))
+    return TaskSequence(tuple(m for _, m in chosen), tuple(k for k, _ in chosen), tuple(o.length for o in path))

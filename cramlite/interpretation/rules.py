@@ -19,12 +19,13 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import UserError, nearest
+from ..base.resources import data_folder
 from ..base.value import Value
 from ..base.yaml_file import line_of, load_yaml
 from ..ontology.foundation import ROLE, TASK
 from ..ontology.taxonomy import Taxonomy
 from .condition_parser import ConditionError, parse_condition
-from .conditions import Atom, Condition, Every, Not, atoms, binds, mentions, tests
+from .conditions import Atom, Condition, Every, Not, atoms, binds, comparisons, mentions, tests
 from .timeline import Phase, PhaseName, Predicate
 
 __all__ = ["PHASES", "Clause", "Phase", "Predicate", "Rule", "RuleBook", "load_rules"]
@@ -100,9 +101,19 @@ class Rule(Value, dict=True):
         return len((said["pre", True] & said["post", False]) | (said["pre", False] & said["post", True]))
 
     @property
+    def shipped(self) -> bool:
+        """Whether it came with cramlite, rather than with a plugin of a user's own."""
+        return self.path.is_relative_to(data_folder("task_rules"))
+
+    @property
     def conditions(self) -> int:
         """Number of conditions: part of how specific the rule is."""
         return len(self.clauses)
+
+    @cached_property
+    def counted(self) -> int:
+        """Number of conditions that compare a number which is measured while the action lasts."""
+        return sum(c.phase == "run" and any(comparisons(c.condition)) for c in self.clauses)
 
 
 def _said(clauses: Iterable[Clause], phase: str, denied: bool) -> set[str]:

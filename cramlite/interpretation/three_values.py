@@ -108,8 +108,14 @@ def possible_matches(rule: Rule, phases: Phases, said: Iterable[Binding]) -> tup
                 for one in judged
                 for found in judge(clause.condition, phases[clause.phase], one.binding)
             ]
+        judged = [j for j in judged if not j.unknown or _holds(rule, phases, j.binding)]
         if judged:
             least = min(len(j.unknown) for j in judged)
             kept = {str([j.binding.get(r) for r in rule.roles]): j for j in reversed(judged) if len(j.unknown) == least}
             return tuple(match_of(rule, kept[k].binding, kept[k].unknown) for k in sorted(kept))
     return ()
+
+
+def _holds(rule: Rule, phases: Phases, binding: Binding) -> bool:
+    """Whether no condition is false of all fillings together: what was not known of an open role may be known of its filler."""
+    return all(any(True for _ in judge(c.condition, phases[c.phase], binding)) for c in rule.clauses)

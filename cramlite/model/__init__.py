@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .episode import Entity, Episode, Event, Repair, Track
     from .error_model import ErrorModel, PoseError
     from .friction import pair_friction
-    from .geometry import Floats, Pose, Vector3
+    from .geometry import Floats, Pose, Vector3, quaternion_product, rotvec_quaternion
     from .imported_scene import ImportedScene
     from .judging_limits import JudgingLimits
     from .plan import Plan
@@ -86,7 +86,7 @@ _HOMES = {
     ".episode": "Entity Episode Event Repair Track",
     ".error_model": "ErrorModel PoseError",
     ".friction": "pair_friction",
-    ".geometry": "Floats Pose Vector3",
+    ".geometry": "Floats Pose Vector3 quaternion_product rotvec_quaternion",
     ".imported_scene": "ImportedScene",
     ".judging_limits": "JudgingLimits",
     ".plan": "Plan",
@@ -214,10 +214,12 @@ __all__ = [
     "pair_friction",
     "parallel",
     "part_name",
+    "quaternion_product",
     "read_program",
     "repeat",
     "replace",
     "retry",
+    "rotvec_quaternion",
     "sequence",
     "task_of",
     "thing_of",

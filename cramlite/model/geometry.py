@@ -60,9 +60,7 @@ class Pose(Value, dict=True):
     @classmethod
     def from_rotvec(cls, position: Sequence[float], rotvec: Sequence[float]) -> Pose:
         """Return the pose with a rotation vector [rad], the form of URScript's p[...]."""
-        angle = math.hypot(*rotvec)
-        scale = math.sin(angle / 2) / angle if angle > 1e-12 else 0.5
-        return cls(tuple(position), (math.cos(angle / 2), *(v * scale for v in rotvec)))  # type: ignore[arg-type]
+        return cls(tuple(position), rotvec_quaternion(rotvec))  # type: ignore[arg-type]
 
     @classmethod
     def from_axes(cls, position: Sequence[float], z: ArrayLike, x: ArrayLike) -> Pose:
@@ -112,14 +110,7 @@ class Pose(Value, dict=True):
 
     def __mul__(self, other: Pose) -> Pose:
         """This pose followed by ``other``: a_T_b * b_T_c = a_T_c."""
-        a, b = self.quaternion, other.quaternion
-        quaternion = (
-            a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
-            a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
-            a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
-            a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
-        )
-        return Pose(tuple(self.apply(other.position).tolist()), quaternion)
+        return Pose(tuple(self.apply(other.position).tolist()), quaternion_product(self.quaternion, other.quaternion))
 
     def inverse(self) -> Pose:
         """Return the inverse transform: the pose of the parent frame in the child."""
@@ -141,6 +132,25 @@ class Pose(Value, dict=True):
         """Return the distance to another pose: translation [m] and rotation angle [rad]."""
         dot = abs(sum(a * b for a, b in zip(self.quaternion, other.quaternion, strict=True)))
         return math.dist(self.position, other.position), 2 * math.acos(min(1.0, dot))
+
+
+def quaternion_product(a: Quaternion, b: Quaternion) -> Quaternion:
+    """Multiply two quaternions (w, x, y, z): the rotation b, followed by a."""
+    (p, q, r, s), (w, x, y, z) = a, b
+    return (
+        p * w - q * x - r * y - s * z,
+        p * x + q * w + r * z - s * y,
+        p * y - q * z + r * w + s * x,
+        p * z + q * y - r * x + s * w,
+    )
+
+
+def rotvec_quaternion(rotvec: Sequence[float]) -> Quaternion:
+    """Compute the quaternion (w, x, y, z) of a rotation vector (3,) [rad]."""
+    x, y, z = rotvec
+    angle = math.hypot(x, y, z)
+    scale = math.sin(angle / 2) / angle if angle > 1e-12 else 0.5
+    return (math.cos(angle / 2), x * scale, y * scale, z * scale)
 
 
 def _quaternion(r: Floats) -> Quaternion:

@@ -77,6 +77,8 @@ def _joint_speeds(program: Program, robot: Robot) -> Iterator[str]:
     for step in walk(program.steps):
         if isinstance(step, MoveJoints):
             for a, b in itertools.pairwise((here, *step.path)):
+                if not len(a) == len(b) == len(robot.joints):
+                    continue  # "joint limits" says so
                 ways = [abs(y - x) for x, y in zip(a, b, strict=True)]
                 for name, way, most in zip(robot.joints, ways, robot.velocity, strict=True):
                     if max(ways) > 0 and step.speed * way / max(ways) > most + SLACK:

@@ -47,4 +47,4 @@ class ProofDoubts(Value):
 
     def decided(self, succeeded: int, ran: int) -> bool:
         """Return whether runs that are left can no longer change the decision."""
-        return succeeded >= self.needed or succeeded + self.runs - ran < self.needed or ran >= self.runs
+        return succeeded >= self.needed or succeeded + self.runs - ran < self.needed

@@ -115,11 +115,18 @@ def look(
     furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
     seen = Look((), furniture, (), {}, real)
     for queries in wanted:
+        out_of_sight, before = list[NoSolution](), seen
         for query in queries:
-            taken = _best(scenario, replace(query, wanted=WANTED), seen, robot, knowledge, seed)
+            try:
+                taken = _best(scenario, replace(query, wanted=WANTED), seen, robot, knowledge, seed)
+            except NoSolution as nowhere:  # it may be elsewhere
+                out_of_sight.append(nowhere)
+                continue
             seen = _beware(_with(seen, taken, knowledge), knowledge)
             if taken.perceived is not None and taken.perceived.answers:
                 break
+        if out_of_sight and seen is before and any(c.key not in RELATIONS for q in queries for c in q.conditions):
+            raise out_of_sight[0]  # what is only in the way need not be seen
     return replace(seen, real=renamed(real, seen.world))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -16,6 +16,7 @@ from .query import ObjectQuery, query_from
 
 if TYPE_CHECKING:
     from ..ontology.taxonomy import Taxonomy
+    from ..plugin.task_type import TaskType
 
 HANGING, STANDING, INSIDE = "hanging", "standing", "inside"
 """How a part of a thing bears others: what ontologies say with ``foundation.BEARS``."""
@@ -23,27 +24,42 @@ HANGING, STANDING, INSIDE = "hanging", "standing", "inside"
 Queries = tuple[tuple[ObjectQuery, ...], ...]
 
 
-def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy) -> Queries:
-    """Return the queries to a camera for the things of a plan that the map does not have.
+def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[str, TaskType]) -> Queries:
+    """Return the queries to a camera for all that a plan needs and the map does not have.
 
     For each thing they stand in the order in which they are asked until one is answered; before them one for each kind
-    of furniture of which a peg is used, to see where it really is.
+    of furniture of which a peg is used, to see where it really is, behind them one for each piece of furniture that
+    something is put on, to see what stands there already; what falls into a container needs no place of its own.
 
     A thing is looked for at the furniture that tasks name together with it, in the order of the tasks; where they name
-    none, everywhere. Its class is not demanded where features or affordances say what will do in its stead.
+    none but what it is to be put on, everywhere, and there at last. Its class is not demanded where features or affordances
+    say what will do in its stead.
+
+    Args:
+        tasks: types of the plan's tasks; those that put something down (``TaskType.places``) say where it goes, not where it is.
     """
     wholes = tuple(o for o in plan.objects if o.part_of is None)
     places = {o.name: _things(o, furniture, taxonomy) for o in wholes}
     felt = [o.part_of for o in plan.objects if o.part_of and _borne(o.features, taxonomy, HANGING) and places.get(o.part_of)]
     found: dict[str, tuple[ObjectQuery, ...]] = {}
     for wanted in (o for o in wholes if not places[o.name]):
-        at = [p for place in _beside(wanted, plan) for p in _views(places.get(place, ()), taxonomy)]
-        at = at or list(_views(furniture.things, taxonomy))
+        here, there = (
+            [p for place in _beside(wanted, plan, tasks, put) for p in _views(places.get(place, ()), taxonomy)] for put in (False, True)
+        )
+        at = here or [*(p for p in _views(furniture.things, taxonomy) if p not in there), *there]
         needs = replace(wanted, types=()) if wanted.features or wanted.affords else wanted
         found[wanted.name] = tuple(query_from(needs, on=p) for p in dict.fromkeys(at)) or (query_from(needs),)
     covered = {q.value("on") for queries in found.values() for q in queries[:1]}
     pegs = (p for name in dict.fromkeys(felt) for p in _views(places[name], taxonomy) if p not in covered)
-    return (*((query_from(Object(""), on=p),) for p in pegs), *found.values())
+    ends = dict.fromkeys(n for o in wholes if not places[o.name] for n in _beside(o, plan, tasks, put=True) if n not in felt)
+    tops = [t for name in ends for t in places.get(name, ()) if not bears(t, taxonomy, INSIDE)]
+    goals = dict.fromkeys(p for p in _views(tuple(tops), taxonomy) if p not in covered)
+    return (*((query_from(Object(""), on=p),) for p in pegs), *found.values(), *((query_from(Object(""), on=p),) for p in goals))
+
+
+def queries_everywhere(furniture: World, taxonomy: Taxonomy) -> Queries:
+    """Return a query for each piece of furniture that bears things: for all that is there."""
+    return tuple((query_from(Object(""), on=p),) for p in _views(furniture.things, taxonomy))
 
 
 def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing, ...]:
@@ -53,12 +69,13 @@ def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing
     return tuple(t for t in furniture.things if any(taxonomy.is_a(t.type, c) for c in wanted.types))
 
 
-def _beside(wanted: Object, plan: Plan) -> Iterator[str]:
-    """What tasks name together with a thing, in order: variables, parts standing for their wholes."""
+def _beside(wanted: Object, plan: Plan, tasks: Mapping[str, TaskType], put: bool) -> Iterator[str]:
+    """What tasks that put something down, or the others, name together with a thing, in order: variables, parts standing for
+    their wholes."""
     wholes = {o.name: o.part_of or o.name for o in plan.objects}
     for action in _actions(plan.actions):
         names = [o.name for o in action.roles.values()]
-        if wanted.name in names:
+        if wanted.name in names and (action.task in tasks and tasks[action.task].places) == put:
             yield from (wholes.get(n, n) for n in names if n != wanted.name)
 
 

@@ -15,6 +15,13 @@ from .operators import Grounder
 SIDES = {name.replace("_", " "): name for name in WhereSpec.sides()}
 """Where in the place a spot is chosen, beside another thing: words of a goal -> key of a task's ``where``."""
 
+NOT = "not "
+"""Begins a goal that denies another one."""
+
+AMOUNT = "AMOUNT"
+NUMBER = r"([-+]?[\d.]+ ?[a-z]+)"
+"""Word of a form that stands for a number with a unit, and such a one."""
+
 
 class ParsedGoal(Value):
     """Parsed goal.
@@ -43,17 +50,32 @@ def parse_goal(text: str, grounder: Grounder, where: str = "") -> ParsedGoal:
         UserError: it is no goal, names what there is not, or makes no sense of it.
     """
     said = " ".join(text.split())
+    if said.startswith(NOT):
+        return _denied(parse_goal(said.removeprefix(NOT), grounder, where), where)
     for phrase in grounder.fluents.phrases:
         found = re.fullmatch(_pattern(phrase), said)
         if found is not None:
             words, count = [g or "" for g in found.groups()], len(_places(phrase))
+            amount = (words.pop(),) if phrase.form.endswith(AMOUNT) else ()
             side, other = words[count:] or ("", "")
             what, things = f"{where}the goal '{text}'", tuple(words[:count])
-            meaning = _meaning(phrase, things, other, grounder, what)
+            meaning = _meaning(phrase, things, amount, other, grounder, what)
             goal = ParsedGoal(said, things, meaning, SIDES.get(side, ""), other)
             _check_side(goal, what)
             return goal
     raise UserError(f"{where}'{text}' is no goal; {_forms(grounder.fluents.phrases)}.")
+
+
+def _denied(goal: ParsedGoal, where: str) -> ParsedGoal:
+    """The contrary of a goal.
+
+    Raises:
+        UserError: it is made of more than one relation, so that it could fail in several ways.
+    """
+    denied = goal.meaning.denied if not goal.side else None
+    if denied is None:
+        raise UserError(f"{where}the goal '{NOT}{goal.text}' denies more than one relation; say what shall hold instead.")
+    return ParsedGoal(NOT + goal.text, goal.things, denied)
 
 
 def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str] = ()) -> str:
@@ -64,12 +86,21 @@ def contradiction(texts: Sequence[str], grounder: Grounder, places: Sequence[str
     """
     goals = [parse_goal(text, grounder) for text in texts]
     for (j, one), (k, other) in combinations(enumerate(goals), 2):
-        why = grounder.fluents.clash(grounder.scene, one.meaning, other.meaning)
+        why = grounder.fluents.clash(grounder.scene, one.meaning, other.meaning) or _two_manners(one, other)
         if why:
             first, second = (f"'{g.text}'" + (f" ({places[n]})" if places else "") for n, g in ((j, one), (k, other)))
             where = f"{places[k]}: " if places else ""
             return f"{where}the goals {first} and {second} contradict each other: {why}. Leave one of them out."
     return ""
+
+
+def _two_manners(one: ParsedGoal, other: ParsedGoal) -> str:
+    """How one thing would have to be put down in two ways at once; "" where it need not."""
+    first, second = (g.meaning.manner.where if g.meaning.manner else {} for g in (one, other))
+    if one.things[0] != other.things[0]:
+        return ""
+    both = [f"{key} {first[key]} and {second[key]}" for key in first if second.get(key, first[key]) != first[key]]
+    return f"'{one.things[0]}' cannot be {' and '.join(both)} at one time" if both else ""
 
 
 def _forms(phrases: Iterable[GoalPhrase]) -> str:
@@ -81,24 +112,26 @@ def _forms(phrases: Iterable[GoalPhrase]) -> str:
 
 
 def _places(phrase: GoalPhrase) -> list[str]:
-    return [w for w in phrase.form.split() if w.isupper()]
+    return [w for w in phrase.form.split() if w.isupper() and w != AMOUNT]
 
 
 def _pattern(phrase: GoalPhrase) -> str:
     """The form as an expression whose groups are its things, and, where it names a place, a side and the thing there."""
-    first, *words = (r"(\w+)" if w.isupper() else re.escape(w) for w in phrase.form.split())
+    first, *words = (NUMBER if w == AMOUNT else r"(\w+)" if w.isupper() else re.escape(w) for w in phrase.form.split())
     verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""
     beside = rf"(?: ({'|'.join(SIDES)}) (\w+))?" if len(_places(phrase)) > 1 else ""
     return f"{first} {verbs}{' '.join(words)}{beside}"
 
 
-def _meaning(phrase: GoalPhrase, things: tuple[str, ...], other: str, grounder: Grounder, what: str) -> GoalCondition:
+def _meaning(
+    phrase: GoalPhrase, things: tuple[str, ...], amount: tuple[str, ...], other: str, grounder: Grounder, what: str
+) -> GoalCondition:
     """What the phrase makes of things that there are."""
     for name in filter(None, (*things, other)):
         if name not in grounder.things:
             raise UserError(f"{what} names '{name}'; {nearest(name, grounder.things)}.")
     try:
-        return phrase.meaning(grounder.scene, *things)
+        return phrase.meaning(grounder.scene, *things, *amount)
     except UserError as error:
         raise UserError(f"{what}: {error}") from error
 

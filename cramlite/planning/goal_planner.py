@@ -20,33 +20,42 @@ from .operators import Grounder, Operator
 from .task_goals import Goal
 
 PLACED = "placed"
-"""Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot."""
+"""Fact of a goal with a side: (PLACED, place, thing), made by the task that chooses the spot. Of a goal with a manner the fact is
+named by its words: ("open by 120 mm", "drawer")."""
 
 NEEDLESS = "no step asks for what it changes"
 
 
-class Spot(Value):
-    """Placement that a goal asks for beside another thing.
+class TaskConstraint(Value):
+    """Constraint that a goal puts on the task that brings something about.
 
     Args:
-        where: of the task that chooses it.
-        makes: facts, one of which that task brings about.
+        where: what the place that it chooses must be like.
+        parameters: that it must have.
+        makes: facts, one of which that task brings about; none where it is any task that puts the thing down.
     """
 
     where: Mapping[str, str]
+    parameters: Mapping[str, float]
     makes: frozenset[Fact]
+
+    def suits(self, task: TaskType) -> bool:
+        """Check whether a task can be told so."""
+        return set(self.parameters) <= {p.name for p in task.parameters} and (task.places or not self.where)
 
 
 class GoalFacts(Value):
     """Goal facts: what must hold in the end, and what may not.
 
     Args:
-        sides: fact that a thing was placed -> the spot.
+        constraints: fact that something was brought about as it was asked for -> what that asks of the task.
+        given: those of these facts that hold at the start.
     """
 
     needs: frozenset[Fact]
     without: frozenset[Pattern]
-    sides: Mapping[Fact, Spot] = field(default_factory=dict)
+    constraints: Mapping[Fact, TaskConstraint] = field(default_factory=dict)
+    given: frozenset[Fact] = frozenset()
 
     def __str__(self) -> str:
         return "the goal"
@@ -75,29 +84,40 @@ def parse_goals(goals: Iterable[str], grounder: Grounder, where: str = "") -> Go
     """
     needs: set[Fact] = set()
     without: set[Pattern] = set()
-    sides: dict[Fact, Spot] = {}
+    asked: dict[Fact, TaskConstraint] = {}
+    given: set[Fact] = set()
     for goal in (parse_goal(text, grounder, where) for text in goals):
         if goal.side:
-            sides[(PLACED, *goal.things[::-1])] = Spot({goal.side: goal.other}, goal.meaning.needs)
+            asked[(PLACED, *goal.things[::-1])] = TaskConstraint({goal.side: goal.other}, {}, goal.meaning.needs)
+        if manner := goal.meaning.manner:
+            fact = (goal.text.partition(" ")[2], goal.things[0])
+            asked[fact] = TaskConstraint(manner.where, manner.parameters, frozenset() if manner.where else goal.meaning.needs)
+            given |= {fact} if manner.holds else set()
         needs |= goal.meaning.needs
         without |= goal.meaning.without
-    return GoalFacts(frozenset(needs | set(sides)), frozenset(without), sides)
+    return GoalFacts(frozenset(needs | set(asked)), frozenset(without), asked, frozenset(given))
 
 
-def side_facts(goal: GoalFacts, schema: ActionSchema) -> frozenset[Fact]:
-    """Return the facts, with terms, that a thing was placed beside another, for a task that chooses the spot."""
+def constraint_facts(goal: GoalFacts, schema: ActionSchema, task: TaskType) -> frozenset[Fact]:
+    """Return the facts, with terms, that a task makes if it does what it does as the goal asks for it."""
     found: set[Fact] = set()
-    for placed, spot in goal.sides.items():
-        for made in spot.makes:
-            same = [f for f in schema.change.adds if f[0] == made[0]]
-            found |= {(PLACED, *(f[made.index(e)] for e in placed[1:])) for f in same}
+    for fact, asked in goal.constraints.items():
+        if asked.suits(task):
+            found |= {(fact[0], held) for held in schema.in_hand if not asked.makes}
+            for made in asked.makes:
+                same = [f for f in schema.change.adds if f[0] == made[0]]
+                found |= {(fact[0], *(f[made.index(e)] for e in fact[1:])) for f in same}
     return frozenset(found)
 
 
-def with_sides(goal: GoalFacts, operator: Operator, tasks: Mapping[str, TaskType]) -> Operator:
-    """Return an operator, with the fact that a thing was placed beside another where its task chooses the spot."""
-    placed = {fact for fact, spot in goal.sides.items() if spot.makes & operator.adds}
-    return replace(operator, adds=operator.adds | placed) if tasks[operator.task].places else operator
+def constrained(goal: GoalFacts, operator: Operator, task: TaskType, held: frozenset[str]) -> Operator:
+    """Return an operator, with the facts that it makes if it does what it does as the goal asks for it.
+
+    Args:
+        held: things that are in the hand at some time.
+    """
+    made = {f for f, c in goal.constraints.items() if c.suits(task) and (c.makes & operator.adds if c.makes else f[1] in held)}
+    return replace(operator, adds=operator.adds | made) if made else operator
 
 
 def reasons(goal: GoalFacts, facts: frozenset[Fact], steps: tuple[Operator, ...]) -> Iterator[str]:
@@ -123,15 +143,17 @@ def say(fact: Fact) -> str:
 
 
 def as_tasks(plan: TaskPlan, tasks: Mapping[str, TaskType], goal: GoalFacts | None = None) -> list[TaskSpec]:
-    """Return the tasks of a plan as a scenario lists them, with ``where`` for placements beside other things."""
-    sides = goal.sides if goal else {}
-    chosen = [
-        next((WhereSpec.model_validate(sides[f].where) for f in sorted(s.adds) if f in sides), None) for s in plan.steps
-    ]
-    return [
-        TaskSpec(task=s.task, roles=_fillers(s, tasks[s.task]), where=where)
-        for s, where in zip(plan.steps, chosen, strict=True)
-    ]
+    """Return the tasks of a plan as a scenario lists them, with what the goal asks of each: ``where`` and parameters."""
+    return [_spec(step, tasks[step.task], goal.constraints if goal else {}) for step in plan.steps]
+
+
+def _spec(step: Operator, task: TaskType, constraints: Mapping[Fact, TaskConstraint]) -> TaskSpec:
+    asked = [constraints[f] for f in sorted(step.adds) if f in constraints]
+    where = {k: v for c in asked for k, v in c.where.items()}
+    return TaskSpec(
+        task=step.task, roles=_fillers(step, task), parameters={k: v for c in asked for k, v in c.parameters.items()},
+        where=WhereSpec.model_validate(where) if where else None,
+    )  # fmt: skip
 
 
 def _fillers(step: Operator, task: TaskType) -> dict[str, str]:

@@ -1,42 +1,83 @@
-"""Goals about classes of things: "each Cup on tray", "any Cup on tray", "2 of Cup on tray", as goals about things."""
+"""Goals about classes of things, and alternatives: "each Cup on tray", "2 of Cup on tray", "tin on tray or tin in basket", as goals
+about things."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from itertools import combinations, product
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations, islice, product
 
 from ..base.errors import UserError, nearest
+from ..interpretation.fluents import Fact, matches
+from .goal_phrases import NOT, parse_goal
 from .operators import Grounder
 
-FORM = re.compile(r"(each|any|\d+ of) (\S+) (.+)")
+FORM = re.compile(rf"({NOT})?(each|any|\d+ of) (\S+) (.+)")
+OR = " or "
+MOST = 1000
+"""Meanings of one goal that are told apart; a search tries a few."""
+
+Says = tuple[str, ...]
 
 
-def without_quantifiers(says: Sequence[str], grounder: Grounder) -> Iterator[tuple[str, ...]]:
-    """Generate what goals may mean: for each choice of things, the goals about them, in the order of the world.
+def without_quantifiers(says: Sequence[str], grounder: Grounder) -> Iterator[Says]:
+    """Generate what goals may mean: for each choice of things and of alternatives, the goals about them.
+
+    What needs least is first: of alternatives those that hold already, of things those for which the goal does; else in the
+    order of goal and world.
 
     Args:
-        says: goals; those without a quantifier stay as they are.
+        says: goals; those that leave nothing open stay as they are.
 
     Raises:
         UserError: a class that there is not, or too few things of it.
     """
-    for choice in product(*(list(_meanings(" ".join(g.split()), grounder)) for g in says)):
-        yield tuple(goal for goals in choice for goal in goals)
+    facts = grounder.initial()
+
+    def missing(goals: Says) -> int:
+        return sum(not _holds(goal, grounder, facts) for goal in goals)
+
+    for choice in product(*(sorted(islice(_meanings(g, grounder, facts), MOST), key=missing) for g in says)):
+        yield tuple(dict.fromkeys(goal for goals in choice for goal in goals))
 
 
-def _meanings(goal: str, grounder: Grounder) -> Iterator[tuple[str, ...]]:
+def _meanings(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
+    for option in " ".join(goal.split()).removeprefix("either ").split(OR):
+        yield from _of_things(option, grounder, facts)
+
+
+def _of_things(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> Iterator[Says]:
+    """The choices of things for a quantifier; a denied one is the other of the denied goals (De Morgan)."""
     found = FORM.fullmatch(goal)
     if found is None:
         yield (goal,)
         return
-    quantifier, class_, rest = found.groups()
+    denied, quantifier, class_, rest = (g or "" for g in found.groups())
+    if denied and quantifier not in ("each", "any"):
+        raise UserError(f"the goal '{goal}' denies a number of things; say how many it shall hold of, or 'not any', 'not each'.")
+    quantifier = {"each": "any", "any": "each"}[quantifier] if denied else quantifier
     things = [t for t in _of_class(class_, goal, grounder) if t not in rest.split()]
     count = len(things) if quantifier == "each" else 1 if quantifier == "any" else int(quantifier.split()[0])
     if not 1 <= count <= len(things):
         there = ", ".join(things) or "none"
         raise UserError(f"the goal '{goal}' is about {max(count, 1)} or more of {class_}; in this world there are: {there}.")
-    yield from (tuple(f"{t} {rest}" for t in chosen) for chosen in combinations(things, count))
+    best = sorted((f"{denied}{t} {rest}" for t in things), key=lambda g: not _holds(g, grounder, facts))
+    yield from combinations(best, count)
+
+
+def _holds(goal: str, grounder: Grounder, facts: frozenset[Fact]) -> bool:
+    """Whether a goal about things holds at the start; what is no goal is refused when it is planned."""
+    try:
+        said = parse_goal(goal, grounder)
+    except UserError:
+        return False
+    meaning = said.meaning
+    as_asked = not said.side and (meaning.manner is None or meaning.manner.holds)
+    return as_asked and meaning.needs <= facts and not _any_match(meaning.without, facts)
+
+
+def _any_match(patterns: Iterable[tuple[str | None, ...]], facts: frozenset[Fact]) -> bool:
+    return any(matches(f, p) for p in patterns for f in facts)
 
 
 def _of_class(name: str, goal: str, grounder: Grounder) -> list[str]:

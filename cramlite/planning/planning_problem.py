@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING
 from msgspec.structs import replace
 
 from ..base.value import Value
+from ..interpretation.conditions import atoms
 from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matches, said
 from ..model.entity_name import thing_of
 from .action_schema import ActionSchema, Table, action_schemas
 from .goal_planner import (
-    PLACED,
     GoalFacts,
     TaskPlan,
     as_tasks,
+    constrained,
+    constraint_facts,
     ground_goal,
     parse_goals,
     reasons,
-    side_facts,
-    with_sides,
 )
-from .operators import Grounder, Operator
+from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
 
 if TYPE_CHECKING:
@@ -64,9 +64,10 @@ class PlanningProblem(Value, eq=False):
         """Generate what plans may use, least first: what the goal names with all that this stands on or carries, put where the
         goal says or on what cannot be moved; the same, put on anything; and all things."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
-        names |= {w for spot in self.wanted.sides.values() for w in spot.where.values()}
+        names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         known, every = {thing_of(e) for e in names} & self.grounder.things.keys(), frozenset(self.grounder.things)
-        about = [{thing_of(e) for e in f[1:]} for f in self.facts]
+        asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
+        about = [{thing_of(e) for e in f[1:]} for f in self.facts if f[0] in asked]
         while True:
             moved = {n for n in known if self.grounder.things[n].movable}
             more = known | {n for found in about if found & moved for n in found & every}
@@ -99,10 +100,9 @@ class PlanningProblem(Value, eq=False):
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
-        """A schema with the facts of sides, and with the fillers that a scope allows."""
-        change = schema.change
-        if self.knowledge.tasks[schema.task].places:
-            change = replace(change, adds=change.adds | side_facts(self.wanted, schema))
+        """A schema with what it makes as the goal asks for it, and with the fillers that a scope allows."""
+        change, task = schema.change, self.knowledge.tasks[schema.task]
+        change = replace(change, adds=change.adds | constraint_facts(self.wanted, schema, task))
         return replace(schema, change=change, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
@@ -115,12 +115,21 @@ class PlanningProblem(Value, eq=False):
         rows = frozenset(r for r in table.rows if thing_of(r[0]) in fixed or any((*m, r[0]) in wanted for m in made))
         return replace(table, rows=rows)
 
+    def parts(self) -> Iterator[tuple[str, GoalFacts]]:
+        """Generate the parts of the goal, each in words and as facts."""
+        yield from ((says, parse_goals((says,), self.grounder)) for says in self.says)
+
+    def alone(self, says: str, wanted: GoalFacts) -> PlanningProblem:
+        """Return the problem of one part of the goal."""
+        return replace(self, says=(says,), wanted=wanted)
+
     def operator(self, step: PlanStep) -> Operator | None:
         """Return the operator of a step in the whole world; None where it is none."""
         task = self.knowledge.tasks[step.schema.task]
         fixed = {v: t for v, t in step.schema.terms.items() if t == EFFECTOR}
         found = self.grounder.operator(step.schema.rule, task, {**fixed, **step.binding})
-        return with_sides(self.wanted, found, self.knowledge.tasks) if found is not None else None
+        held = held_in(conditions_of(step.schema.rule), step.binding)
+        return constrained(self.wanted, found, task, held) if found is not None else None
 
     def failing(self, steps: Sequence[Operator]) -> str:
         """Return why operators are no plan; "" where they are one."""
@@ -176,7 +185,8 @@ def planning_problem(goal: Goal, scene: SymbolicWorld, knowledge: Knowledge) -> 
 
 def problem_of(goal: Goal, grounder: Grounder, knowledge: Knowledge, where: str = "") -> PlanningProblem:
     """Return the planning problem of a goal in a world that is grounded; ``where`` stands before each message."""
-    return PlanningProblem(goal.says, grounder.initial(), parse_goals(goal.says, grounder, where), grounder, knowledge)
+    wanted = parse_goals(goal.says, grounder, where)
+    return PlanningProblem(goal.says, grounder.initial() | wanted.given, wanted, grounder, knowledge)
 
 
 def why_unreachable(problem: PlanningProblem) -> str:
@@ -184,7 +194,8 @@ def why_unreachable(problem: PlanningProblem) -> str:
     schemas = action_schemas(problem.grounder, problem.knowledge.goal_rules, problem.knowledge.tasks)
     made = [(s, f) for s in schemas for f in s.change.adds]
     missing = [f for f in sorted(problem.wanted.needs - problem.facts) if not any(_may_make(s, a, f) for s, a in made)]
-    if missing and missing[0][0] != PLACED:
+    missing = [f for f in missing if f not in problem.wanted.constraints]
+    if missing:
         return f"no task's rule makes {said(missing[0])} so with these things"
     return "no sequence of tasks leads from what holds to it, whatever the things"
 

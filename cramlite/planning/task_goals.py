@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -14,6 +15,7 @@ from ..model.entity_name import EntityName
 from ..model.plan import Plan
 from ..model.world import World
 from ..plugin.task_type import TaskType, task_type
+from ..scenario.goal_spec import goal_texts
 from ..scenario.scenario import ObjectSpec, Scenario
 from ..scenario.task_specs import Path, RuleSpec, TaskSpec
 from .plan import Call, RuleCall, TaskCall, build_plan, task_calls
@@ -30,6 +32,15 @@ class Goal(Value):
     """
 
     says: tuple[str, ...]
+
+    @classmethod
+    def from_json(cls, data: Sequence[Any]) -> Goal:
+        """Return a goal that is given as data, e.g. [{"goal": "on", "things": ["tin", "tray"]}]; sentences may be among it.
+
+        Raises:
+            UserError: it is no list of goals.
+        """
+        return cls(goal_texts(data))
 
     def __post_init__(self) -> None:
         if isinstance(self.says, str) or not self.says:

@@ -30,20 +30,26 @@ LISTED = 1000
 
 
 def plans_from_interpretation(
-    name: str, found: Interpretation, episode: Episode, tasks: Mapping[str, TaskType], trace: Trace
+    name: str, found: Interpretation, episode: Episode, tasks: Mapping[str, TaskType], trace: Trace,
+    reading: int | str | None = None,
 ) -> Iterator[tuple[Plan, TaskSequence]]:
     """Generate plans of the task sequences that a demonstration may have shown, best first.
 
     Those with a task type that nobody offers are refused. Where every reading contradicts itself, the trace says so.
 
-    Where every reading contradicts itself, the trace says so."""
+    Args:
+        reading: the one that is meant: its number among the sequences, from 1, or a task that it has; None for all.
+
+    Raises:
+        UserError: there is no such reading.
+    """
     from ..interpretation.timeline import Timeline
     from .goal_literals import lasting_of
     from .plan import TaskCall, plan_from_episode
 
     listed, rules, timeline = 0, {r.task: r for r in found.rules}, Timeline(episode, found.taxonomy)
     explained = [a for a in found.actions if not a.unexplained]
-    for listed, sequence in enumerate(islice(found.sequences(), LISTED), 1):  # noqa: B007  read behind the loop
+    for listed, sequence in enumerate(_meant(found, reading), 1):  # noqa: B007  read behind the loop
         unknown = [m.task for m in sequence.matches if m.task not in tasks]
         if unknown:
             names = " -> ".join(m.task.split(":")[-1] for m in sequence.matches)
@@ -59,6 +65,24 @@ def plans_from_interpretation(
     if not listed:
         said = f"{found.count()} readings, none agrees with itself; {len(found.unexplained_actions)} actions unexplained"
         trace.add(0, "sequence", found.episode, "refused", "engine", said, kind="sequence")
+
+
+def _meant(found: Interpretation, reading: int | str | None) -> Iterator[TaskSequence]:
+    """The sequences, or those that are meant."""
+    if reading is None:
+        yield from islice(found.sequences(), LISTED)
+        return
+    listed = list(islice(found.sequences(), LISTED))
+    number = int(reading) if str(reading).isdecimal() else 0
+    task = "" if number else found.taxonomy.resolve(str(reading)) or str(reading)
+    meant = listed[number - 1 : number] if number else [s for s in listed if any(m.task == task for m in s.matches)]
+    if listed and not meant:
+        known = sorted({m.task.split(":")[-1] for s in listed for m in s.matches})
+        raise UserError(
+            f"There is no reading '{reading}' of '{found.episode}': there are {len(listed)}, numbered from 1 as 'cramlite interpret' "
+            f"lists them, with the tasks {', '.join(known)}."
+        )
+    yield from meant
 
 
 def _shown(task: TaskType, match: Match, rule: Rule | None, action: Interpreted, timeline: Timeline) -> dict[str, float]:
@@ -94,9 +118,11 @@ def plans_for_goal(
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
     from ..scenario.scenario import Scenario
+    from .goal_parts import trace_parts
     from .goal_phrases import contradiction
     from .goal_planner import as_tasks, ground_goal
     from .operators import Grounder
+    from .parts_alone import trace_alone
     from .plan_file import handed_plan
     from .plan_stream import task_plans
     from .planning_problem import problem_of, why_unreachable
@@ -108,7 +134,7 @@ def plans_for_goal(
         places = [goal.where("goal", k) for k in range(len(goal.spec.goal or ()))]
         where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
     grounder = Grounder(scene, knowledge.predicates)
-    refused, possible = "", False
+    refused, possible, number = "", False, 0
     for choice in ground_goal(goal, objects, grounder):
         problem, found = problem_of(choice, grounder, knowledge, where), False
         if why := contradiction(choice.says, grounder, places):
@@ -119,12 +145,16 @@ def plans_for_goal(
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
         plans = iter([handed_plan(problem, handed)]) if handed else task_plans(problem, progress, stop)
         for plan in plans:
-            found = True
+            found, number = True, number + 1
+            trace.candidate = number
             for step, reason in zip(plan.steps, plan.reasons, strict=True):
                 trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
+            trace_parts(problem, plan, trace)
             specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found and not stop():
             trace.add(0, "goal", str(choice), "refused", "engine", why_unreachable(problem), kind="goal")
+            if len(choice.says) > 1:
+                trace_alone(problem, trace, progress, stop)
     if refused and not possible:
         raise UserError(refused)

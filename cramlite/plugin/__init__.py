@@ -14,14 +14,16 @@ if TYPE_CHECKING:
     from ..base.errors import CramliteError, Unresolvable, UserError, did_you_mean, nearest
     from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
-    from ..base.yaml_file import load_yaml
+    from ..base.yaml_file import explain_validation, load_yaml
     from ..interpretation.conditions import Compare, Not, atoms
     from ..interpretation.fluents import (
         EFFECTOR,
+        Bound,
         Fact,
         Fluent,
         GoalCondition,
         GoalPhrase,
+        Manner,
         Pattern,
         SymbolicWorld,
         contents,
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from ..model.program import Code
     from ..model.verdict import Cost, Finding
     from .allowance import HAND, HELD, Allowance
+    from .demonstration import Hand, Performance, Performer, RecordScript, Shown
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
@@ -45,9 +48,9 @@ _HOMES = {
     "..base.errors": "CramliteError Unresolvable UserError did_you_mean nearest",
     "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
-    "..base.yaml_file": "load_yaml",
+    "..base.yaml_file": "explain_validation load_yaml",
     "..interpretation.conditions": "Compare Not atoms",
-    "..interpretation.fluents": "EFFECTOR Fact Fluent GoalCondition GoalPhrase Pattern SymbolicWorld"
+    "..interpretation.fluents": "Bound EFFECTOR Fact Fluent GoalCondition GoalPhrase Manner Pattern SymbolicWorld"
     " contents",
     "..interpretation.goal_literal": "GoalLiteral",
     "..interpretation.interpretation": "Interpreted",
@@ -58,6 +61,7 @@ _HOMES = {
     "..model.program": "Code",
     "..model.verdict": "Cost Finding",
     ".allowance": "Allowance HAND HELD",
+    ".demonstration": "Hand Performance Performer RecordScript Shown",
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
@@ -78,6 +82,7 @@ __all__ = [
     "Angle",
     "Answers",
     "Backend",
+    "Bound",
     "Candidate",
     "Clause",
     "Code",
@@ -96,25 +101,31 @@ __all__ = [
     "GoalLiteral",
     "GoalPhrase",
     "Grounding",
+    "Hand",
     "Inputs",
     "Interpreted",
     "Judged",
     "Length",
+    "Manner",
     "Mass",
     "Match",
     "ModelMaker",
     "Not",
     "Parameter",
     "Pattern",
+    "Performance",
+    "Performer",
     "Phase",
     "PhaseName",
     "Predicate",
+    "RecordScript",
     "Refused",
     "ReportSection",
     "Role",
     "Row",
     "Rule",
     "Segment",
+    "Shown",
     "Simulator",
     "SymbolicWorld",
     "TaskSequence",
@@ -126,6 +137,7 @@ __all__ = [
     "atoms",
     "contents",
     "did_you_mean",
+    "explain_validation",
     "hookimpl",
     "html_template",
     "load_yaml",

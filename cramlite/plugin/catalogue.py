@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ..model.robot import Robot
     from ..model.world import Thing
     from ..ontology.taxonomy import Taxonomy
+    from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks
     from .expert import Expert
     from .protocols import Backend, Exporter, ModelMaker, Simulator, Validator
@@ -68,6 +69,11 @@ class Knowledge:
     def models(self) -> Mapping[str, ModelMaker]:
         """Name -> parametric object model."""
         return self.registry.named("object_models", "name")
+
+    @cached_property
+    def record_scripts(self) -> Mapping[str, RecordScript]:
+        """Name, or class of the task that it shows -> script of the simulated person."""
+        return self.registry.named("record_scripts", "name")
 
     @cached_property
     def products(self) -> tuple[Thing, ...]:

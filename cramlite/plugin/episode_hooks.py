@@ -41,7 +41,10 @@ class EpisodeHooks:
             UserError: no plugin reads its format, or it cannot be used.
             PluginError: the same, and a plugin that may have read it failed.
         """
-        nobody = f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF); see 'cramlite plugins'."
+        nobody = (
+            f"'{path}' is in no format that a plugin reads (RobCoG event data, KnowRob mongodump, RDF, the mapping file of a table of "
+            "poses); see 'cramlite plugins'."
+        )
         return self.repaired(self._answer("read_episode", nobody, path=path))
 
     def repaired(self, episode: Episode) -> Episode:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ..model.rollout import Rollout
     from ..model.steps import AnyStep
     from ..model.view import View
+    from .demonstration import RecordScript
     from .expert import Expert
     from .grounding import Answers, Context
     from .protocols import Backend, Candidate, EpisodeRepair, Exporter, ModelMaker, ReportSection, Simulator, Validator
@@ -67,6 +68,11 @@ def object_models() -> Iterable[ModelMaker]:  # type: ignore[empty-body]
 @hookspec
 def simulators() -> Iterable[Simulator]:  # type: ignore[empty-body]
     """Declare simulators that demonstrate and execute. Called once at load; the first one is used unless preferred."""
+
+
+@hookspec
+def record_scripts() -> Iterable[RecordScript]:  # type: ignore[empty-body]
+    """Declare scripts of the simulated person, for recordings. Called once at load; collected by ``name``."""
 
 
 @hookspec

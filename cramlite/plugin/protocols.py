@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from ..model.view import View
     from ..model.world import Camera, Thing, World
     from ..ontology.taxonomy import Taxonomy
+    from .demonstration import Shown
 
 
 class Candidate(Value):
@@ -146,8 +147,8 @@ class Simulator(Protocol):
         """Render what a depth camera sees of a world in which nothing moves; raise UserError if there is no such camera."""
         ...
 
-    def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
-        """Simulate a person who acts by a script."""
+    def demonstrate(self, world: World, shown: Sequence[Shown], *, seed: int) -> Rollout:
+        """Simulate a person who performs scripts, one after the other."""
         ...
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:

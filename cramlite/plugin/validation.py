@@ -21,6 +21,7 @@ NAMED_BY: Mapping[str, tuple[str, ...]] = {
     "robots": ("type", "mjcf"),
     "object_models": ("name", "make"),
     "simulators": ("name", "execute"),
+    "record_scripts": ("name", "prepare"),
     "episode_repairs": ("name", "repair", "order"),
     "validators": ("name", "check", "cost"),
     "backends": ("name", "emit", "executable"),

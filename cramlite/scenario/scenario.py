@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,6 +21,7 @@ from ..model.view import D435, Intrinsics
 from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
+from .goal_spec import GoalText, goal_texts
 from .task_specs import TaskEntry
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
@@ -156,11 +157,21 @@ class LateSpec(_Spec):
 
 
 class RecordSpec(_Spec):
-    """Recording of a demonstration for this scenario: the person's script, and the world they act in."""
+    """Recording of a demonstration for this scenario: the person's script or tasks, and the world they act in.
 
-    script: str
-    things: tuple[ThingSpec, ...]
+    Without things it is the scenario's own world, as its own ``vary`` changes it.
+    """
+
+    script: str | None = None
+    tasks: tuple[TaskEntry, ...] | None = Field(None, min_length=1)
+    things: tuple[ThingSpec, ...] = ()
     vary: tuple[VarySpec, ...] = ()
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> RecordSpec:
+        if (self.script is None) == (self.tasks is None):
+            raise ValueError("it needs exactly one of 'script' and 'tasks': what the person does")
+        return self
 
 
 class ObjectSpec(_Spec):
@@ -219,7 +230,8 @@ class ScenarioSpec(_Spec):
     demonstration: str | None = None
     tasks: tuple[TaskEntry, ...] | None = None
     designator: TaskEntry | None = None
-    goal: tuple[str, ...] | None = Field(default=None, min_length=1)
+    reading: str | int | None = None
+    goal: tuple[GoalText, ...] | None = Field(default=None, min_length=1)
     plan: str | None = None
     objects: dict[str, ObjectSpec] = {}
     robot: RobotSpec
@@ -249,6 +261,8 @@ class ScenarioSpec(_Spec):
                 "a scenario starts from exactly one of 'demonstration', 'tasks', 'designator' and 'goal'; "
                 f"this one has {' and '.join(starts) or 'none'}"
             )
+        if self.reading is not None and self.demonstration is None:
+            raise ValueError("'reading' is one of a 'demonstration', and there is none")
         if self.plan is not None and self.goal is None:
             raise ValueError("'plan' is a PDDL plan for a 'goal', and there is none")
         if self.world is None and "things" not in self.model_fields_set:
@@ -315,6 +329,31 @@ class Scenario(Value):
         update = {"demonstration": str(episode.resolve()), "tasks": None, "designator": None, "goal": None, "plan": None}
         return replace(self, spec=self.spec.model_copy(update=update))
 
+    def read_as(self, reading: int | str) -> Scenario:
+        """Return this scenario with the reading of its demonstration that is meant.
+
+        Args:
+            reading: its number, from 1, as ``cramlite interpret`` lists them; or a task that it has.
+
+        Raises:
+            UserError: it has no demonstration.
+        """
+        if self.spec.demonstration is None:
+            raise UserError(f"{self.path}: a reading is one of a demonstration, and this scenario has none.")
+        return replace(self, spec=self.spec.model_copy(update={"reading": reading}))
+
+    def with_goal(self, goal: Sequence[Any]) -> Scenario:
+        """Return this scenario with a goal in the place of what it starts from.
+
+        Args:
+            goal: sentences such as "tin on tray", or goals as data (``goal_spec``).
+
+        Raises:
+            UserError: it is no list of goals.
+        """
+        update = {"goal": goal_texts(goal), "demonstration": None, "reading": None, "tasks": None, "designator": None, "plan": None}
+        return replace(self, spec=self.spec.model_copy(update=update))
+
     def planned_by(self, plan: Path) -> Scenario:
         """Return this scenario with the plan of a planner for its goal.
 
@@ -326,12 +365,20 @@ class Scenario(Value):
         return replace(self, spec=self.spec.model_copy(update={"plan": str(plan.resolve())}))
 
 
-def read_scenario(path: Path | str) -> Scenario:
-    """Read a scenario file.
+INLINE = Path("inline scenario")
+"""What stands for the file in messages about a scenario that is given as data."""
+
+
+def read_scenario(path: Path | str | Mapping[str, Any]) -> Scenario:
+    """Read a scenario file, or a scenario that is given as the data that such a file holds.
+
+    Paths in such data start from the working directory.
 
     Raises:
         UserError: not YAML, an unknown key, a wrong type or unit: with file, line and the nearest right name.
     """
+    if isinstance(path, Mapping):
+        return scenario_from(INLINE, path)
     path = Path(path)
     return scenario_from(path, load_yaml(path))
 

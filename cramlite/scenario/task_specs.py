@@ -39,6 +39,8 @@ class WhereSpec(BaseModel):
         near, left_of, right_of, in_front_of, behind: things.
         within: how far ``near`` may be, between the middles, seen from above [m].
         visible_from: "camera", the scenario's where it is fixed, or a point in the world [m].
+        attitude: which way its z axis points: "upright" up, "upside down" down; else as it is held.
+        facing: a thing that its front looks at, seen from above.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -50,16 +52,18 @@ class WhereSpec(BaseModel):
     in_front_of: str | None = None
     behind: str | None = None
     visible_from: Literal["camera"] | tuple[Length, Length, Length] | None = None
+    attitude: Literal["upright", "upside down"] | None = None
+    facing: str | None = None
 
     @classmethod
     def sides(cls) -> tuple[str, ...]:
         """Return the keys whose value is a thing that the place is beside."""
-        return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None)
+        return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None and name != "facing")
 
     @property
     def things(self) -> tuple[str, ...]:
         """Things that it names."""
-        return tuple(t for t in (getattr(self, name) for name in self.sides()) if t)
+        return tuple(t for t in (getattr(self, name) for name in (*self.sides(), "facing")) if t)
 
 
 def _within_reason(parameters: dict[str, float]) -> dict[str, float]:

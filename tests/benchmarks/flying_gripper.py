@@ -86,7 +86,7 @@ class _Run:
         self.index, self.data = compiled.robots["fly"], compiled.data()
         low, high = self.index.reach
         self.open = 255 * (high - opening) / (high - low)
-        self.index.set_opening(compiled.model, self.data, opening)
+        self.index.set_opening(self.data, opening)
         self.data.qpos[self.index.joints[2]] = -STANDOFF
         self.closing = 0.0
         mujoco.mj_forward(compiled.model, self.data)

@@ -1,7 +1,7 @@
 """Mutants of judges, no-goods, places and the detection of grasps: does a quick test object to each?
 
     pip install cosmic-ray
-    python tests/benchmarks/mutants.py [WORD ...] [--by-hand] [--list]
+    python tests/benchmarks/mutants.py [WORD ...] [--by-hand] [--again FILE] [--list]
 
 Cosmic Ray changes one operator, number or condition of a module at a time; the module's own quick tests (``mutants.yaml``) must
 then fail. WORD picks the modules whose name contains it. A process that has everything imported is forked for each mutant, which
@@ -33,7 +33,7 @@ from typing import Any
 import yaml
 
 ROOT = Path(__file__).parents[2]
-PATIENCE = 20  # of one mutant's tests [s]: one that runs on for ever is found by that
+PATIENCE = 6  # so many times as long as they take for the module as it is, and a second, its tests may: a mutant may run on for ever
 BINARY = ("Add_Sub", "Sub_Add", "Mul_Div", "Div_Mul", "Mod_Mul", "BitAnd_BitOr", "BitOr_BitAnd")
 COMPARISON = (
     "Eq_NotEq", "NotEq_Eq", "Lt_LtE", "Lt_Gt", "LtE_Lt", "LtE_Gt", "Gt_GtE", "Gt_Lt", "GtE_Gt", "GtE_Lt", "Is_IsNot", "IsNot_Is",
@@ -75,7 +75,10 @@ class _Finder:
 
 
 class _Bare(ast.NodeTransformer):
-    """Remove what no run depends on: annotations, assertions, and numbers of texts for people."""
+    """Remove what no run depends on: annotations, what is imported for them, assertions, and numbers of texts for people."""
+
+    def visit_If(self, node: ast.If) -> ast.AST:
+        return ast.Pass() if "TYPE_CHECKING" in ast.dump(node.test) else self.generic_visit(node)
 
     def visit_AnnAssign(self, node: ast.AnnAssign) -> ast.AST:
         node.annotation = ast.Constant(None)
@@ -87,7 +90,8 @@ class _Bare(ast.NodeTransformer):
 
     def visit_arguments(self, node: ast.arguments) -> ast.AST:
         node.args = [*node.posonlyargs, *node.args, *node.kwonlyargs]  # how they are given changes nothing that runs
-        node.posonlyargs, node.kwonlyargs = [], []
+        node.defaults = [*node.defaults, *(d for d in node.kw_defaults if d is not None)]
+        node.posonlyargs, node.kwonlyargs, node.kw_defaults = [], [], []
         return self.generic_visit(node)
 
     def visit_arg(self, node: ast.arg) -> ast.AST:
@@ -137,12 +141,12 @@ def _sides(lines: Iterator[str]) -> tuple[list[str], list[str]]:
     return [k for k in kept if k[0] == "-"], [k for k in kept if k[0] == "+"]
 
 
-def survives(name: str, path: Path, changed: str, entry: dict[str, Any]) -> bool:
-    """Whether the tests of a module pass with another text of it: in a process of its own, which begins where this one is."""
+def survives(name: str, path: Path, changed: str, entry: dict[str, Any], patience: float = 600.0) -> bool:
+    """Whether the tests of a module pass with another text of it in so many seconds: in a process that begins where this one is."""
     child = os.fork()
     if not child:
         os._exit(_tested(name, path, changed, entry))
-    until = time.monotonic() + PATIENCE
+    until = time.monotonic() + patience
     while time.monotonic() < until:
         done, status = os.waitpid(child, os.WNOHANG)
         if done:
@@ -156,26 +160,37 @@ def survives(name: str, path: Path, changed: str, entry: dict[str, Any]) -> bool
 def _tested(name: str, path: Path, changed: str, entry: dict[str, Any]) -> int:
     import pytest
 
-    for module in [m for m in sys.modules if any(m == p or m.startswith(f"{p}.") for p in entry["afresh"])]:
-        del sys.modules[module]
+    _forget([m for m in sys.modules if any(m == p or m.startswith(f"{p}.") for p in entry["afresh"])])
     sys.meta_path.insert(0, _Finder(name, path, changed))
     with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
         return int(pytest.main(["-n0", "-x", "-q", "-m", "", *(str(ROOT / t) for t in entry["tests"])]))
 
 
-def surviving(module: str, entry: dict[str, Any], by_hand_alone: bool) -> Iterator[str]:
+def _forget(modules: list[str]) -> None:
+    """Import modules anew when they are next asked for; a package keeps names that it was asked for (``LazyNames``)."""
+    for module in modules:
+        del sys.modules[module]
+    for package in [m for m in sys.modules.values() if "__getattr__" in vars(m)]:
+        for name in [n for n, v in vars(package).items() if getattr(v, "__module__", None) in modules]:
+            delattr(package, name)
+
+
+def surviving(module: str, entry: dict[str, Any], by_hand_alone: bool, again: str | None) -> Iterator[str]:
     """The differences of the mutants of a module that its tests let pass, and how many there were on the terminal."""
     name = module.removeprefix("plugins/").removesuffix(".py").replace("/", ".")
     path, count, lived, start = ROOT / module, 0, 0, time.monotonic()
     text = path.read_text()
     if not survives(name, path, text, entry):
         raise SystemExit(f"{module}: its tests fail as it is; run them by themselves: {' '.join(entry['tests'])}")
+    patience = 1.0 + PATIENCE * (time.monotonic() - start)
     by_hand = entry.get("by_hand", {})
     if stale := [old for old in by_hand if old not in text]:
         raise SystemExit(f"{module}: mutants.yaml changes what is not there: {stale}")
     for changed in chain((text.replace(old, new) for old, new in by_hand.items()), () if by_hand_alone else mutants(path)):
+        if again is not None and difference(path, changed) not in again:
+            continue
         count += 1
-        if survives(name, path, changed, entry):
+        if survives(name, path, changed, entry, patience):
             lived += 1
             yield difference(path, changed)
     print(f"{module}: {count} mutants, {lived} survived, {time.monotonic() - start:.0f} s", flush=True)
@@ -186,6 +201,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description="Change judges one operator at a time, and run their tests.")
     parser.add_argument("words", nargs="*", help="modules whose name contains one of these; all without")
     parser.add_argument("--by-hand", action="store_true", help="only the changes that are written in mutants.yaml")
+    parser.add_argument("--again", metavar="FILE", type=Path, help="only what survived in a run before, whose output FILE is")
     parser.add_argument("--list", action="store_true", help="print modules and their tests, and run nothing")
     given = parser.parse_args()
     table = yaml.safe_load((Path(__file__).parent / "mutants.yaml").read_text())
@@ -194,6 +210,7 @@ def main() -> int:
         print("\n".join(f"{m}: {' '.join(e['tests'])}" for m, e in chosen.items()))
         return 0
     sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests" / "helpers")]
+    again = given.again.read_text() if given.again else None
     bad = 0
     for module, entry in chosen.items():
         for before in entry.get("before", ()):
@@ -202,7 +219,7 @@ def main() -> int:
             if call:
                 getattr(loaded, call[0])(*call[1:])
         equivalent = table["equivalent"].get(module, {})
-        for what in surviving(module, entry, given.by_hand):
+        for what in surviving(module, entry, given.by_hand, again):
             if what not in equivalent:
                 bad += 1
                 print(f"  survives: {what}", flush=True)

@@ -168,10 +168,30 @@ def test_a_folder_that_holds_something_else_is_left_alone(run: Run, tmp_path: Pa
     assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
 
 
-def test_record_needs_a_recipe(run: Run, tmp_path: Path) -> None:
-    ran = run("record", TASKS, "--out", tmp_path / "neem")
+def test_record_needs_something_to_do(run: Run, tmp_path: Path) -> None:
+    ran = run("record", "hang_up_a_product", "--out", tmp_path / "neem")
     assert ran.code == 2
-    assert "no 'record' section" in ran.err
+    assert "neither a 'record' section nor 'tasks'" in ran.err
+
+
+@pytest.mark.parametrize(
+    ("tasks", "says"),
+    [
+        ("Graspin block", "did you mean 'Grasping'?"),
+        ("Grasping brick", "did you mean 'block'?"),
+        ("Grasping block floor", "has the roles Patient; put a comma between two tasks"),
+        ("Navigating block", "What the simulated person can show is: AssumingArmPose"),
+        ("Pouring block block", "has no opening (cram:Cavity)"),
+        (" , ", "names no task"),
+        ("Placing block", "needs a filler for its role 'Relatum'"),
+        ("Grasping floor", "finds no grasp of 'floor'"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(run: Run, tmp_path: Path, tasks: str, says: str) -> None:
+    ran = run("record", "tasks/grasping", "--tasks", tasks, "--out", tmp_path / "neem")
+    assert ran.code == 2
+    assert says in ran.err
+    assert "Traceback" not in ran.err and not (tmp_path / "neem").exists()
 
 
 @pytest.mark.parametrize(

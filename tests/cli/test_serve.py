@@ -199,3 +199,30 @@ def test_an_id_is_in_use_until_it_is_answered() -> None:
 def test_what_was_asked_is_answered_when_the_input_ends() -> None:
     (answer,) = _answers(_request(1, "check", scenario="grasp_one_thing"))
     assert answer["result"]["scenario"] == "grasp_one_thing"
+
+
+ROOM = {
+    "scenario": "room",
+    "goal": ["tin held"],
+    "robot": {"type": "ur5e"},
+    "things": [
+        {"name": "tray", "model": "table", "at": {"position": [0.45, -0.35, 0.15]}, "with": {"size": [0.3, 0.3, 0.02]}},
+        {"name": "tin", "model": "block", "at": {"position": [0.5, 0.2, 0.031]}},
+    ],
+}
+
+
+def test_a_scenario_and_a_goal_may_be_data() -> None:
+    (checked,) = _answers(_request(1, "check", scenario=ROOM, goal=[{"goal": "on", "things": ["tin", "tray"]}]))
+    assert checked["result"] == {"scenario": "room", "robot": "ur5e", "things": ["tray", "tin"]}
+    (wrong,) = _answers(_request(1, "check", scenario=ROOM, goal=[{"things": ["tin"]}]))
+    assert wrong["error"]["code"] == 2 and "a goal as data is" in wrong["error"]["message"]
+    (key,) = _answers(_request(1, "check", scenario={**ROOM, "robt": 1}))
+    assert key["error"]["code"] == 2 and "unknown key 'robt'; did you mean 'robot'?" in key["error"]["message"]
+
+
+def test_where_nothing_is_found_each_part_of_a_goal_has_its_answer() -> None:
+    *_, said = _answers(_request(1, "resolve", scenario=ROOM, goal=["tin in tray", "tray off tin"]))
+    assert said["error"]["code"] == 1
+    tin, tray = said["error"]["data"]["goal"]
+    assert (tin["answer"], tray["answer"]) == ("missed", "holds") and "no task's rule makes" in tin["reason"]

@@ -3,7 +3,6 @@ recorded and interpreted; the budget leaves no room for programs, so that a run 
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import signal
@@ -13,48 +12,19 @@ import time
 from pathlib import Path
 
 import pytest
+from quick_experiment import order, quick_experiment, told
 
 from cramlite.experiment.bench import Trial
-from cramlite.experiment.run import Order, run_experiment
+from cramlite.experiment.run import run_experiment
 from cramlite.experiment.spec import find_experiment, read_experiment
 from cramlite.experiment.store import Store, locked
 from cramlite.experiment.trial import run_trial
 from cramlite.plugin import UserError
-from cramlite.plugin.selection import PluginChoice
-
-FOLDER = find_experiment("fetch_from_hanger").parent
 
 
 @pytest.fixture
 def experiment(tmp_path: Path) -> Path:
-    """The shipped one, with three demonstrations and a budget of two questions."""
-    folder = tmp_path / "quick"
-    folder.mkdir()
-    scenario = (FOLDER / "scenario.yaml").read_text().replace("take_off_hanger_varied", "take_off_hanger")
-    (folder / "scenario.yaml").write_text(scenario)
-    text = (FOLDER / "experiment.yaml").read_text()
-    text = text.replace("budget: {proofs: 4, expansions: 400}", "budget: {proofs: 1, expansions: 2}\nmost_candidates: 1")
-    lines = [line for line in text.splitlines() if not line.lstrip().startswith(("main:", "hard:"))]
-    at = next(k for k, line in enumerate(lines) if line.startswith("sets:"))
-    lines.insert(at + 1, "  main: {first: 1000, count: 1, about: quick}")
-    (folder / "experiment.yaml").write_text("\n".join(lines))
-    return folder
-
-
-def order(experiment: Path, out: Path, workers: int = 1, *plugins: Path) -> Order:
-    return Order(read_experiment(experiment / "experiment.yaml"), "main", out, workers, plugins=PluginChoice(plugins), pictures=False)
-
-
-def told(out: Path) -> dict[str, object]:
-    """All results without what a clock said."""
-    found = {}
-    for path in sorted((out / "results").rglob("*.json")):
-        data = json.loads(path.read_text())
-        data.pop("seconds", None)
-        for one in data.get("results", []):
-            one.pop("seconds")
-        found[path.relative_to(out).as_posix()] = data
-    return found
+    return quick_experiment(tmp_path / "quick")
 
 
 @pytest.mark.heavy

@@ -10,7 +10,6 @@ from cramlite import Budget, Engine, NoSolution, Trace, find_scenario, read_scen
 from cramlite.engine.candidates import attempts
 from cramlite.engine.execution import execute
 from cramlite.model import Verdict
-from cramlite.planning.task_goals import plan_from_tasks
 from cramlite.plugin import Candidate
 from cramlite.scenario.scenario import RobotSpec
 
@@ -42,11 +41,16 @@ REFUSED = {
     "sliding_gripper": "2.SlidingGripper/stroke: no contact for",
     "sliding_object": "2.SlidingObject/stroke: force",
     "transporting": "before 3.Transporting 'grasps(Gripper, Patient)' does not hold",
+    "turning_off": "during 1.TurningOff 'joint_falls(Patient)' does not hold",
+    "turning_on": "during 1.TurningOn 'joint_rises(Patient)' does not hold",
     "ungrasping": "from the middle of the opening of 'basket'",
 }
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
 
-MORE = {"opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt"}
+MORE = {
+    "opening_door": "soma:Opening", "closing_drawer": "soma:Closing", "looking_at_mobile": "soma:LookingAt",
+    "turning_on_switch": "cram:TurningOn",
+}  # fmt: skip
 """Further scenarios that are proven, with the task that they are about."""
 BLOCKED = {
     "looking_at_hidden": "0 % of 'coffee' would be seen, 50 % is needed; 'board' hides most",
@@ -87,7 +91,7 @@ def attempt(
         setting, trace = engine.setting(scenario, seed=seed), Trace()
     except NoSolution as nowhere:  # the camera cannot be brought to where it is to look
         return None, None, str(nowhere)
-    plan = plan_from_tasks(setting.name, scenario, engine.knowledge.tasks, setting.world)
+    plan = next(plan for plan, _ in engine.plans(scenario, setting, trace))
     for candidate, verdict in islice(attempts(plan, setting, engine.knowledge, Budget(proofs=1), trace), 1):
         if verdict.passed and setting.real is not None:
             done = execute(candidate, setting, engine.knowledge)

@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 
 from cramlite import Engine, Interpretation
-from cramlite.interpretation.coherence import Claims, coherent, demands, explains_ends, same
+from cramlite.interpretation.coherence import Claims, claims, coherent, demands, explains_ends, same
+from cramlite.interpretation.matching import Match
 
 SHIPPED = Path(__file__).parents[2] / "scenarios"
 ENGINE = Engine()
@@ -101,3 +102,12 @@ def test_facts_about_parts_are_about_their_wholes() -> None:
     assert same(("grasps", "_", "box"), ("grasps", "hand", "_"))
     assert not same(("touches", "box", "hook"), ("touches", "box", "table"))
     assert not same(("touches", "box", "hook"), ("supports", "box", "hook"))
+
+
+def test_what_excludes_another_ends_it() -> None:
+    """A drawer that is open is no longer closed, so whoever only carried it has not explained that."""
+    rule = ENGINE.knowledge.rules["soma:Opening"] if isinstance(ENGINE.knowledge.rules, dict) else next(
+        r for r in ENGINE.knowledge.rules if r.task == "soma:Opening"
+    )
+    changes = claims(rule, Match("soma:Opening", {"Patient": "drawer"}, "")).changes
+    assert {("joint_closed", "drawer"), ("joint_open", "drawer")} <= changes

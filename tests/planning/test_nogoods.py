@@ -110,6 +110,7 @@ def test_a_no_good_is_known_again_by_its_last_choice_alone() -> None:
     nogoods = Nogoods()
     assert nogoods.made_again(made("a0")) is None
     nogoods.remember(frozenset("ac"), made("a0", "b0", "c0"))
+    assert nogoods.made_again(made("a0", "c0")) == {"a", "c"}, "it is all that was chosen"
     assert nogoods.made_again(made("a0", "b1", "c0")) == {"a", "c"}
     assert nogoods.made_again(made("c0", "b1", "a0")) == {"a", "c"}
     assert nogoods.made_again(made("a0", "c1")) is None and nogoods.made_again(made("a1", "c0")) is None

@@ -106,7 +106,7 @@ TABLE = Object("object_2", ("cram:Table",))
 
 
 def asked(engine: Engine, furniture: World, planned: Plan) -> list[list[str]]:
-    return [[str(q) for q in queries] for queries in queries_of(planned, furniture, engine.knowledge.taxonomy)]
+    return [[str(q) for q in queries] for queries in queries_of(planned, furniture, engine.knowledge.taxonomy, engine.knowledge.tasks)]
 
 
 def test_what_to_look_for_follows_from_the_plan(engine: Engine, furniture: World) -> None:

@@ -8,9 +8,13 @@ from task_scenarios import attempt
 from cramlite import Engine, data_folder
 
 REFUSED = {
+    "bottle_from_drawer": "'bottle', which no task moved then, got",
+    "each_onto_tray_camera": "its centre of mass would be only 4 mm from the edge of 'tray'; 5 mm inside is needed",
     "into_drawer": "'tin' is 0",
     "lid_on_pot": "1.PickAndPlace/Placing/PuttingDown/lower: no contact within 0.09 m",
     "mug_upside_down": "'effector/body' is 42.0 mm inside 'floor'",
+    "one_of_two_into_basket_camera": "58 mm of it would stick out by 15 mm over the 28 mm depth of 'basket'",
+    "product_onto_tray_camera": "its centre of mass would be only 4 mm from the edge of 'tray'; 5 mm inside is needed",
     "sample_off_hanger": "from the middle of the opening of 'basket'",
     "small_into_basket": "mm of it would stick out by",
     "stack_of_four": "its centre of mass would be only 4 mm from the edge of 'second'; 5 mm inside is needed",
@@ -20,7 +24,10 @@ REFUSED = {
     "unstack": "hit 'middle' with",
 }
 """Scenario -> words of the reason for which its sibling ``NAME_fails`` is refused."""
-LONG = {"into_drawer", "tin_in_bowl_in_drawer", "two_on_one_shelf"}
+LONG = {
+    "bottle_from_drawer", "each_onto_tray_camera", "into_drawer", "one_of_two_into_basket_camera", "product_onto_tray_camera",
+    "tin_in_bowl_in_drawer", "two_on_one_shelf",
+}  # fmt: skip
 """Whose siblings take more than 5 s."""
 
 

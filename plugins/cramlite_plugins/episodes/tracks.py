@@ -21,6 +21,8 @@ NEARLY, ALONE = 0.03, 10.0
 #: How frames are called in which free things are recorded.
 _ROOT = re.compile(r"(^|_)(root|map|world|odom|odom_combined|room_link)$", re.IGNORECASE)
 
+_WORLD = re.compile(r"^(map|world)$", re.IGNORECASE)
+
 
 class Rows(Value):
     """Recorded transforms of one child frame.
@@ -78,6 +80,10 @@ def _repaired(name: str, rows: Rows, inner: bool) -> tuple[Rows, list[Repair]]:
         _repair(name, "dropped", "not finite, beyond all measure, or a quaternion without length", rows, ~good)
     ]
     rows, length = rows.where(good), length[good]
+    if _WORLD.match(name):
+        inside = np.array([not _ROOT.search(n) for n in rows.names], dtype=bool)[rows.parents]
+        repairs.append(_repair(name, "dropped", "the world is in no thing's frame", rows, inside))
+        rows, length = rows.where(~inside), length[~inside]
     identity = np.all(rows.poses == [0, 0, 0, 1, 0, 0, 0], axis=1) | _alone_near_identity(rows)
     if not (rows.trusted or inner) and identity.any():
         repairs.append(_repair(name, "dropped", "an identity pose means that the tracker saw nothing", rows, identity))

@@ -109,8 +109,9 @@ class Messages:
         rollout, none = run.rollout, np.zeros(0)
         for k, time in enumerate(rollout.times.tolist()):
             header = self._header(time)
+            position = np.ascontiguousarray(rollout.joints[k])
             state = self._make(
-                "sensor_msgs/msg/JointState", header=header, name=list(run.joints), position=rollout.joints[k], velocity=none, effort=none
+                "sensor_msgs/msg/JointState", header=header, name=list(run.joints), position=position, velocity=none, effort=none
             )
             yield "/joint_states", "sensor_msgs/msg/JointState", time, state
             opening = self._make("std_msgs/msg/Float64", data=float(rollout.opening[k]))

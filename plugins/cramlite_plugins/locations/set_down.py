@@ -18,6 +18,7 @@ from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thi
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import centre_of_mass, support
+from ..shapes.front import front
 from .free_area import Offset, beside, free_area, positions
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Spot, Wanted
 
@@ -34,6 +35,12 @@ ONTO = ((0.02, 0.06), (0.01, 0.015))
 is little room above."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
+TURNED = "turned"
+"""Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
+PALM_UP = math.sin(math.radians(20.0))
+"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is put on."""
+FACING = (0.0, 6.0, -6.0)
+"""Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
 OUTLINE, ARM = 5, 20
 """What a look at the shapes, and one at the arm, take of the samples of a query: so many states does a sampling planner check
@@ -52,7 +59,9 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     What shapes refuse is told when the first placement gets past them. If none does, no other grasp would help: it depends on
     the two things alone, and on where tasks have put what stands there.
     """
-    targets, now, cheap = _targets(location, belief, context), held_now(belief, context), len(CHEAP[location.relation])
+    targets, cheap = _targets(location, belief, context), len(CHEAP[location.relation])
+    now = as_asked(held_now(belief, context), location.parameters)
+    _check_turn(held_now(belief, context), now, targets[0])
     work, kept, passed = context.samples, list[Refused](), False
     for k, answer in _answers(targets, now, location):
         shapes = isinstance(answer, Refused) and answer.passed < cheap
@@ -75,7 +84,8 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[int, Grounding | Refused]]:
     """Each placement with the number of its position."""
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
-        for yaw in (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ())):
+        yaws = (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ()))
+        for yaw in FACING if wanted.where.get("facing") else yaws:
             yield from ((k, answer) for answer in _turned(wanted, now, offset, yaw, location.relation))
 
 
@@ -117,7 +127,7 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
             continue
         reason = _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
         if not reason:
-            values = {"height_m": height}
+            values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
@@ -230,6 +240,38 @@ def held_now(belief: Belief, context: Context) -> Pose:
     return held_pose(belief, context)
 
 
+def _check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
+    """Check that what is held can be brought to the attitude that is asked for, as it is held.
+
+    Raises:
+        Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may do.
+    """
+    held, (turn, context) = wanted.belief.held, (now.inverse() * asked, wanted.context)
+    if held is None or not any(turn.rotvec):
+        return
+    if wanted.thing.filling is not None:
+        raise Unresolvable(f"'{wanted.thing.name}' holds something that would be spilled", (wanted.entity,))
+    rise = float((asked * held.tcp_to_thing.inverse()).rotate((0.0, 0.0, 1.0))[2])
+    if rise > PALM_UP:
+        grasps = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held.thing and "width_m" in v.values)
+        said = f"turned so, the hand would be under '{held.thing}' and reach up by {math.degrees(math.asin(min(rise, 1.0))):.0f} deg"
+        raise Unresolvable(said, tuple(grasps))
+
+
+def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
+    """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where ``attitude`` wants it."""
+    if not where.get("attitude"):
+        return now
+    up, axis = now.rotate((0.0, 0.0, 1.0)), {"upright": 1.0, "upside down": -1.0}[where["attitude"]]
+    way = np.cross(up, (0.0, 0.0, axis))
+    sine, cosine = float(np.linalg.norm(way)), axis * float(up[2])
+    if sine < SAME:  # half a turn is as short about any level axis
+        way, sine = now.rotate((1.0, 0.0, 0.0)), 1.0
+    x, y, z = (way / sine * math.atan2(sine if cosine > SAME - 1 else 0.0, cosine)).tolist()
+    turned = Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), now.quaternion)
+    return Pose(now.position, turned.quaternion)
+
+
 def _anchor(wanted: Wanted) -> Offset:
     """The best position of all, whether it is free or not: the middle; near a thing that is asked for; for a robot that drove
     there what is nearest to it, as a table's middle may be out of reach from all sides."""
@@ -250,21 +292,24 @@ def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, floa
     """
     if relation == "on":
         return list(ONTO)
-    from ..motion_planning.reach import tcp
-
-    gripper, hand = wanted.context.robot.gripper, tcp(wanted.belief, wanted.context)
+    assert wanted.belief.held is not None
+    gripper, hand = wanted.context.robot.gripper, now * wanted.belief.held.tcp_to_thing.inverse()
     ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand
     low, high = -wanted.depth + OFF_FLOOR, ball - (hand.position[2] + support(wanted.thing, now, (0.0, 0.0, -1.0)))
     return [(float(h), max(ABOVE - float(h), ABOVE)) for h in np.arange(low, max(high, 0.0) + RISE, RISE)]
 
 
 def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, above: float) -> Spot:
-    """Its centre of mass over a position of the target, upright as held, turned from facing it by ``yaw`` [deg]."""
+    """Its centre of mass over a position of the target, leaning as it is held or as it is asked for, turned by ``yaw`` [deg]: from
+    facing the robot as it does now, or from facing what it shall face."""
     from ..motion_planning.reach import shift, tcp
 
     assert wanted.belief.held is not None
     hand, target = tcp(wanted.belief, wanted.context), wanted.target.pose.apply((*offset, 0.0))
     facing = math.atan2(target[1], target[0]) - math.atan2(hand.position[1], hand.position[0])
+    if other := wanted.where.get("facing"):
+        ahead, to = now.rotate(front(wanted.thing.features)), wanted.belief.pose(other).position - target
+        facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
     turned = Pose((0, 0, 0), (turn * Pose((0, 0, 0), now.quaternion)).quaternion)
     x, y, _ = target - turned.apply(centre_of_mass(wanted.thing))

@@ -97,7 +97,7 @@ def ground(
     index, data = compiled.robots[mount], compiled.data()
     if index.platform is None:
         raise ValueError(f"'{mount}' has no platform")
-    index.set_opening(compiled.model, data, opening)
+    index.set_opening(data, opening)
     data.qpos[list(index.joints)] = joints
     _grow(compiled.model, index.platform.body, clearance)
     start = next(m.base for m in world.robots if m.name == mount)

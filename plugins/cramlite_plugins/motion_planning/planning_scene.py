@@ -312,7 +312,7 @@ def scene(
     carried = {name: Carried(mount, pose) for name, pose in held.items()}
     compiled = compile_world(placed, robots, planning=True, carried=carried)
     index, data = compiled.robots[mount], compiled.data()
-    index.set_opening(compiled.model, data, index.reach[1] if opening is None else opening)
+    index.set_opening(data, index.reach[1] if opening is None else opening)
     moved = movers(compiled, index)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
     need = required_distances(compiled, moved, allowed, clearance, wider)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,8 @@ Found = Iterator[Grounding]
 Kind = Callable[[Motion, Belief, Context], Found]
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 STIFF = 0.15, 0.35  # deviation limits of the other axes [m, rad]: documented, the controller stops beyond them
+ON_THE_SPOT = 0.001  # [m]: what goes no further only turns
+TURN = 0.25  # way of a radian [m]: at a speed given in m/s, controllers turn by so much for each metre
 PATIENCE = 2.0, 3.0  # a time-out is the nominal time times the first plus the second [s]
 GRAVITY = 9.81
 
@@ -76,18 +79,22 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
 
     place = place_of(motion, context)
     points = line(motion, belief, context, list(place.path))
-    corners = np.array([tcp(belief, context).position, *(p.position for p in place.path)])
+    here = tcp(belief, context)
+    corners = np.array([here.position, *(p.position for p in place.path)])
     legs = np.diff(corners, axis=0)
     lengths = np.linalg.norm(legs, axis=1)
-    frame = frame_along(legs[int(np.argmax(lengths))])
+    turns = [math.hypot(*(a.inverse() * b).rotvec) for a, b in pairwise((here, *place.path))]
+    ways = np.maximum(lengths, TURN * np.array(turns))
+    longest = legs[int(np.argmax(lengths))]
+    frame = frame_along(longest if lengths.max() > ON_THE_SPOT else here.rotate((0.0, 0.0, 1.0)))
     speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
     x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
     step = ForceMove(
         place.path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
-        timeout(float(lengths.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
+        timeout(float(ways.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
-    reason = f"{1000 * lengths.sum():.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {limit:.0f} N"
+    reason = f"{1000 * ways.sum():.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {limit:.0f} N"
     yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="force path")
 
 

@@ -42,7 +42,8 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         return
     scene = make_scene(belief, context)
     goals, attempt, (speed, acceleration) = _goals(motion, place, belief, context, scene), 0, _pace(motion, context)
-    if (upright := load(belief, context)) is not None:
+    turned = place.values.get("turned", 0.0) > 0  # the place asks for another attitude
+    if not turned and (upright := load(belief, context)) is not None:
         yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
         return
     while goals:

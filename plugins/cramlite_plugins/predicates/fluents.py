@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import partial
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import EntityName, Floats, Thing, thing_of
 from cramlite.plugin import (
     EFFECTOR,
+    Bound,
     Fact,
     Fluent,
     GoalCondition,
     GoalPhrase,
+    Manner,
     Pattern,
     SymbolicWorld,
     UserError,
     contents,
+    parse_quantity,
 )
 
 from ..shapes.bounds import corners
@@ -31,6 +36,12 @@ DEFAULT_DOF = 1.0
 """What a contact constrains if nothing is said: a plane stops motion in one direction."""
 ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
+OPEN = 0.2
+"""Share of a joint's range from which a thing is open: the rule of opening asks for as much."""
+EXACT = 0.05
+"""Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
+CONTROL = "cram:Control"
+"""What can be turned on and off."""
 STANDS_WITHIN = 0.005
 """Between a thing's lowest point and the top of what it stands on [m]."""
 STANDS = ("is", "hangs", "stands", "lies")
@@ -175,7 +186,7 @@ def _joints(scene: SymbolicWorld) -> Iterator[tuple[Thing, float]]:
             yield thing, (joint.value - joint.lower) / (joint.upper - joint.lower)
 
 
-def _let_go(thing: str) -> frozenset[Pattern]:
+def let_go(thing: str) -> frozenset[Pattern]:
     """Nobody holds it, and the hand has left it."""
     return frozenset({("grasps", None, thing), ("touches", EFFECTOR, thing)})
 
@@ -188,7 +199,7 @@ def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     """On a thing with a peg it hangs."""
     peg = scene.world.thing(place).feature(PEG)
     there = ("touches", thing, str(EntityName(place, peg.name))) if peg else ("supports", place, thing)
-    return GoalCondition(frozenset({there}), _let_go(thing), spot=peg is None)
+    return GoalCondition(frozenset({there}), let_go(thing), spot=peg is None)
 
 
 def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
@@ -201,7 +212,7 @@ def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     on_peg = scene.world.thing(place).feature(PEG) is not None
     hollow = scene.world.thing(place).feature(CAVITY) is not None
     shown = frozenset({("in_cavity", thing, place)} if hollow else ())
-    return GoalCondition(frozenset({("in_or_above", thing, place)}), _let_go(thing), spot=not on_peg, shown=shown)
+    return GoalCondition(frozenset({("in_or_above", thing, place)}), let_go(thing), spot=not on_peg, shown=shown)
 
 
 def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:
@@ -217,6 +228,34 @@ def _is_open(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 def _is_closed(_scene: SymbolicWorld, thing: str) -> GoalCondition:
     return GoalCondition(frozenset({("joint_closed", thing)}), frozenset({("touches", EFFECTOR, thing)}))
+
+
+def _opened_by(scene: SymbolicWorld, thing: str, amount: str) -> GoalCondition:
+    """Open by so much of what its joint can; less than what counts as open is no goal, as no task ends there."""
+    joint = scene.world.thing(thing).joint
+    if joint is None:
+        raise UserError(f"'{thing}' has no joint to be opened by.")
+    try:
+        value = parse_quantity(amount, "length" if joint.kind == "slide" else "angle")
+    except ValueError as error:
+        raise UserError(f"{error}.") from error
+    span = joint.upper - joint.lower
+    share, (least, most) = value / span, (_amount(joint.kind, s * span) for s in (OPEN, 1.0))
+    if not OPEN <= share <= 1.0:
+        raise UserError(f"'{thing}' opens by {most} at most, and is open from {least} on.")
+    bound = Bound(("joint_share", thing), share - EXACT, share + EXACT)
+    now = (joint.value - joint.lower) / span
+    return replace(_is_open(scene, thing), bounds=(bound,), manner=Manner(parameters={"share": share}, holds=abs(now - share) <= EXACT))
+
+
+def _amount(kind: str, value: float) -> str:
+    return f"{1000 * value:.0f} mm" if kind == "slide" else f"{math.degrees(value):.0f} deg"
+
+
+def _turned(scene: SymbolicWorld, thing: str, on: bool) -> GoalCondition:
+    if not scene.is_a(thing, CONTROL):
+        raise UserError(f"'{thing}' is no knob and no switch ({CONTROL}) that could be turned on or off.")
+    return (_is_open if on else _is_closed)(scene, thing)
 
 
 def _two_in_hand(_scene: SymbolicWorld, fact: Fact, other: Fact) -> bool:
@@ -273,8 +312,13 @@ CONTAINS = Fluent(
 )
 IN_OR_ABOVE = Fluent(initial=_lying_in, contrary=_two_places, phrases=(GoalPhrase("THING in PLACE", _in, STANDS),))
 JOINT_OPEN = Fluent(
-    excludes=("joint_closed",), initial=_open, phrases=(GoalPhrase("THING open", _is_open, ("is", "stands")),)
-)
+    excludes=("joint_closed",), initial=_open,
+    phrases=(
+        GoalPhrase("THING open", _is_open, ("is", "stands")), GoalPhrase("THING open by AMOUNT", _opened_by, ("is", "stands")),
+        GoalPhrase("THING turned on", partial(_turned, on=True)),
+    ),
+)  # fmt: skip
 JOINT_CLOSED = Fluent(
-    excludes=("joint_open",), initial=_closed, phrases=(GoalPhrase("THING closed", _is_closed, ("is", "stands")),)
+    excludes=("joint_open",), initial=_closed,
+    phrases=(GoalPhrase("THING closed", _is_closed, ("is", "stands")), GoalPhrase("THING turned off", partial(_turned, on=False))),
 )

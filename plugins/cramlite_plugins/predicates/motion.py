@@ -39,6 +39,10 @@ PARKED = 0.05
 _RUN: frozenset[PhaseName] = frozenset({"run"})
 
 
+DRIVEN = 0.025
+"""[m] that a thing must be elsewhere to have been pushed: more than two poses that are each 5 mm off on every axis differ by."""
+
+
 def all_predicates() -> tuple[Predicate, ...]:
     """Return the predicates of this module."""
     of_joints = partial(Predicate, possible=_has_joints)
@@ -76,6 +80,7 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest.", unknown=unknowns.no_fingers),
         Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest.", unknown=unknowns.no_fingers),
+        of_joints("on_joint", 1, on_joint, cost=1, doc="A thing slides or turns on a joint, as drawers and doors do."),
         of_joints("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
         of_joints(
             "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."
@@ -86,6 +91,7 @@ def all_predicates() -> tuple[Predicate, ...]:
         of_joints(
             "joint_open", 1, joint_open, cost=3, doc="A thing's joint is open by 20 % or more.", fluent=fluents.JOINT_OPEN
         ),
+        of_joints("joint_share", 1, joint_share, value=True, cost=3, doc="How far a thing's joint is open, as a share of its range."),
         Predicate(
             "parked",
             0,
@@ -139,7 +145,7 @@ def driven(phase: Phase, thing: str | None) -> Iterator[Row]:
     for name in _candidates(phase, thing) if hand is not None else []:
         mine, its = _displacement(hand, phase), _displacement(_motion(phase, name), phase)
         along = math.sqrt(its @ its)
-        if along > THING_MOVED and mine @ its > 0.5 * math.sqrt(mine @ mine) * along:
+        if along > DRIVEN and mine @ its > 0.5 * math.sqrt(mine @ mine) * along:
             yield (name,)
 
 
@@ -213,6 +219,11 @@ def gripper_open(phase: Phase) -> Iterator[Row]:
         yield ()
 
 
+def on_joint(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """Evaluate on_joint(Thing): the episode has its joint's values."""
+    yield from ((n,) for n, _ in _joints(phase, thing))
+
+
 def joint_rises(phase: Phase, thing: str | None) -> Iterator[Row]:
     """Evaluate joint_rises(Thing): the value at the end against that at the start."""
     yield from ((n,) for n, values in _joints(phase, thing) if values[-1] - values[0] > JOINT_CLOSED)
@@ -231,6 +242,11 @@ def joint_closed(phase: Phase, thing: str | None) -> Iterator[Row]:
 def joint_open(phase: Phase, thing: str | None) -> Iterator[Row]:
     """Evaluate joint_open(Thing)."""
     yield from ((n,) for n, values in _joints(phase, thing) if values.min() >= JOINT_OPEN)
+
+
+def joint_share(phase: Phase, thing: str | None) -> Iterator[Row]:
+    """Evaluate joint_share(Thing): 0 closed, 1 open; the last value of the phase."""
+    yield from ((n, float(values[-1])) for n, values in _joints(phase, thing))
 
 
 def parked(phase: Phase) -> Iterator[Row]:

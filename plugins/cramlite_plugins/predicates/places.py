@@ -21,6 +21,8 @@ RIM = 0.05
 """[m] over a container's rim: a product that stands in the shallow basket here has its middle there."""
 NEAR = 0.15
 """[m] between a thing and a place it was brought to."""
+ELSEWHERE = 0.05
+"""[m] that a thing must be carried to be brought nearer to anything: less than things are lifted."""
 UNSIZED = 0.15
 """[m] about the origin of a place of which no size is known: half the width of a large bowl or plate."""
 VIEW = np.deg2rad(30.0)
@@ -63,6 +65,9 @@ def all_predicates() -> tuple[Predicate, ...]:
             "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
         ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
+        Predicate(
+            "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing moves by 50 mm, and comes no nearer to another."
+        ),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
             "in_view",
@@ -189,6 +194,25 @@ def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
             gap = distance_to_box(phase, other, one, phase.end)
             if one != other and gap is not None and gap < NEAR + (UNSIZED if box_of(phase, other) is None else 0.0):
                 yield one, other
+
+
+def recedes(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:
+    """Evaluate recedes(Thing, Place): Thing moves by ELSEWHERE, and its origin comes no nearer to Place's box, nor, seen from above, to its
+    middle."""
+    for one in [name] if name is not None else things(phase):
+        poses = [pose_of(phase, one, t) for t in (phase.start, phase.end)]
+        if None in poses or math.dist(*(p.position for p in poses if p is not None)) < ELSEWHERE:
+            continue
+        for other in [place] if place is not None else things(phase):
+            before, after = ((distance_to_box(phase, other, one, t), _beside(phase, one, other, t)) for t in (phase.start, phase.end))
+            if one != other and not any(b is not None and a is not None and b - a > APPROACHED for b, a in zip(before, after, strict=True)):
+                yield one, other
+
+
+def _beside(phase: Phase, one: str, other: str, time: float) -> float:
+    """Distance of two origins, seen from above [m]."""
+    here, there = pose_of(phase, one, time), pose_of(phase, other, time)
+    return 0.0 if here is None or there is None else math.dist(here.position[:2], there.position[:2])
 
 
 def stands_at(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:

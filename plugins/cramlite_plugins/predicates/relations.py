@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from cramlite.plugin import Predicate, hookimpl
 
-from . import fluents, unknowns
+from . import attitudes, fluents, unknowns
 from . import motion as motion_predicates
 from . import places as place_predicates
 
@@ -54,6 +54,7 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         *motion_predicates.all_predicates(),
         *place_predicates.all_predicates(),
+        *attitudes.all_predicates(),
     )
 
 

@@ -66,8 +66,11 @@ def no_grasps(phase: Phase, *_names: str | None) -> str | None:
     return None if phase.episode.of("state") else "no grasps were recorded"
 
 
-def no_contents(phase: Phase, *_names: str | None) -> str | None:
-    """Return why nobody knows what was in what."""
+def no_contents(phase: Phase, container: str | None, _content: str | None) -> str | None:
+    """Return why nobody knows what was in what. What is known to be no container, such as a table, holds nothing."""
+    types = phase.timeline.types(container) if container is not None else ()
+    if types and not phase.timeline.taxonomy.any_is_a(types, "soma:DesignedContainer"):
+        return None
     return _none_of(phase, "soma:ContainmentState", "no contents were recorded")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cramlite.model import Robot, Rollout, World
-from cramlite.plugin import ModelMaker, Simulator, hookimpl
+from cramlite.plugin import ModelMaker, RecordScript, Shown, Simulator, hookimpl
 
 if TYPE_CHECKING:
     from cramlite.model import Camera, Pose, Scene, Thing, View
@@ -79,11 +79,11 @@ class MujocoSimulator:
 
         return look(world, robots, camera, seed=seed)
 
-    def demonstrate(self, world: World, script: str, *, seed: int) -> Rollout:
+    def demonstrate(self, world: World, shown: Sequence[Shown], *, seed: int) -> Rollout:
         """Record a scripted person's demonstration in a world."""
         from .person.demonstrate import demonstrate
 
-        return demonstrate(world, script=script, seed=seed)
+        return demonstrate(world, shown, seed=seed)
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
         """Render one sample of a rollout."""
@@ -124,3 +124,11 @@ def object_models() -> Iterable[ModelMaker]:
     from .objects.products_and_fixtures import MODELS
 
     return [_maker(name) for name in MODELS]
+
+
+@hookimpl
+def record_scripts() -> Iterable[RecordScript]:
+    """Declare the scripts of the simulated person."""
+    from .person.scripts import shipped_scripts
+
+    return shipped_scripts()

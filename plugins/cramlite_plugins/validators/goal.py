@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from cramlite.model import Episode, Pose, Rollout, Value, thing_of
+from cramlite.model import Episode, Floats, Rollout, Value, thing_of
 from cramlite.plugin import EFFECTOR, Candidate, Cost, Finding, Validator, contents, hookimpl
 
 from ..episodes.detection.entities import contents_of
@@ -88,8 +88,7 @@ def _recorded(entity: str, episode: Episode) -> str:
     if entity == contents(whole):
         return contents_of(whole)
     known, owner = episode.known(entity), episode.known(whole)
-    felt = entity == whole or owner is None or (known is not None and bool(known.geoms))
-    return entity if felt else whole
+    return entity if owner is None or (known is not None and known.geoms) else whole
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:
@@ -112,7 +111,7 @@ def _beside(literal: GoalLiteral, candidate: Candidate) -> str:
         return ""
     assert candidate.rollout is not None
     base = candidate.world.robots[0].base.inverse()
-    one, other = (np.asarray(base.apply(_at(candidate.rollout, n).position)) for n in (literal.things[0], literal.other))
+    one, other = (np.asarray(base.apply(_at(candidate.rollout, n))) for n in (literal.things[0], literal.other))
     if literal.side not in SIDES:
         gap = float(np.linalg.norm((one - other)[:2]))
         return "" if gap <= NEAR else f"it is {1000 * gap:.0f} mm from '{literal.other}', up to {1000 * NEAR:.0f} mm are near"
@@ -148,12 +147,9 @@ def _measured(literal: GoalLiteral, rollout: Rollout, episode: Episode) -> str:
     return " and ".join(said)
 
 
-def _at(rollout: Rollout, name: str) -> Pose:
-    """Where a thing is at the end, in the world."""
-    if name not in rollout.poses:
-        return rollout.world.thing(name).pose
-    row = rollout.poses[name][-1].tolist()
-    return Pose((row[0], row[1], row[2]), tuple(row[3:]))
+def _at(rollout: Rollout, name: str) -> Floats:
+    """Where a thing is at the end, (3,) in the world [m]."""
+    return rollout.poses[name][-1, :3] if name in rollout.poses else np.asarray(rollout.world.thing(name).pose.position)
 
 
 @hookimpl

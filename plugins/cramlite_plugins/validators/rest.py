@@ -18,6 +18,11 @@ Source: a body whose centre is d below the peg and swings by +-A gains h = A^2 /
 second shows nearly the whole 2 A: 0.04 m/s are A = 10 mm, h = 0.7 mm, an eighth of r = 6 mm. Measured: 4.3 mm to and fro after
 letting go, 3.7 mm after 12 s and 2.8 mm after 19 s; the hole moved by 0.5 mm in all that time.
 """
+TURN = REST / 0.1
+"""And turns slower than this over the last half second [rad/s]: a point 0.1 m from its axis is then slower than ``REST``, too.
+Measured: what had been dropped into a basket turned by less than 0.001 rad/s when its run ended."""
+SWING_TURN = SWING / 0.07
+"""What hangs on a peg may turn by this [rad/s]: what ``SWING`` makes of a body that swings 70 mm below its peg. Measured: 0.01 to 0.03."""
 
 
 def borne_by(rollout: Rollout, thing: str, sample: int) -> list[str]:
@@ -35,15 +40,19 @@ def hangs(rollout: Rollout, thing: str, sample: int) -> bool:
 
 
 def restless(rollout: Rollout, thing: str, *, hanging: bool) -> str:
-    """Return what is wrong where a thing still moves at the end; of one that hangs, the hole must be at rest, and the rest may
-    swing. Empty where it is at rest."""
+    """Return what is wrong where a thing still moves or turns at the end; of one that hangs, the hole must be at rest, and the rest
+    may swing. Empty where it is at rest."""
     hole = rollout.world.thing(thing).feature("vrps:Hole") if hanging else None
     speed = _speed(rollout, thing, hole.pose.position if hole else (0.0, 0.0, 0.0))
     if speed > REST:
         what = f"the hole of '{thing}'" if hole else f"'{thing}'"
         return f"{what} still moves at {1000 * speed:.0f} mm/s at the end"
     swing = _speed(rollout, thing, (0.0, 0.0, 0.0)) if hole else 0.0
-    return f"'{thing}' still swings at {1000 * swing:.0f} mm/s at the end" if swing > SWING else ""
+    if swing > SWING:
+        return f"'{thing}' still swings at {1000 * swing:.0f} mm/s at the end"
+    turn, limit = _turn(rollout, thing), SWING_TURN if hole else TURN
+    said = f"'{thing}' still turns at {turn:.2g} rad/s at the end, limit {limit:.2g} rad/s"
+    return said if turn > limit else ""
 
 
 def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
@@ -52,3 +61,16 @@ def _speed(rollout: Rollout, thing: str, point: Vector3) -> float:
     poses = [Pose(tuple(row[:3]), tuple(row[3:])) for row in rollout.poses[thing][recent]]
     way = float(np.linalg.norm(np.ptp([p.apply(point) for p in poses], axis=0)))
     return way / (float(np.ptp(rollout.times[recent])) or 1.0)
+
+
+def _turn(rollout: Rollout, thing: str) -> float:
+    """How far a thing turns in the last half second [rad/s], about whatever axis and however often: its turns from sample to sample,
+    added up to where that sum is largest."""
+    from scipy.spatial.transform import Rotation
+
+    recent = rollout.times >= rollout.times[-1] - 0.5
+    rotations = Rotation.from_quat(rollout.poses[thing][recent, 3:], scalar_first=True)
+    if len(rotations) < 2:
+        return 0.0
+    turned = np.cumsum((rotations[1:] * rotations[:-1].inv()).as_rotvec(), axis=0)
+    return float(np.linalg.norm(turned, axis=1).max() / np.ptp(rollout.times[recent]))

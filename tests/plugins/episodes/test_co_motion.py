@@ -42,12 +42,22 @@ def test_what_does_not_is_not(thing: Floats) -> None:
     assert carried_spans(grid(thing), "thing", "hand") == []
 
 
-def test_short_gaps_are_interpolated_and_long_ones_held() -> None:
-    sparse = Track(np.array([0.0, 0.4, 2.4]), np.array([[x, 0, 0, 1, 0, 0, 0] for x in (0.0, 0.4, 2.4)]))
-    found = grid_of({"a": sparse})
-    at = {round(float(t), 2): float(p[0]) for t, p in zip(found.times, found.poses["a"], strict=True)}
+def sampled(*rows: tuple[float, float]) -> dict[float, float]:
+    """The x of a frame recorded at some times, on the grid."""
+    times, xs = np.array([t for t, _ in rows]), [x for _, x in rows]
+    found = grid_of({"a": Track(times, np.array([[x, 0, 0, 1, 0, 0, 0] for x in xs]))})
+    return {round(float(t), 2): float(p[0]) for t, p in zip(found.times, found.poses["a"], strict=True)}
+
+
+def test_short_gaps_are_interpolated_and_what_rested_in_long_ones_is_held() -> None:
+    at = sampled((0.0, 0.0), (0.4, 0.4), (2.4, 0.42))
     assert at[0.2] == pytest.approx(0.2, abs=0.01)
-    assert at[1.4] == pytest.approx(0.4, abs=0.01)
+    assert at[1.4] == pytest.approx(0.4, abs=0.001)
+
+
+def test_what_is_elsewhere_after_a_gap_moved_in_it_unless_that_was_long() -> None:
+    assert sampled((0.0, 0.0), (0.4, 0.4), (2.4, 2.4))[1.4] == pytest.approx(1.4, abs=0.01)
+    assert sampled((0.0, 0.0), (0.4, 0.4), (9.4, 2.4))[1.4] == pytest.approx(0.4, abs=0.01)
 
 
 @pytest.mark.parametrize(

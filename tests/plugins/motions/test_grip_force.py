@@ -17,6 +17,7 @@ from cramlite_plugins.motions.grip_force import Grip, grip_of, load
 from cramlite_plugins.robots.robotiq_2f85 import GRIPPER
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
 from cramlite_plugins.simulation.objects.products_and_fixtures import block
+from cramlite_plugins.validators.grip_strength import explained
 
 ORIGIN = Pose()
 SCENARIO = """
@@ -88,8 +89,14 @@ def test_a_force_that_is_given_stays_and_the_physics_says_whether_it_holds(frict
     assert (solution is not None) == held
     doubted = [e.reason for e in trace.entries if "which carries 9.5 N: doubtful for 1.5 kg (14.7 N) on friction 0.0947" in e.reason]
     assert bool(doubted) != held
+    slipped = [r for r in reasons(trace) if "grip_strength: 'block' slipped" in r]
+    assert bool(slipped) != held
     if not held:
         assert any("after 2.PickingUp 'grasps(Gripper, Locatum)' does not hold" in r for r in reasons(trace))
+        assert (
+            "50 N on each pad carry 9.5 N of 1.5 kg (14.7 N) on friction 0.0947 (pads 0.9, 'block' 0.05); 78 N carry it just so,"
+            " 218 N with a margin of 2.5 and 1.2 m/s2 of the arm (gripper 'robotiq_2f85': 20 .. 235 N)"
+        ) in slipped[0]
 
 
 def test_what_the_thing_bears_limits_the_wish(tmp_path: Path) -> None:
@@ -125,6 +132,12 @@ def held(mass: float, friction: float, at: Pose = ORIGIN) -> Grip:
     """A block between pads of 0.9."""
     item = block("block", Pose(), mass=mass, friction=friction)
     return grip_of(Held("block", at, 0.06), World((item,)), GRIPPER)
+
+
+def test_without_friction_no_force_carries() -> None:
+    assert explained(held(1.0, 0.0), 50.0) == (
+        "50 N on each pad carry 0.0 N of 1 kg (9.8 N) on friction 0 (pads 0.9, 'block' 0); no force does"
+    )
 
 
 @given(st.floats(0.01, 10.0), st.floats(0.01, 1.0))

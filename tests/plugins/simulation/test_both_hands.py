@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from performances import performed
 
 from cramlite import Engine, read_scenario
 from cramlite.experiment.spec import find_experiment
@@ -17,7 +18,6 @@ from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.episodes.formats.neem import read_neem, write_neem
 from cramlite_plugins.episodes.repair.two_hands import handovers, one_handed
 from cramlite_plugins.simulation.person import variety
-from cramlite_plugins.simulation.person.demonstrate import demonstrate
 from cramlite_plugins.simulation.person.habits import Habits, habits
 from cramlite_plugins.simulation.person.person import Person
 
@@ -38,7 +38,7 @@ def shown(name: str, other_hand: str) -> Rollout:
     with pytest.MonkeyPatch.context() as patch:
         own = Habits(False, False, False, 0.0, other_hand=other_hand)
         patch.setattr(variety, "habits", lambda _rng, distracted: own)
-        return demonstrate(world(name), seed=7, script=SCRIPTS[name])
+        return performed(world(name), seed=7, script=SCRIPTS[name])
 
 
 def grasps(episode: Episode) -> list[tuple[str, str]]:
@@ -102,7 +102,7 @@ def test_a_pinch_without_friction_takes_nothing_over() -> None:
         patch.setattr(
             variety, "habits", lambda _rng, distracted: Habits(False, False, False, 0.0, other_hand="hand_over")
         )
-        recorded = detect(demonstrate(slippery, seed=7, script=SCRIPTS["fetch_from_hanger"]), "demo")
+        recorded = detect(performed(slippery, seed=7, script=SCRIPTS["fetch_from_hanger"]), "demo")
     assert not list(handovers(recorded))
 
 
@@ -111,7 +111,7 @@ def test_who_has_one_hand_cannot_change_hands() -> None:
         patch.setattr(variety, "habits", lambda _rng, distracted: Habits(False, False, False, 0.0))
         patch.setattr(variety, "pull_off", lambda person, _scene: Person.change_hands(person))
         with pytest.raises(ValueError, match="one hand"):
-            demonstrate(world("fetch_from_hanger"), seed=7, script="take_off_hanger_varied")
+            performed(world("fetch_from_hanger"), seed=7, script="take_off_hanger_varied")
 
 
 def test_every_habit_of_both_hands_comes_up() -> None:

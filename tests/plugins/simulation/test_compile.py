@@ -54,10 +54,10 @@ def test_the_initial_state_is_at_home_open_and_as_the_world_says() -> None:
     compiled.initial(data)
     index = compiled.robots["arm"]
     assert data.qpos[list(index.joints)] == pytest.approx(UR5E.home)
-    assert index.opening(compiled.model, data) == pytest.approx(0.085)
+    assert index.opening(data.qpos) == pytest.approx(0.085)
     assert compiled.pose(data, "product").distance(compiled.world.thing("product").pose)[0] < 1e-9
-    index.set_opening(compiled.model, data, 0.03)
-    assert index.opening(compiled.model, data) == pytest.approx(0.03)
+    index.set_opening(data, 0.03)
+    assert index.opening(data.qpos) == pytest.approx(0.03)
 
 
 def test_two_robots_in_one_world() -> None:

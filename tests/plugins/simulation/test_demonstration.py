@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from performances import performed
 
 from cramlite.model import Episode, Physics, Pose, Rollout, World
 from cramlite.plugin import UserError
 from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.simulation.objects import products_and_fixtures as models
-from cramlite_plugins.simulation.person.demonstrate import demonstrate
 
 SIZES = ((0.04, 0.025, 0.15), (0.06, 0.05, 0.10), (0.08, 0.02, 0.12))
 
@@ -41,7 +41,7 @@ def spans(episode: Episode, type_: str, *fillers: str) -> list[tuple[float, floa
 
 @pytest.mark.parametrize("seed", range(5))
 def test_the_product_ends_in_the_basket(seed: int) -> None:
-    recorded = demonstrate(shelf(seed), seed=seed)
+    recorded = performed(shelf(seed), seed=seed)
     found = detect(recorded, "demo")
     assert in_basket(recorded)
     (grasp,) = spans(found, "cram:GraspState", "hand", "product")
@@ -59,7 +59,7 @@ def test_the_product_ends_in_the_basket(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_without_friction_the_same_script_grasps_nothing(seed: int) -> None:
-    recorded = demonstrate(shelf(seed, pad_friction=0.0), seed=seed)
+    recorded = performed(shelf(seed, pad_friction=0.0), seed=seed)
     found = detect(recorded, "demo")
     assert not in_basket(recorded)
     assert found.of("state", ["cram:GraspState"]) == ()
@@ -69,14 +69,14 @@ def test_without_friction_the_same_script_grasps_nothing(seed: int) -> None:
 
 
 def test_the_seed_is_the_only_variety() -> None:
-    one, two, other = (demonstrate(shelf(7), seed=s) for s in (7, 7, 8))
+    one, two, other = (performed(shelf(7), seed=s) for s in (7, 7, 8))
     assert np.array_equal(one.poses["effector"], two.poses["effector"])
     assert one.touches == two.touches
     assert not np.array_equal(one.poses["effector"][:100], other.poses["effector"][:100])
 
 
 def test_the_hand_trembles_but_does_not_jump() -> None:
-    recorded = demonstrate(shelf(3), seed=3)
+    recorded = performed(shelf(3), seed=3)
     step = np.linalg.norm(np.diff(recorded.poses["effector"][:, :3], axis=0), axis=1) / np.diff(recorded.times)
     assert step.max() < 1.5
     assert np.count_nonzero(step) == len(step)
@@ -85,8 +85,6 @@ def test_the_hand_trembles_but_does_not_jump() -> None:
 def test_what_is_missing_is_named() -> None:
     world = shelf(0)
     with pytest.raises(UserError, match="Cavity"):
-        demonstrate(World(world.things[:2]), seed=0)
+        performed(World(world.things[:2]), seed=0)
     with pytest.raises(UserError, match="mm off the peg"):
-        demonstrate(world.moved({"product": Pose((0.2, 0.2, 0.2))}), seed=0)
-    with pytest.raises(UserError, match="did you mean 'take_off_hanger'"):
-        demonstrate(world, seed=0, script="take_off_hangar")
+        performed(world.moved({"product": Pose((0.2, 0.2, 0.2))}), seed=0)

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from performances import performed
 
 from cramlite import Engine, read_scenario
 from cramlite.experiment.spec import find_experiment
@@ -14,7 +15,6 @@ from cramlite.model import Rollout, World
 from cramlite.scenario.worlds import build_world
 from cramlite_plugins.episodes.detection.detect import detect
 from cramlite_plugins.simulation.person import habits as people
-from cramlite_plugins.simulation.person.demonstrate import demonstrate
 from cramlite_plugins.simulation.person.habits import Habits, habits, with_tracking_loss
 
 ENGINE = Engine()
@@ -33,7 +33,7 @@ def world(name: str, seed: int = 5) -> World:
 
 @cache
 def shown(name: str, script: str, seed: int) -> Rollout:
-    return demonstrate(world(name), seed=seed, script=script)
+    return performed(world(name), seed=seed, script=script)
 
 
 def grasps(recorded: Rollout) -> int:
@@ -50,7 +50,7 @@ def test_it_comes_off(name: str, script: str, seed: int) -> None:
 
 
 def test_a_seed_is_one_person_and_another_another() -> None:
-    again = demonstrate(world("fetch_from_hanger"), seed=3, script=FETCH)
+    again = performed(world("fetch_from_hanger"), seed=3, script=FETCH)
     assert np.array_equal(again.poses["effector"], shown("fetch_from_hanger", FETCH, 3).poses["effector"])
     assert habits(np.random.default_rng(1)) == habits(np.random.default_rng(1))
     assert len({habits(np.random.default_rng(k)) for k in range(60)}) == 8  # every combination of three habits
@@ -63,7 +63,7 @@ def test_taking_again_and_putting_down_are_seen(own: Habits, held: int, monkeypa
     from cramlite_plugins.simulation.person import variety
 
     monkeypatch.setattr(variety, "habits", lambda _rng, distracted: own)
-    recorded = demonstrate(world("hang_onto_hanger"), seed=11, script=HANG)
+    recorded = performed(world("hang_onto_hanger"), seed=11, script=HANG)
     assert grasps(recorded) == held
 
 
@@ -82,7 +82,7 @@ def test_a_glitch_hides_the_thing_while_it_is_held_and_nothing_else() -> None:
 def test_a_recording_that_went_wrong_is_kept() -> None:
     place = world("fetch_from_hanger")
     slippery = replace(place, physics=replace(place.physics, pad_friction=0.0))
-    recorded = demonstrate(slippery, seed=3, script=FETCH)
+    recorded = performed(slippery, seed=3, script=FETCH)
     assert (recorded.outcome, recorded.reason) == ("failed", "'tea' is not in 'shopping_basket' at the end")
     assert (shown("fetch_from_hanger", FETCH, 3).outcome, shown("fetch_from_hanger", FETCH, 3).reason) == ("finished", "")
     first = shown("fetch_from_hanger", FETCH, 3).poses["effector"][:50]

@@ -243,6 +243,17 @@ def test_what_is_held_from_the_start_to_the_end_was_taken_at_the_start() -> None
     assert said(Collision(), candidate(replace(held, touches=rows)))
 
 
+def test_what_is_held_at_the_first_sample_stood_on_what_it_touched_then() -> None:
+    """The cup, which the first task lets it touch, is touched one sample later."""
+    base = touching(range(COUNT), *(Touch(s, "block", 30.0, 0.0) for s in (LEFT, RIGHT)))
+    assert base.rollout is not None
+    lines = np.where(np.arange(COUNT) < 2, 1, base.rollout.lines)
+    for first, passes in ((0, True), (1, False)):
+        rows = tuple((*row, Touch("block", "cup", 9.0, 0.0)) if k in (first, 48) else row for k, row in enumerate(base.rollout.touches))
+        made = candidate(replace(base.rollout, opening=np.full(COUNT, 0.06), touches=rows, lines=lines))
+        assert (said(Collision(), allowing("1.Grasping", pair("block", "cup"), made)) == []) is passes
+
+
 def test_the_limit_of_the_task_that_runs_comes_before_that_of_the_one_that_moves() -> None:
     """The block rolls on the shelf while the arm is parked, and knocks at the floor, which both tasks let it touch."""
     base = good().rollout

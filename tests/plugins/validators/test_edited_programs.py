@@ -207,4 +207,18 @@ def test_what_slips_is_one_grip_until_the_fingers_open() -> None:
     scenario = read_scenario(find_scenario("picking_up_fails"))
     tried = [one for candidate in engine().candidates(scenario) for one in candidate.attempts()]
     assert tried and not any(one.verdict.passed for one in tried)
-    assert any("in the hand, limit 12 mm" in f.reason for f in tried[0].verdict.objections)
+    assert any(f.validator == "grasp_slip" and "in the hand, limit 12 mm" in f.reason for f in tried[0].verdict.objections)
+
+
+def test_a_grip_that_does_not_carry_the_weight_says_which_would() -> None:
+    good = proven("placing")
+    for friction, passes in ((0.1, True), (0.002, False)):
+        things = tuple(replace(t, friction=friction) if t.name == "block" else t for t in good.world.things)
+        said = against(good, replaced(good), replace(good.world, things=things))
+        assert ("grip_strength" not in said) is passes
+        assert passes or "N carry it just so" in said["grip_strength"]
+
+
+def test_every_judge_refuses_something_here() -> None:
+    text = Path(__file__).read_text()
+    assert [v.name for v in engine().knowledge.validators if f'"{v.name}"' not in text] == []

@@ -254,3 +254,6 @@ def test_what_weighs_nothing_is_borne_by_anything() -> None:
     assert made.rollout is not None
     light = tuple(replace(t, mass=None) if t.name == "block" else t for t in made.world.things)
     assert _not_on(replace(made.rollout, world=replace(made.world, things=light)), "block", made.world.thing("shelf")) == ""
+    loose = tuple(tuple(t for t in row if {t.a, t.b} != {"block", "shelf"}) for row in made.rollout.touches)
+    unsupported = replace(made.rollout, world=replace(made.world, things=light), touches=loose)
+    assert "does not touch" in _not_on(unsupported, "block", made.world.thing("shelf"))

@@ -4,44 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from settled import IN, TWO, opened, settled
 
 from cramlite import Engine
 from cramlite.interpretation.fluents import symbolic_world
-from cramlite.model import Finding, Plan, Pose, RobotMount, Rollout, Thing, World
+from cramlite.model import Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
-from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.objects.controls import knob
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product, table
-from cramlite_plugins.simulation.objects.vessels import bowl, jug
-from cramlite_plugins.simulation.recording.recorder import Recorder
-from cramlite_plugins.validators.goal import Goal
+from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product
+from cramlite_plugins.simulation.objects.vessels import bottle, bowl, jug
+from cramlite_plugins.validators.goal import Goal, _measured, _recorded
 
 KNOWLEDGE = Engine().knowledge
-FLOOR = table("floor", Pose((0.4, 0, 0)), size=(1.6, 1.6, 0.02))
 
 
-def settled(*things: Thing, seconds: float = 1.0) -> Rollout:
-    """A world that is left alone: how things lie after a second and a half."""
-    compiled = compile_world(World((FLOOR, *things), ()), {}, hand=True)
-    data, recorder = compiled.data(), Recorder(compiled, "hand")
-    for _ in range(500):
-        mujoco.mj_step(compiled.model, data)
-    data.time = 0.0
-    while data.time < seconds:
-        mujoco.mj_step(compiled.model, data)
-        recorder.observe(data)
-    return recorder.rollout()
-
-
-def judged(rollout: Rollout, *says: str) -> tuple[Finding, ...]:
+def judged(rollout: Rollout, *says: str, robots: tuple[RobotMount, ...] = (RobotMount("arm", "ur5e"),)) -> tuple[Finding, ...]:
     scene = symbolic_world(rollout.world, KNOWLEDGE.taxonomy)
     nothing: Any = None
-    world = replace(rollout.world, robots=(RobotMount("arm", "ur5e"),))
+    world = replace(rollout.world, robots=robots)
     candidate = Candidate(
         Plan("p", (), ()), nothing, None, {}, nothing, (), nothing, world, (), KNOWLEDGE.taxonomy, rollout,
         KNOWLEDGE.episodes.detect(rollout, "run"), literals_of_goals(says, scene, KNOWLEDGE),
@@ -56,10 +41,6 @@ def moved(rollout: Rollout, by: tuple[float, float, float], *things: str) -> Rol
     return replace(rollout, poses=poses)
 
 
-IN = (basket("basket", Pose((0.4, 0.3, 0.0))), block("tin", Pose((0.4, 0.3, 0.05))))
-TWO = (block("tin", Pose((0.5, 0.1, 0.031))), block("cup", Pose((0.5, -0.05, 0.031))))
-
-
 @pytest.mark.parametrize(
     ("things", "holds", "fails"),
     [
@@ -68,8 +49,8 @@ TWO = (block("tin", Pose((0.5, 0.1, 0.031))), block("cup", Pose((0.5, -0.05, 0.0
         (TWO, "tin on floor left of cup", "tin on floor right of cup"),
         (TWO, "tin on floor near cup", "tin on floor behind cup"),
         (TWO, "tin off cup", "tin off floor"),
-        ((cabinet("c", Pose((0.7, 0, 0.3))), drawer("d", Pose((0.7, 0, 0.3)), "c", opened=0.12)), "d open", "d closed"),
-        ((cabinet("c", Pose((0.7, 0, 0.3))), drawer("d", Pose((0.7, 0, 0.3)), "c")), "d closed", "d open"),
+        (opened(0.12), "d open", "d closed"),
+        (opened(0.0), "d closed", "d open"),
     ],
 )
 def test_what_holds_at_the_end_is_reached_and_its_contrary_is_not(things: tuple[Thing, ...], holds: str, fails: str) -> None:
@@ -80,13 +61,13 @@ def test_what_holds_at_the_end_is_reached_and_its_contrary_is_not(things: tuple[
 
 def test_without_a_goal_nothing_is_said() -> None:
     assert judged(settled(*TWO)) == ()
+    assert Goal().by_goal  # it judges texts of which nothing but a goal is known
 
 
 def test_a_drawer_that_is_almost_open_is_not() -> None:
-    carcass = cabinet("c", Pose((0.7, 0, 0.3)))
-    for opened, enough in ((0.038, False), (0.042, True)):  # 20 % of 0.2 m are open
-        (finding,) = judged(settled(carcass, drawer("d", Pose((0.7, 0, 0.3)), "c", opened=opened)), "d open")
-        assert finding.passed is enough and f"open by {opened / 0.002:.0f} %" in finding.reason
+    for way, enough in ((0.038, False), (0.042, True)):  # 20 % of 0.2 m are open
+        (finding,) = judged(settled(*opened(way)), "d open")
+        assert finding.passed is enough and f"open by {way / 0.002:.0f} %" in finding.reason
 
 
 def test_what_is_in_a_container_is_measured_where_that_then_is() -> None:
@@ -95,7 +76,8 @@ def test_what_is_in_a_container_is_measured_where_that_then_is() -> None:
     assert judged(moved(still, away, "tin", "basket"), "tin in basket")[0].passed
     for left in ("tin", "basket"):
         (finding,) = judged(moved(still, away, left), "tin in basket")
-        assert not finding.passed and "in the frame of 'basket'" in finding.reason
+        there = {"tin": "-600", "basket": "+600"}[left]
+        assert not finding.passed and finding.reason.endswith(f"'tin' is at +0 {there} +40 mm in the frame of 'basket'")
 
 
 def test_what_lies_across_the_rim_is_over_the_basket_and_not_in_it() -> None:
@@ -130,12 +112,208 @@ def test_a_thing_hangs_where_its_hole_is_on_the_peg() -> None:
 def test_poured_is_what_has_arrived_for_the_most_part() -> None:
     rollout = settled(jug("jug", Pose((0.4, 0.3, 0.1)), grains=20), bowl("bowl", Pose((0.6, -0.2, 0.06))), seconds=0.7)
     assert not judged(rollout, "jug poured into bowl")[0].passed  # nothing was poured
+    assert judged(rollout, "jug on floor")[0].passed  # which is not about what is in it
 
-    def arrived(count: int) -> Finding:
+    def arrived(count: int, before: int = 0) -> Finding:
+        """So many are in the bowl at the last sample, and so many before."""
         grains = rollout.grains["jug"].copy()
         grains[:, :count] = rollout.poses["bowl"][:, None, :3]
+        grains[:-1, :before] = rollout.poses["bowl"][:-1, None, :3]
         carried = tuple(tuple(t for t in touches if "jug" not in t.a + t.b) for touches in rollout.touches)
         return judged(replace(rollout, grains={"jug": grains}, touches=carried), "jug poured into bowl")[0]
 
     assert arrived(18).passed, arrived(18).reason
     assert not arrived(17).passed and "17 of 20 grains" in arrived(17).reason
+    assert not arrived(17, before=20).passed
+
+
+# Borders
+
+
+FINGER = Touch("effector/left", "tin", 5.0, 0.0)
+
+def placed(tin: tuple[float, float], cup: tuple[float, float] = (0.0, 0.0), rollout: Rollout | None = None) -> Rollout:
+    """The run in which both stand on the floor, and are so far in front of the robot and to its left all along."""
+    rollout = rollout or settled(*TWO)
+    poses = {n: rollout.poses[n].copy() for n in ("tin", "cup")}
+    poses["tin"][:, :2], poses["cup"][:, :2] = tin, cup
+    return replace(rollout, poses={**rollout.poses, **poses})
+
+
+def touching(rollout: Rollout, *touches: Touch, first: float, last: float) -> Rollout:
+    """The run in which others touch from a time until another [s]."""
+    rows = zip(rollout.times, rollout.touches, strict=True)
+    return replace(rollout, touches=tuple((*row, *touches) if first - 1e-9 <= t < last - 1e-9 else row for t, row in rows))
+
+
+@pytest.mark.parametrize(("way", "near"), [(0.2, True), (0.201, False)])
+def test_near_is_up_to_a_distance_from_middle_to_middle(way: float, near: bool) -> None:
+    for tin in ((way, 0.0), (0.0, -way), (0.6 * way, 0.8 * way)):
+        (finding,) = judged(placed(tin), "tin on floor near cup")
+        assert finding.passed is near
+        assert near or "'tin on floor near cup' is not reached: it is 201 mm from 'cup', up to 200 mm are near" in finding.reason
+
+
+def test_near_is_seen_from_above() -> None:
+    run = placed((0.19, 0.0))
+    run.poses["tin"][:, 2] += 0.1
+    assert judged(run, "tin on floor near cup")[0].passed
+
+
+def test_a_side_is_that_of_the_robot_that_acts() -> None:
+    facing = RobotMount("other", "ur5e", Pose((1.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+    own = RobotMount("arm", "ur5e")
+    for robots, passes in (((own, facing), True), ((facing, own), False)):
+        assert judged(placed((0.0, 0.1)), "tin on floor left of cup", robots=robots)[0].passed is passes
+
+
+@pytest.mark.parametrize(("way", "beside"), [(0.01, True), (0.0099, False)])
+def test_beside_is_from_a_distance_on(way: float, beside: bool) -> None:
+    for side, tin in (("left of", (0.0, way)), ("right of", (0.0, -way)), ("behind", (way, 0.0)), ("in front of", (-way, 0.0))):
+        (finding,) = judged(placed(tin), f"tin on floor {side} cup")
+        assert finding.passed is beside
+        assert beside or f"it is 10 mm {side} 'cup', at least 10 mm are needed" in finding.reason
+        (opposite,) = judged(placed((-tin[0], -tin[1])), f"tin on floor {side} cup")
+        assert not opposite.passed
+
+
+@pytest.mark.parametrize(("way", "rests"), [(0.02, True), (0.0201, False)])
+def test_at_rest_it_gets_about_by_so_much_at_most(way: float, rests: bool) -> None:
+    run = placed((0.0, 0.1), (0.3, 0.3))
+    run.poses["tin"][::2, 0] = way
+    (finding,) = judged(run, "tin on floor")
+    assert finding.passed is rests
+    assert rests or "'tin' moves by 20 mm in the last 0.5 s, up to 20 mm are at rest" in finding.reason
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_at_rest_is_asked_of_every_direction_and_of_no_turn(axis: int) -> None:
+    run = placed((0.0, 0.1), (0.3, 0.3))
+    angle = 0.3 * (np.arange(len(run.times)) % 2)
+    run.poses["tin"][:, 3:] = np.column_stack([np.cos(angle / 2), np.zeros((len(angle), 2)), np.sin(angle / 2)])
+    run.poses["tin"][::2, axis] += 0.0195
+    assert judged(run, "tin on floor")[0].passed
+    run.poses["tin"][::2, axis] += 0.001
+    assert not judged(run, "tin on floor")[0].passed
+
+
+@pytest.mark.parametrize(("sample", "rests"), [(17, True), (18, False)])
+def test_at_rest_is_asked_of_the_last_half_second(sample: int, rests: bool) -> None:
+    """At 64 samples a second the last of 51 is 0.5 s after number 18."""
+    run = placed((0.0, 0.1), (0.3, 0.3))
+    run.poses["tin"][sample, 0] = 0.1
+    (finding,) = judged(replace(run, times=np.arange(51) / 64), "tin on floor")
+    assert finding.passed is rests
+
+
+@pytest.mark.parametrize(("last", "reached"), [(0.4, True), (0.7, False)])
+def test_it_holds_all_through_the_last_half_second(last: float, reached: bool) -> None:
+    """A finger touches it until then."""
+    (finding,) = judged(touching(settled(*TWO), FINGER, first=0.0, last=last), "tin on floor")
+    assert finding.passed is reached
+    assert reached or finding.reason.startswith(
+        "'tin on floor' is not reached: at 0.70 s, 0.30 s before the end, 'not touches(gripper, tin)' does not hold"
+    ), finding.reason
+
+
+def test_it_is_asked_between_the_moments_too_where_something_changes() -> None:
+    (finding,) = judged(touching(settled(*TWO), FINGER, first=0.72, last=0.78), "tin on floor")
+    assert not finding.passed and "at 0.72 s, 0.28 s before the end" in finding.reason
+
+
+def test_what_does_not_hold_at_the_end_is_said_so() -> None:
+    (finding,) = judged(touching(settled(*TWO), FINGER, first=0.5, last=9.0), "tin on floor")
+    assert not finding.passed and "is not reached: at the end 'not touches" in finding.reason
+
+
+def test_where_it_is_is_said_in_the_frame_of_its_place() -> None:
+    (finding,) = judged(placed((1.0, 0.1)), "tin on floor")
+    assert finding.reason == "'tin on floor' holds for the last 0.5 s; 'tin' is at +600 +100 +30 mm in the frame of 'floor'"
+
+
+def test_of_three_things_the_first_is_measured_in_the_frame_of_the_second_where_both_are_known() -> None:
+    rollout = placed((0.5, 0.1), (0.5, -0.05))
+    episode = KNOWLEDGE.episodes.detect(rollout, "run")
+    (literal,) = literals_of_goals(("tin on floor",), symbolic_world(rollout.world, KNOWLEDGE.taxonomy), KNOWLEDGE)
+    three = replace(literal, things=("tin", "floor", "cup"))
+    assert _measured(three, rollout, episode) == "'tin' is at +100 +100 +30 mm in the frame of 'floor'"
+    for unseen in ("tin", "floor"):
+        entities = tuple(replace(e, pose=None) if e.name == unseen else e for e in episode.entities)
+        tracks = {n: t for n, t in episode.tracks.items() if n != unseen}
+        assert _measured(three, rollout, replace(episode, entities=entities, tracks=tracks)) == ""
+
+
+def test_where_it_is_is_where_it_is_at_the_last_sample() -> None:
+    run = placed((0.2, 0.0))
+    run.poses["tin"][:-1, 0] += 0.01
+    (finding,) = judged(run, "tin on floor near cup")
+    assert finding.passed and "'tin' is at -200 +0 +30 mm in the frame of 'floor'" in finding.reason
+    run.poses["tin"][-1, 0] += 0.01
+    assert not judged(run, "tin on floor near cup")[0].passed
+
+
+def test_how_far_open_is_a_share_of_the_range() -> None:
+    rollout = settled(*opened(0.12))
+    for lower, upper, share in ((0.0, 0.2, 60), (-0.1, 0.3, 55), (0.1, 0.2, 20), (0.12, 0.12, 0)):
+        things = tuple(replace(t, joint=t.joint and replace(t.joint, lower=lower, upper=upper)) for t in rollout.world.things)
+        (finding,) = judged(replace(rollout, world=replace(rollout.world, things=things)), "d open")
+        assert f"'d' is open by {share} % of its range" in finding.reason, (lower, upper)
+    rollout.values["d"][-1] = 0.13
+    assert "'d' is open by 65 % of its range" in judged(rollout, "d open")[0].reason
+
+
+def test_what_contacts_name_is_a_part_with_a_shape_or_the_whole() -> None:
+    rollout = settled(hanger("hook", Pose((0.87, 0, 0.45))), IN[0])
+    episode = KNOWLEDGE.episodes.detect(rollout, "run")
+    felt = {name: _recorded(name, episode) for name in ("hook/peg", "basket/cavity", "basket", "ghost", "ghost/top")}
+    assert episode.known("basket/cavity") is not None
+    assert felt == {"hook/peg": "hook/peg", "basket/cavity": "basket", "basket": "basket", "ghost": "ghost", "ghost/top": "ghost/top"}
+    assert _recorded("hook/ghost", episode) == "hook"
+
+
+def turned(rollout: Rollout, thing: str, axis: tuple[float, float, float], degrees: float) -> Rollout:
+    """The same run, in which a thing stands turned about an axis of the world all the time."""
+    turn = Pose.from_rotvec((0, 0, 0), tuple(np.radians(degrees) * np.array(axis)))
+    rows = [[*r[:3], *(turn * Pose((0, 0, 0), tuple(r[3:]))).quaternion] for r in rollout.poses[thing]]
+    return replace(rollout, poses={**rollout.poses, thing: np.array(rows)})
+
+
+TILTS = ((9.0, True), (11.0, False), (90.0, False))
+"""Just inside what is upright, just outside, and lying [deg]."""
+
+
+def test_upright_is_within_ten_degrees() -> None:
+    still = settled(bottle("bottle", Pose((0.4, 0.0, 0.086))))
+    for degrees, stands in TILTS:
+        upright, denied = judged(turned(still, "bottle", (1, 0, 0), degrees), "bottle upright", "not bottle upright")
+        assert upright.passed is stands and denied.passed is not stands, degrees
+        (down,) = judged(turned(still, "bottle", (1, 0, 0), 180 + degrees), "bottle upside down")
+        assert down.passed is stands and ("is not reached" in down.reason) is not stands
+
+
+def test_facing_is_within_fifteen_degrees_seen_from_above() -> None:
+    box, jar = product("box", Pose((0.4, 0.0, 0.085))), block("jar", Pose((0.4, -0.3, 0.04)))  # its front is -y
+    still = settled(box, jar)
+    for degrees, faces in ((0.0, True), (14.0, True), (16.0, False), (180.0, False)):
+        (finding,) = judged(turned(still, "box", (0, 0, 1), degrees), "box facing jar")
+        assert finding.passed is faces, (degrees, finding.reason)
+
+
+def test_an_amount_is_met_within_a_twentieth_of_the_range() -> None:
+    carcass = cabinet("c", Pose((0.7, 0, 0.3)))
+    for way, enough in ((0.12, True), (0.129, True), (0.112, True), (0.132, False), (0.108, False)):
+        (finding,) = judged(settled(carcass, drawer("d", Pose((0.7, 0, 0.3)), "c", opened=way)), "d open by 120 mm")
+        assert finding.passed is enough, (way, finding.reason)
+
+
+def test_a_knob_is_on_from_a_fifth_of_its_range() -> None:
+    for share, on in ((0.0, False), (0.19, False), (0.21, True), (1.0, True)):
+        run = settled(knob("k", Pose((0.7, 0, 0.3)), turn=1.5, turned=1.5 * share))
+        finding, denied, off = judged(run, "k turned on", "not k turned on", "k turned off")
+        assert finding.passed is on and denied.passed is not on and off.passed is (share == 0.0)
+
+
+def test_what_is_denied_must_not_hold() -> None:
+    still = settled(*IN)
+    out, inside = judged(still, "not tin on floor", "not tin in basket")
+    assert out.passed and not inside.passed and "not in_cavity(tin, basket)" in inside.reason

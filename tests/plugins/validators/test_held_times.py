@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 from conftest import ROOT, TASKS
 from interpretation_samples import SHOP, episode, hanger_episode, state
+from msgspec.structs import replace
 
 from cramlite import Budget, Engine, Trace, read_scenario
 from cramlite.interpretation.rules import load_rules
-from cramlite.plugin import Clause, Timeline
+from cramlite.model import Value
+from cramlite.plugin import Clause, Phase, Timeline
 from cramlite_plugins.validators.held_times import held_times, said_times, said_values
 
 KNOWN = Engine().knowledge
@@ -56,6 +59,47 @@ def test_many_times_are_counted(tmp_path: Path) -> None:
     says = _times("run", "touches(Hand, Patient)", where, tmp_path, {"Hand": "hand"})
     assert says == "it held from 0.00 to 0.20 s, from 0.50 to 0.70 s, from 1.00 to 1.20 s and 2 times more"
     assert said_times([(1.0, 1.0)]) == "it held at 1.00 s"
+
+
+class Between(Value):
+    """Condition that holds of what begins in one of some spans of time [s]."""
+
+    spans: tuple[tuple[float, float], ...]
+
+    def solve(self, phase: Phase, binding: Any) -> Iterator[Any]:
+        """Give the binding where it holds."""
+        if any(a <= phase.start <= b for a, b in self.spans):
+            yield binding
+
+
+@pytest.mark.parametrize(
+    ("spans", "says"),
+    [
+        (((0.25, 0.45),), "it held from 0.30 to 0.40 s"),
+        (((7.25, 7.45),), "it held from 7.30 to 7.40 s"),
+        (((0.25, 0.45), (7.25, 7.65)), "it held from 0.30 to 0.40 s, from 7.30 to 7.60 s"),
+    ],
+)
+def test_moments_are_looked_at_from_the_beginning_to_the_end(spans: tuple[tuple[float, float], ...], says: str, tmp_path: Path) -> None:
+    clause = replace(_clause("post", "grasps(Gripper, Patient)", tmp_path), condition=Between(spans))  # type: ignore[arg-type]
+    where = _timeline()
+    assert where.cuts[1] > 0.5 and where.cuts[-2] < 7.2  # nothing changes at these times
+    assert said_times(held_times(clause, [{}], where)) == says
+
+
+@pytest.mark.parametrize(
+    ("spans", "says"),
+    [
+        ([(1.0, 1.0049)], "it held at 1.00 s"),
+        ([(0.0, 0.005)], "it held from 0.00 to 0.01 s"),
+        ([(1.0, 2.0)] * 3, "it held from 1.00 to 2.00 s, from 1.00 to 2.00 s, from 1.00 to 2.00 s"),
+        ([(1.0, 1.0)] * 4, "it held at 1.00 s, at 1.00 s, at 1.00 s and once more"),
+        ([(1.0, 1.0)] * 5, "it held at 1.00 s, at 1.00 s, at 1.00 s and 2 times more"),
+        ([], ""),
+    ],
+)
+def test_of_many_the_first_three_are_said(spans: list[tuple[float, float]], says: str) -> None:
+    assert said_times(spans) == says
 
 
 @pytest.mark.parametrize(

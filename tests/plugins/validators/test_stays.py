@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from short_runs import COUNT, FLOOR, WEIGHT, candidate, good, only, posed, said, shifted
+from short_runs import COUNT, FLOOR, STEP, WEIGHT, candidate, good, only, posed, said, shifted
 from test_bystanders import carried, hanging, moving, ran, swinging
 
 from cramlite.model import Floats, Pose, Rollout, Touch
@@ -187,6 +187,9 @@ def test_at_rest_is_asked_over_a_fifth_of_a_second_whatever_the_clock_says_and_t
     falls = ran(good()).poses["cup"].copy()
     falls[:6, 2] += 0.02 * np.arange(6, 0, -1)
     assert moved_at(0.05, falls, start=30.0)[:7] == [""] * 6 + [None]
+    bounces = falls.copy()
+    bounces[2:4, 2] = bounces[2, 2]  # two samples of the same height: it turns round
+    assert moved_at(0.05, bounces, start=30.0)[:7] == [""] * 6 + [None]
     fast = ran(good()).poses["cup"].copy()
     fast[0, 2] += 0.1  # at two samples a second two make a fifth
     assert moved_at(0.5, fast)[:2] == ["", None]
@@ -212,6 +215,21 @@ def test_a_turn_beside_the_middle_counts_as_far_as_its_points_get() -> None:
         assert (moved_at(0.05, rows)[0] is None) is rests
 
 
+@pytest.mark.parametrize(("way", "rests"), [(0.002, True), (math.nextafter(0.002, 1.0), False)])
+def test_at_rest_are_two_millimetres_in_a_fifth_of_a_second_and_no_more(way: float, rests: bool) -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[:, 2] = way * (np.arange(COUNT) % 2)
+    assert (moved_at(0.05, rows)[0] is None) is rests
+
+
+@pytest.mark.parametrize(("degrees", "rests"), [(3.1, True), (3.4, False)])
+def test_a_turn_about_a_diagonal_counts_as_far_as_its_points_get(degrees: float, rests: bool) -> None:
+    """Points on both sides of the axis, 45 deg off it: 2 mm of their 50 mm are 3.24 deg."""
+    angle, rows = np.radians(np.arange(COUNT) * degrees / 4) / 2, ran(good()).poses["cup"].copy()
+    rows[:, 3], rows[:, 4], rows[:, 5] = np.cos(angle), np.sin(angle) * math.sqrt(0.5), np.sin(angle) * math.sqrt(0.5)
+    assert (moved_at(0.05, rows)[0] is None) is rests
+
+
 def test_from_the_last_sample_of_a_task_on_it_is_asked_whether_its_things_rest() -> None:
     rows = ran(good()).poses["cup"].copy()
     rows[53:60, 0] += np.arange(1, 8) * 0.01
@@ -229,23 +247,47 @@ def test_the_last_half_second_begins_with_the_sample_half_a_second_before_the_en
         assert (restless(replace(base, poses={**base.poses, "cup": rows}), "cup", hanging=False) == "") is still
 
 
-def test_what_turns_in_place_is_where_it_was() -> None:
-    for axis in (1, 3):
-        angle, rows = np.arange(COUNT) * 0.01, ran(good()).poses["cup"].copy()
-        rows[:, 3], rows[:, 3 + axis] = np.cos(angle), np.sin(angle)
-        assert restless(ran(posed(cup=rows)), "cup", hanging=False) == ""
+def spinning(axis: int, speed: float) -> Rollout:
+    """The cup turns about one of its axes, its middle where it was [rad/s]."""
+    half, rows = np.arange(COUNT) * STEP * speed / 2, ran(good()).poses["cup"].copy()
+    rows[:, 3], rows[:, 3 + axis] = np.cos(half), np.sin(half)
+    return ran(posed(cup=rows))
 
 
-def test_what_hangs_may_turn_about_the_vertical() -> None:
+@pytest.mark.parametrize("axis", [1, 2, 3])
+def test_what_spins_in_place_is_not_at_rest(axis: int) -> None:
+    assert restless(spinning(axis, 0.099), "cup", hanging=False) == ""
+    assert restless(spinning(axis, -0.099), "cup", hanging=False) == ""
+    said = "'cup' still turns at 0.12 rad/s at the end, limit 0.1 rad/s"
+    assert restless(spinning(axis, 0.12), "cup", hanging=False) == said
+    assert "turns at 25 rad/s" in restless(spinning(axis, 25.0), "cup", hanging=False)  # twice round in the half second
+
+
+def test_what_rocks_in_place_is_not_at_rest() -> None:
+    for amplitude, rests in ((0.030, True), (0.036, False)):
+        half, rows = amplitude / 2 * np.sin(np.arange(COUNT) * STEP * 2 * np.pi / 0.5), ran(good()).poses["cup"].copy()
+        rows[:, 3], rows[:, 4] = np.cos(half), np.sin(half)
+        assert (restless(ran(posed(cup=rows)), "cup", hanging=False) == "") is rests
+
+
+def test_a_bystander_that_spins_is_an_objection() -> None:
+    rows = spinning(3, 0.2).poses["cup"]
+    rows[:-8, 3:] = rows[-8, 3:]  # it began to in the last 0.4 s
+    (wrong,) = said(Bystanders(), posed(cup=rows))
+    assert wrong.startswith("'cup' still turns at 0.")
+
+
+@pytest.mark.parametrize(("speed", "says"), [(0.56, ""), (0.6, "'box' still turns at 0.6 rad/s at the end, limit 0.57 rad/s")])
+def test_what_hangs_may_turn_a_little_about_the_vertical(speed: float, says: str) -> None:
     still = hanging(np.zeros(COUNT))
     hole = still.world.thing("box").feature("vrps:Hole")
     assert hole is not None
     rows, start = [], Pose(tuple(still.poses["box"][0, :3]), tuple(still.poses["box"][0, 3:]))
     pivot = np.array(start.apply(hole.pose.position))
-    for angle in np.arange(COUNT) * 0.01:
-        new = Pose((0, 0, 0), (math.cos(angle), 0, 0, math.sin(angle))) * Pose((0, 0, 0), start.quaternion)
+    for half in np.arange(COUNT) * STEP * speed / 2:
+        new = Pose((0, 0, 0), (math.cos(half), 0, 0, math.sin(half))) * Pose((0, 0, 0), start.quaternion)
         rows.append([*(pivot - np.array(new.apply(hole.pose.position))), *new.quaternion])
-    assert restless(replace(still, poses={**still.poses, "box": np.array(rows)}), "box", hanging=True) == ""
+    assert restless(replace(still, poses={**still.poses, "box": np.array(rows)}), "box", hanging=True) == says
 
 
 def test_a_run_of_one_sample_is_at_rest() -> None:
@@ -257,4 +299,28 @@ def test_a_run_of_one_sample_is_at_rest() -> None:
 def test_what_weighs_nothing_is_borne_by_what_pushes_it_at_all() -> None:
     base = ran(good())
     light = replace(base.world, things=tuple(replace(t, mass=None) if t.name == "cup" else t for t in base.world.things))
-    assert borne_by(replace(base, world=light), "cup", 30) == ["shelf"]
+    leant_on = tuple((*row, Touch("block", "cup", 1.0, 0.0)) for row in base.touches)
+    assert borne_by(replace(base, world=light, touches=leant_on), "cup", 30) == ["shelf"]
+
+
+EXACT = np.arange(COUNT) / 64
+"""Times of which the last half second is exactly that [s]."""
+
+
+@pytest.mark.parametrize(("way", "says"), [(0.005, ""), (math.nextafter(0.005, 1.0), "'cup' still moves at 10 mm/s at the end")])
+def test_at_rest_is_up_to_ten_millimetres_in_a_second(way: float, says: str) -> None:
+    rows = ran(good()).poses["cup"].copy()
+    rows[:, 2] = way * (np.arange(COUNT) % 2)
+    assert restless(ran(good(times=EXACT, poses={**ran(good()).poses, "cup": rows})), "cup", hanging=False) == says
+
+
+@pytest.mark.parametrize(("way", "says"), [(0.01, ""), (math.nextafter(0.01, 1.0), "'box' still swings at 40 mm/s at the end")])
+def test_what_hangs_may_swing_by_forty(way: float, says: str) -> None:
+    """To and fro about its hole."""
+    still = hanging(np.zeros(COUNT))
+    hole = still.world.thing("box").feature("vrps:Hole")
+    assert hole is not None and hole.pose.position[:2] == (0.0, 0.0)
+    side = np.where(np.arange(COUNT) % 2, 1.0, -1.0)
+    angle = side * math.asin(way / hole.pose.position[2])
+    rows = np.column_stack([np.zeros(COUNT), side * way, np.zeros(COUNT), np.cos(angle / 2), np.sin(angle / 2), np.zeros((COUNT, 2))])
+    assert restless(replace(still, times=EXACT, poses={**still.poses, "box": rows}), "box", hanging=True) == says

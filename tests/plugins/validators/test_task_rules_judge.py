@@ -6,6 +6,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import pytest
 from msgspec.structs import replace
 from short_runs import COUNT, LANDED, LEFT, LIFTED, OPENED, ORIGINS, RIGHT, WEIGHT, good, touching
 
@@ -13,7 +14,8 @@ from cramlite import Engine
 from cramlite.model import Action, AnyStep, Finding, MoveJoints, Object, Rollout, Touch
 from cramlite.plugin import Candidate, Segment, Timeline
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _asked, _felt, _ways
+from cramlite_plugins.validators.postconditions import NO_STEPS, TaskRules, _as_many, _asked, _felt, _ways
+from cramlite_plugins.validators.task_times import Span
 
 BLOCK, SHELF = Object("it", entity="block"), Object("place", entity="shelf")
 
@@ -293,6 +295,28 @@ def test_roles_that_a_rule_does_not_know_do_not_matter() -> None:
     assert "1.Grasping" not in wrong(replace(made, actions=(more, *made.actions[1:])))
 
 
+@pytest.mark.parametrize(("more", "passes"), [(-1, True), (0, True), (0.5, False), (1, False)])
+def test_what_a_rule_counts_is_reached_where_the_plan_says_how_much(more: float, passes: bool) -> None:
+    rule = next(r for r in knowledge().rules if r.task == "cram:Shaking")
+    base = ran(good())
+    block = base.poses["block"].copy()
+    block[30:48, 0] += 0.1 * np.sin(np.arange(18) * np.pi / 3)  # three times to and fro: six swings
+    made = read(good(poses={**base.poses, "block": block}))
+    assert made.episode is not None
+    timeline = Timeline(made.episode, knowledge().taxonomy)
+
+    def found(**parameters: Any) -> list[Finding]:
+        action = Action("2.Shaking", rule.task, {"Patient": BLOCK}, parameters=parameters)
+        return list(_as_many(rule, action, timeline, Span(1.25, 2.5), "task_rules"))
+
+    (counted,) = found(swings=0.0)
+    assert counted.value == 6 and counted.passed
+    (one,) = found(swings=counted.value + more)
+    assert one.passed is passes and one.origin == "2.Shaking" and one.limit == counted.value + more
+    assert one.reason == f"2.Shaking: swings {counted.value:g}, {counted.value + more:g} are wanted"
+    assert found() == found(swings="many") == found(times=9.0) == []
+
+
 # Borders
 
 
@@ -303,6 +327,16 @@ def test_a_change_right_at_the_end_is_no_beginning_of_a_task() -> None:
 
 def test_a_task_of_half_a_second_is_long_enough_to_be_taken_later() -> None:
     assert {b for _, b, _, _ in ways_of(3.55, 4.05)} == {3.55, 3.75}
+
+
+def test_code_of_the_first_samples_is_something_that_came_before() -> None:
+    lines = np.where(np.arange(COUNT) <= 1, 9, 0)
+    found = judged(acting(good().actions[3], Action("5.ParkingArms", "soma:ParkingArms"), of=good(lines=lines)))["5.ParkingArms"]
+    assert found.passed and NO_STEPS in found.reason
+
+
+def test_one_of_twice_the_padding_is_not() -> None:
+    assert {(b, c) for _, b, c, _ in ways_of(0.0, 0.4)} == {(0.0, 0.4)}
 
 
 def test_a_part_without_steps_is_judged_after_the_parts_before_it() -> None:

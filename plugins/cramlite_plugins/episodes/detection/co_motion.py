@@ -18,6 +18,9 @@ from .signals import runs
 STEP = 0.02
 #: Gaps up to this are interpolated [s]: a recorder of 5 Hz that lost a sample. Over longer ones nothing was seen to move.
 BRIDGED = 0.5
+#: Who is this far away after a gap [m] was lost and moved meanwhile, in gaps up to the second [s]; who records on change only writes
+#: nothing while a thing rests, but would have written how it got there.
+JUMPED, LOST = 0.05, 5.0
 #: Positions are averaged over this [s]; the shortest swing of a shaken thing takes twice as long.
 SMOOTH = 0.2
 #: Speeds are taken over this window [s]; a thing moves above this speed [m/s]: 5 mm of noise at 10 Hz give 15 mm/s.
@@ -75,11 +78,13 @@ def grid_of(tracks: dict[str, Track]) -> Grid:
 
 
 def _sampled(track: Track, times: Floats) -> Floats:
-    """Interpolated where two poses are BRIDGED apart at most, else the last one; the first before it."""
+    """Interpolated where two poses are BRIDGED apart at most, or it was lost between them, else the last one; the first before it."""
     before = np.clip(np.searchsorted(track.times, times, side="right") - 1, 0, None)
     after = np.minimum(before + 1, len(track.times) - 1)
     gap = track.times[after] - track.times[before]
-    share = np.where((gap > 0) & (gap <= BRIDGED), (times - track.times[before]) / np.where(gap > 0, gap, 1.0), 0.0)
+    away = np.linalg.norm(track.poses[after, :3] - track.poses[before, :3], axis=1)
+    bridged = (gap > 0) & ((gap <= BRIDGED) | ((gap <= LOST) & (away > JUMPED)))
+    share = np.where(bridged, (times - track.times[before]) / np.where(gap > 0, gap, 1.0), 0.0)
     a, b = track.poses[before], track.poses[after]
     sign = np.where(np.sum(a[:, 3:] * b[:, 3:], axis=1, keepdims=True) < 0, -1.0, 1.0)
     poses = a + np.clip(share, 0.0, 1.0)[:, None] * (np.hstack([b[:, :3], sign * b[:, 3:]]) - a)

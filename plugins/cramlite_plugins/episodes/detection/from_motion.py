@@ -18,7 +18,7 @@ from msgspec.structs import replace
 
 from cramlite.model import Entity, Episode, Event, Floats, Repair, Track, Value
 
-from .co_motion import STEP, Grid, Span, at_its_place, carried_spans, grid_of, travel
+from .co_motion import STEADY, STEP, Grid, Span, at_its_place, carried_spans, grid_of, travel
 from .gestures import shaking, tilting
 from .loose_things import Loose, carried_along, find_contents, with_contents
 from .signals import close_gaps, runs
@@ -36,11 +36,13 @@ HANDED_OVER = 0.5
 #: The hand that acts where none that was recorded moves farther than this [m].
 NOBODY, IDLE = "unseen_hand", 0.1
 #: Of a hand that nobody saw: pauses up to the first belong to one motion; it is at the thing for the second before and
-#: after it moves; a thing that pauses in the air up to the third is still in it [s].
+#: after it moves. A thing that pauses in the air up to the third is still in the hand, seen or not [s].
 UNSEEN = (0.5, 0.3, 5.0)
 #: Longest recording looked at [s]: a grid of STEP over six hours takes 0.2 GB. One wrong stamp can make a recording
 #: of 50 years out of one of a minute.
 LONGEST = 6 * 3600.0
+#: A pause longer than the first is cut to the second [s].
+PAUSE = (60.0, 10.0)
 
 
 class Grip(Value):
@@ -68,13 +70,53 @@ def infer(episode: Episode) -> Episode:
     ContainmentState of things at rest; contents in place of many things alike; and the actions cram:Shaking and
     soma:Pouring (tilting). A thing at rest stands on something: where no shape says on what, on an entity ``support(thing)``.
     """
-    if episode.of("state") or not hands_of(episode) or not episode.tracks:
+    if episode.of("state") or not episode.tracks:
         return episode
+    episode = without_pauses(episode)
     first, last = episode.span
     if last - first > LONGEST:
         why = f"it lasts {last - first:.0f} s, and up to {LONGEST:.0f} s are looked at; is a stamp wrong?"
         return replace(episode, repairs=(*episode.repairs, Repair("no events were inferred", (first, last), why)))
-    return _inferred(episode, _grid(episode))
+    grid = _grid(episode)
+    return _inferred(episode if hands_of(episode) else _with_carrier(episode, grid), grid)
+
+
+def without_pauses(episode: Episode) -> Episode:
+    """Return the episode with its long pauses, in which no pose of any frame was recorded, cut short, and a repair for each."""
+    times = np.unique(np.concatenate([t.times for t in episode.tracks.values()]))
+    gaps = np.diff(times)
+    long = np.flatnonzero(gaps > PAUSE[0])
+    if not len(long) or episode.events:
+        return episode
+    cut = np.concatenate([[0.0], np.cumsum(gaps[long] - PAUSE[1])])
+    tracks = {n: Track(t.times - cut[np.searchsorted(times[long], t.times, side="left")], t.poses) for n, t in episode.tracks.items()}
+    repairs = [
+        Repair(f"cut a pause of {gaps[k]:.0f} s to {PAUSE[1]:.0f} s", (float(times[k]), float(times[k + 1])), "nothing was recorded in it")
+        for k in long
+    ]
+    return replace(episode, tracks=tracks, repairs=(*episode.repairs, *repairs))
+
+
+def _with_carrier(episode: Episode, grid: Grid) -> Episode:
+    """The episode with the frame as a hand that moves about alone and takes others along, where nothing is named like one."""
+    free = [n for n, t in episode.tracks.items() if episode.whole(n) == n and len(t.times) > 1]
+    alone = {n: w for n in free if (w := _alone(grid, n, [o for o in free if o != n])) > IDLE}
+    if not alone:
+        return episode
+    hand = max(sorted(alone), key=lambda n: alone[n])
+    why = "nothing is named like a hand, and it moves about alone and takes other things along"
+    entities = tuple(replace(e, types=("soma:Hand",)) if e.name == hand else e for e in episode.entities)
+    repair = Repair(f"read '{hand}' as a hand", episode.span, why)
+    return replace(episode, entities=entities, effector=hand, repairs=(*episode.repairs, repair))
+
+
+def _alone(grid: Grid, name: str, others: Sequence[str]) -> float:
+    """How far a frame moves [m] before it first takes another one along, or after it last did, whichever is less; 0 where it takes none."""
+    taken = [span for o in others for span in carried_spans(grid, o, name)]
+    if not taken:
+        return 0.0
+    steps = np.linalg.norm(np.diff(grid.poses[name][:, :3], axis=0), axis=1)
+    return float(min(steps[: min(s for s, _ in taken)].sum(), steps[max(e for _, e in taken) :].sum()))
 
 
 def hands_of(episode: Episode) -> tuple[str, ...]:
@@ -149,7 +191,7 @@ def _merged(found: Sequence[Loose]) -> list[Loose]:
 
 def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tuple[list[Grip], dict[str, set[str]]]:
     """The grasps of one hand, and what rides on what it holds: of things that move with it at one time, it holds one."""
-    spans = [(s, e, n) for n in things for s, e in carried_spans(grid, n, hand)]
+    spans = [(s, _held_on(grid, n, hand, s, e), n) for n in things for s, e in _in_the_air(grid, n, hand)]
     held: list[Grip] = []
     riding: dict[str, set[str]] = defaultdict(set)
     for s, e, name in sorted(spans, key=lambda span: _carries(episode, grid, hand, span)):
@@ -159,6 +201,28 @@ def _held(episode: Episode, grid: Grid, hand: str, things: Sequence[str]) -> tup
         elif over.thing != name:
             riding[over.thing].add(name)
     return held, riding
+
+
+def _in_the_air(grid: Grid, thing: str, hand: str) -> list[Span]:
+    """When a hand carries a thing: one that stays up between two spans, and is at the same place in the hand, was held all along."""
+    found: list[Span] = []
+    place, height = grid.place(thing, hand), grid.poses[thing][:, 2]
+    for start, end in carried_spans(grid, thing, hand):
+        if found and (start - found[-1][1]) * STEP < UNSEEN[2]:
+            first, before = found[-1]
+            off = np.median(place[first:before], axis=0) - np.median(place[start:end], axis=0)
+            if np.linalg.norm(off) < STEADY and height[before:start].min(initial=np.inf) > height[first] + LIFTED:
+                found[-1] = (first, end)
+                continue
+        found.append((start, end))
+    return found
+
+
+def _held_on(grid: Grid, thing: str, hand: str, start: int, end: int) -> int:
+    """Until when a thing is held: to the end of a recording that ends while it is up, still at its place in the hand."""
+    until = at_its_place(grid, thing, hand, (start, end), AT_HAND)[1]
+    up = grid.poses[thing][end - 1 :, 2] > grid.poses[thing][start, 2] + LIFTED
+    return until if until == len(grid.times) and bool(up.all()) else end
 
 
 def _steadies(grip: Grip, acting: Grip) -> bool:
@@ -213,7 +277,7 @@ def _grip(grid: Grid, hand: str, thing: str, span: Span, near: Span | None = Non
     near = near or at_its_place(grid, thing, hand, span, AT_HAND)
     height = grid.poses[thing][start:end, 2]
     up, above = np.flatnonzero(height > height[0] + LIFTED), np.flatnonzero(height > height[-1] + LIFTED)
-    lift = start + int(up[0]) if len(up) else None
+    lift = start + int(up[0]) if len(up) else start if start == 0 and len(above) else None
     down = start + int(above[-1]) + 1 if len(above) and end < len(grid.times) else None
     return Grip(hand, thing, span, near, lift, down if lift is not None else None)
 

@@ -55,6 +55,9 @@ def _at_rest(episode: Episode, name: str, span: tuple[float, float]) -> list[Eve
     container = next(
         (n for n, around in boxes.items() if encloses(around, box) and _hollow(episode, n, box, time)), None
     )
+    if container is not None:  # its floor is between the thing and what it stands on
+        floor = boxes[container].low + NEAR
+        boxes = {n: b for n, b in boxes.items() if n == container or b.high > floor}
     supporter = container or _under(box, boxes)
     touching = dict.fromkeys(
         [*([supporter] if supporter else []), *(n for n, b in boxes.items() if separation(b, box) < TOUCH)]

@@ -14,9 +14,9 @@ from .touches import CONTACT, GRAVITY, Pair, state
 
 #: Share of the supportee's weight that the supporter must carry to start and to keep a support.
 SUPPORT = (0.3, 0.1)
-#: What has moved by less than this stands where it stood [m]: trackers see no less, and pads that close lift by 0.1 mm
-#: (measured on blocks of 0.2 kg).
-STILL = 0.0005
+#: What has moved by less than this stands where it stood [m]: pads that close lift by 0.1 mm (measured on blocks of 0.2 kg), and a
+#: person's hand that holds still drifts by up to 1.4 mm (``DRIFT`` of the simulated person, on each of three axes).
+STILL = 0.002
 #: What was carried for this long stood there [s]; a held product that bumps on a peg leans on it for 0.1 s.
 STOOD = 0.5
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import struct
 from array import array
 from collections.abc import Iterable, Iterator
+from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,6 +34,8 @@ MAX_DOCUMENT = 32 * 2**20
 WORLD_FRAME = "map"
 #: Statements kept in memory, at about 0.5 kB each; an hour of KnowRob's logs has some 100,000.
 MAX_TRIPLES = 1_000_000
+#: A number as large as the first is no time in seconds (3000 years) but in the unit of the second [s].
+UNITS = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3))
 _OPTIONS: CodecOptions[dict[str, Any]] = CodecOptions(datetime_conversion=DatetimeConversion.DATETIME_MS)
 
 
@@ -94,7 +97,7 @@ def read_tf(path: Path) -> dict[str, Rows]:
     """
     rows: dict[str, tuple[array[float], array[int], dict[str, int]]] = {}
     ours = True
-    for count, document in enumerate(documents(path)):
+    for count, document in _single(documents(path)):
         try:
             header, child, transform = document["header"], document["child_frame_id"], document["transform"]
             t, q = transform["translation"], transform["rotation"]
@@ -107,6 +110,13 @@ def read_tf(path: Path) -> dict[str, Rows]:
         except (KeyError, TypeError, AttributeError, ValueError) as error:
             raise _not_a(path, count, "transform", error) from None
     return {child: _rows(*columns, ours) for child, columns in rows.items()}
+
+
+def _single(found: Iterable[dict[str, Any]]) -> Iterator[tuple[int, dict[str, Any]]]:
+    """Transforms, each with the number of its document: of a tf message, which has a list of them, all."""
+    for count, document in enumerate(found):
+        many = document.get("transforms")
+        yield from ((count, one) for one in (many if isinstance(many, list) else [document]))
 
 
 def _rows(numbers: array[float], parents: array[int], names: dict[str, int], ours: bool) -> Rows:
@@ -155,16 +165,21 @@ def _not_a(path: Path, count: int, what: str, error: Exception) -> UserError:
 
 
 def seconds(stamp: object) -> float:
-    """Convert a time stamp to seconds: a BSON date, a number, or ROS's {secs, nsecs}.
+    """Convert a time stamp to seconds: a BSON date, a number of s, ms, us or ns, ISO 8601, {secs, nsecs} of ROS 1, {sec, nanosec} of ROS 2.
 
     Raises:
-        TypeError: it is none of these.
+        TypeError, ValueError: it is none of these.
     """
     if isinstance(stamp, DatetimeMS):
         return int(stamp) / 1000.0
     if isinstance(stamp, dict):
-        return float(stamp["secs"]) + float(stamp["nsecs"]) * 1e-9
-    return float(stamp)  # type: ignore[arg-type]
+        whole, part = ("sec", "nanosec") if "sec" in stamp else ("secs", "nsecs")
+        return float(stamp[whole]) + float(stamp[part]) * 1e-9
+    if isinstance(stamp, str) and "-" in stamp[1:]:
+        return datetime.fromisoformat(stamp).timestamp()
+    time = float(stamp)  # type: ignore[arg-type]
+    unit = next((u for least, u in UNITS if abs(time) >= least), 1.0)
+    return time * unit
 
 
 def write_tf(tracks: dict[str, Track], folder: Path) -> None:

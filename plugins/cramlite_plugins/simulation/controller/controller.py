@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -32,6 +32,33 @@ from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
 ABANDONED = 2.0  # deceleration of a motion whose thread was killed [m/s2 or rad/s2]
+
+
+class Applied(NamedTuple):
+    """What gripper and load apply to their environment, as ``Rollout.wrench``: the gripper's own weight is taken off, that of a
+    carried object is not; no tare.
+
+    Args:
+        turn: orientation of the sensor (3, 3) in the world.
+        weight, center: the gripper's own (3,) [N], and where it acts (3,) [m], sensor axes.
+        reading: of the sensor (6,), the wrench of the wrist on the tool [N, Nm].
+    """
+
+    turn: Floats
+    weight: Floats
+    center: Floats
+    reading: Floats
+
+    @property
+    def force(self) -> Floats:
+        """The force (3,), world axes [N]; most cycles need no more."""
+        return np.asarray(self.turn.dot(self.reading[:3] + self.weight))
+
+    @property
+    def wrench(self) -> Floats:
+        """The wrench (6,), world axes, at the sensor [N, Nm]."""
+        torque = self.turn.dot(self.reading[3:] + cross(self.center, self.weight))
+        return np.concatenate([self.force, torque])
 
 
 class Controller:
@@ -80,7 +107,7 @@ class Controller:
         torques = model.actuator_forcerange[self.servos, 1].copy()
         self.watch = SafetyWatch(safety, index.robot, torques, self.period)
         self.q = np.array(data.qpos[self.joints])
-        self.rate = np.zeros(len(self.q))
+        self.rate, self.nothing = np.zeros(len(self.q)), np.zeros(len(self.q))
         self.motion: Motion | None = None
         self.time = 0.0
         self.force_mode: ForceMode | None = None
@@ -88,6 +115,7 @@ class Controller:
         self.freedrive = False
         self.nominal = self.kinematics.forward(self.q)
         self.errors: ArmErrors | None = None
+        self._wrench: Floats | None = None
         self._forget()
 
     def disturb(self, off: Disturbance) -> None:
@@ -202,7 +230,7 @@ class Controller:
     def actual_tcp(self) -> Pose:
         """Return the TCP in the base frame, from the encoders and the nominal kinematics."""
         self._measure()
-        return Pose.from_matrix(self._tcp)
+        return Pose.from_matrix(self._flange @ self.kinematics.tcp)
 
     def tool_speed(self) -> Floats:
         """Return the commanded twist (6,) of the TCP, base axes [m/s, rad/s]."""
@@ -211,33 +239,26 @@ class Controller:
     def wrench(self) -> Floats:
         """Return the wrench (6,) of the environment on the tool, base axes, at the TCP [N, Nm]."""
         self._measure()
+        if self._wrench is None:
+            tcp = self._flange @ self.kinematics.tcp
+            self._wrench = np.concatenate([self._felt, self.sensor.torque(self._flange, tcp, self._felt)])
         return self._wrench
+
+    def force_vector(self) -> Floats:
+        """Return the force (3,) of ``wrench`` alone [N]."""
+        self._measure()
+        return self._felt
 
     def force(self) -> float:
         """Return the magnitude of the force of ``wrench`` [N]."""
         self._measure()
         return self._force
 
-    def applied(self) -> Floats:
-        """Return the wrench (6,) of gripper and load on their environment, world axes, at the sensor; no tare [N, Nm].
-
-        As ``Rollout.wrench``: the gripper's own weight is taken off, that of a carried object is not.
-        """
+    def applied(self) -> Applied:
+        """Return what gripper and load apply to their environment."""
         self._measure()
-        turn, weight = self._gripper_weight()
-        local = self.sensor.raw + np.concatenate([weight, cross(self.gripper_center, weight)])
-        return np.concatenate([turn @ local[:3], turn @ local[3:]])
-
-    def applied_force(self) -> Floats:
-        """Return the force (3,) of ``applied`` alone [N]: most cycles need no more."""
-        self._measure()
-        turn, weight = self._gripper_weight()
-        return np.asarray(turn @ (self.sensor.raw[:3] + weight))
-
-    def _gripper_weight(self) -> tuple[Floats, Floats]:
-        """Orientation of the sensor (3, 3), world axes, and what the gripper's own weight is in its axes (3,) [N]."""
-        turn = self.base.rotation @ self._flange[:3, :3]
-        return turn, -self.arm.gripper.mass * GRAVITY * turn[2]
+        turn = self.base.rotation.dot(self._flange[:3, :3])
+        return Applied(turn, -self.arm.gripper.mass * GRAVITY * turn[2], self.gripper_center, self.sensor.raw)
 
     def zero_sensor(self) -> None:
         """Tare the wrist sensor."""
@@ -312,6 +333,7 @@ class Controller:
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""
         model, data, ctrl, servos, platform = self.model, self.data, self.ctrl, self.servos, self.platform
+        readings, wrist = self.readings, self.wrist
         forward_fed = self.lag * self.rate + self._payload()
         goal = self.q
         if self.errors is not None:
@@ -323,7 +345,7 @@ class Controller:
             if platform is not None:
                 platform.apply(k / self.steps)
             mujoco.mj_step(model, data)
-            reading += self.readings[self.wrist]
+            reading += readings[wrist]
         reading /= self.steps
         if self.errors is not None:
             reading = self.errors.measured(self.encoders(), reading)
@@ -331,17 +353,16 @@ class Controller:
         self._forget()
 
     def _payload(self) -> Floats:
-        """The servo offset [rad] that carries what the program says hangs on the flange beside the gripper."""
+        """The servo offset (n,) [rad] that carries what the program says hangs on the flange beside the gripper."""
         mass = self.sensor.mass - self.arm.gripper.mass
         if abs(mass) < 1e-3:
-            return np.zeros(len(self.q))
-        hold = self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY)
-        return np.asarray(hold / self.stiffness)
+            return self.nothing
+        return np.asarray(self.kinematics.lift(self.q, self.sensor.center, self.up * mass * GRAVITY) / self.stiffness)
 
     def _watch(self) -> None:
         if reason := unstable(self.data):
             raise ProtectiveStop(reason)
-        error = np.abs(self.q - (self.encoders() if self.errors is None else self.errors.now))
+        error = self.q - (self.qpos[self.joints] if self.errors is None else self.errors.now)
         late = self.platform.late() if self.platform is not None else ""
         self.watch.cycle(self.force(), self.efforts[self.servos], error, late)
 
@@ -353,9 +374,9 @@ class Controller:
         if self._measured:
             return
         self._flange = self.kinematics.flange(self.actual_joints())
-        self._tcp = self._flange @ self.kinematics.tcp
-        self._wrench = self.sensor.wrench(self._flange, self._tcp)
-        self._force = math.hypot(*self._wrench[:3].tolist())
+        self._felt = self.sensor.force(self._flange)
+        self._force = math.hypot(*self._felt.tolist())
+        self._wrench = None
         self._measured = True
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec import Struct, field
 
-from cramlite.model import Floats, Pose
+from cramlite.model import Floats, Pose, quaternion_product, rotvec_quaternion
 
 GAIN = np.array([0.004] * 3 + [0.4] * 3)  # m/s/N and rad/s/Nm
 DEAD = np.array([0.3] * 3 + [0.03] * 3)  # N and Nm
@@ -43,13 +43,13 @@ class ForceMode(Struct):
             scale: of the gain, as ``force_mode_set_gain_scaling`` sets it.
         """
         turn = self.frame.rotation.T
-        error = self.wrench - np.concatenate([turn @ applied[:3], turn @ applied[3:]])
+        error = self.wrench - np.concatenate([turn.dot(applied[:3]), turn.dot(applied[3:])])
         error = np.where(np.abs(error) < DEAD, 0.0, error)
         self.offset += self.selection * np.clip(scale * GAIN * error, -self.limits, self.limits) * period
 
     def target(self, nominal: Pose) -> Pose:
         """Return the commanded TCP pose: the nominal one of the running motion and the deviation."""
         shift = self.frame.rotate(self.offset[:3])
-        turn = Pose.from_rotvec((0, 0, 0), self.frame.rotate(self.offset[3:]).tolist())
-        x, y, z = (float(a + b) for a, b in zip(nominal.position, shift, strict=True))
-        return Pose((x, y, z), (turn * Pose((0, 0, 0), nominal.quaternion)).quaternion)
+        turn = rotvec_quaternion(self.frame.rotate(self.offset[3:]).tolist())
+        x, y, z = (a + b for a, b in zip(nominal.position, shift.tolist(), strict=True))
+        return Pose((x, y, z), quaternion_product(turn, nominal.quaternion))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 import numpy as np
@@ -34,7 +35,7 @@ class GripperDrive:
         self.stroke = self.widest - low
         self.opening = self.goal = self.command = self.widest
         self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
-        self.still, self.strength = 0.0, 1.0
+        self.still, self.strength, self.limit = 0.0, 1.0, math.nan  # limit: as the actuator has it [N]
         fingers = [(a, np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.fingers]
         self.fingers = [(a, self.stroke / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
 
@@ -44,7 +45,8 @@ class GripperDrive:
 
     def measured(self, data: Any) -> float:
         """Return the measured opening [m]."""
-        return self.widest - sum(scale * float(data.qpos[a]) for a, scale in self.fingers)
+        qpos = data.qpos
+        return self.widest - sum([scale * float(qpos[a]) for a, scale in self.fingers])  # a generator would take twice as long
 
     def move(self, opening: float, speed: float, force: float) -> None:
         """Order an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
@@ -82,5 +84,7 @@ class GripperDrive:
         self.still = self.still + period if ahead and not fast else 0.0
         # The tendon pulls both pads: twice the grip force of one (robots/parallel_gripper.py).
         force = self.strength * 2 * self.force
-        self.model.actuator_forcerange[self.index.gripper] = (-force, force)
+        if force != self.limit:
+            self.limit = force
+            self.model.actuator_forcerange[self.index.gripper] = (-force, force)
         data.ctrl[self.index.gripper] = COUNTS * (self.widest - self.command) / self.stroke

@@ -7,6 +7,7 @@ the inverse; here one solution is followed from cycle to cycle by Newton's metho
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import sub
 
 import numpy as np
 
@@ -38,22 +39,23 @@ class NominalArm:
         self.factors = np.array([[one, -ca, sa, a], [one, ca, -sa, a]]).transpose(2, 0, 1).copy()
         self.links = np.zeros((len(rows), 4, 4))
         self.links[:, 2, 1], self.links[:, 2, 2], self.links[:, 2, 3], self.links[:, 3, 3] = sa, ca, d, 1.0
-        self.each, self.cosines = list(self.links), np.empty((len(rows), 2))
+        self.upper, self.each = self.links[:, :2], list(self.links)
+        self.both = np.empty((len(rows), 2))  # cosine and sine of each joint
+        self.cosines, self.sines = self.both.T
         self.tcp = robot.gripper.tcp.matrix
         self.base, self.damping = np.eye(4), DAMPING * np.eye(6)
         self._last: tuple[Floats, Floats] | None = None  # a commanded joint position, and its frames
 
     def frames(self, q: Floats) -> Floats:
         """Compute the frames (n + 1, 4, 4): the base, then the frame of each joint up to the flange."""
-        both = self.cosines
-        np.cos(q, out=both[:, 0])
-        np.sin(q, out=both[:, 1])
-        np.multiply(self.factors, both[:, TRIGONOMETRY], out=self.links[:, :2])
-        out = np.empty((len(both) + 1, 4, 4))
-        frames = list(out)
-        out[0] = self.base
-        for before, link, after in zip(frames, self.each, frames[1:], strict=False):
-            np.dot(before, link, out=after)
+        np.cos(q, self.cosines)
+        np.sin(q, self.sines)
+        np.multiply(self.factors, self.both.take(TRIGONOMETRY, axis=1), self.upper)
+        out = np.empty((len(q) + 1, 4, 4))
+        out[0] = before = self.base
+        for link, after in zip(self.each, out[1:], strict=True):
+            before.dot(link, after)  # np.dot and @ take twice as long for so few numbers, and give the same bits
+            before = after
         return out
 
     def flange(self, q: Floats) -> Floats:
@@ -71,8 +73,8 @@ class NominalArm:
     def lift(self, q: Floats, center: Floats, force: Floats) -> Floats:
         """Compute the joint torques (n,) [Nm] that hold a force (3,) [N] at a point of the flange frame (3,) [m]."""
         frames = self._frames_again(q)
-        point = frames[-1, :3, :3] @ center + frames[-1, :3, 3]
-        return _columns(frames, point)[:3].T @ force
+        point = frames[-1, :3, :3].dot(center) + frames[-1, :3, 3]
+        return np.asarray(_columns(frames, point)[:3].T.dot(force))
 
     def speed(self, q: Floats, rate: Floats) -> Floats:
         """Compute the twist (6,) of the tool centre point at joint speeds (n,) [m/s, rad/s]."""
@@ -81,17 +83,15 @@ class NominalArm:
 
     def follow(self, target: Pose, near: Floats) -> Floats | None:
         """Solve inverse kinematics on the branch of a near joint position; None where Newton's method fails."""
-        goal, q = target.matrix, near
+        turn, q = target.rotation, near
         for _ in range(ROUNDS):
             frames = self._frames_again(q)
-            end = frames[-1] @ self.tcp
-            error = np.empty(6)
-            error[:3] = goal[:3, 3] - end[:3, 3]
-            error[3:] = _turn(goal[:3, :3] @ end[:3, :3].T)
-            if max(map(abs, error.tolist())) < CLOSE:
+            end = frames[-1].dot(self.tcp)
+            error = [*map(sub, target.position, end[:3, 3].tolist()), *_turn(turn.dot(end[:3, :3].T))]
+            if max(map(abs, error)) < CLOSE:
                 return q
             j = _columns(frames, end[:3, 3])
-            q = q + j.T @ np.linalg.solve(j @ j.T + self.damping, error)
+            q = q + j.T.dot(np.linalg.solve(j.dot(j.T) + self.damping, error))
         return None
 
     def _frames_again(self, q: Floats) -> Floats:
@@ -115,7 +115,7 @@ def _columns(frames: Floats, point: Floats) -> Floats:
     return out
 
 
-def _turn(r: Floats) -> Floats:
-    """The rotation vector of a rotation, exact for small ones: half the skew part."""
+def _turn(r: Floats) -> list[float]:
+    """The rotation vector (3,) of a rotation, exact for small ones: half the skew part."""
     (_, b, c), (d, _, f), (g, h, _) = r.tolist()
-    return np.array([(h - f) / 2, (c - g) / 2, (d - b) / 2])
+    return [(h - f) / 2, (c - g) / 2, (d - b) / 2]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import gt, lt, sub, truediv
+
 import numpy as np
 
 from cramlite.model import Floats, Robot, Value
@@ -39,6 +41,7 @@ class SafetyWatch:
     def __init__(self, safety: Safety, arm: Robot, torques: Floats, period: float) -> None:
         self.safety, self.arm, self.torques, self.period = safety, arm, torques, period
         self.limits = np.array(arm.limits).T
+        self.lows, self.highs = zip(*arm.limits, strict=True)
         self.fastest = [1.05 * v for v in arm.velocity]
         self.strongest: list[float] = torques.tolist()
         self.over = {"force": 0.0, "torque": 0.0, "tracking": 0.0, "platform": 0.0}
@@ -49,13 +52,15 @@ class SafetyWatch:
         Raises:
             ProtectiveStop: a joint would leave its range, or move too fast.
         """
+        # maps over lists: for so few numbers NumPy takes four times as long
         wanted, was = goal.tolist(), before.tolist()
-        for i, (q, (low, high)) in enumerate(zip(wanted, self.arm.limits, strict=True)):
-            if q < low or q > high:
-                raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {q:.3f} rad, outside {low:.3f} .. {high:.3f}")
-        rates = [abs(q - p) / self.period for q, p in zip(wanted, was, strict=True)]
-        if any(rate > fastest for rate, fastest in zip(rates, self.fastest, strict=True)):
-            shares = [rate / fastest for rate, fastest in zip(rates, self.fastest, strict=True)]
+        if any(map(lt, wanted, self.lows)) or any(map(gt, wanted, self.highs)):
+            i = next(i for i, (low, high) in enumerate(self.arm.limits) if not low <= wanted[i] <= high)
+            low, high = self.arm.limits[i]
+            raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {wanted[i]:.3f} rad, outside {low:.3f} .. {high:.3f}")
+        rates = [abs(way) / self.period for way in map(sub, wanted, was)]
+        if any(map(gt, rates, self.fastest)):
+            shares = list(map(truediv, rates, self.fastest))
             i = shares.index(max(shares))
             most = self.arm.velocity[i]
             raise ProtectiveStop(f"joint '{self.arm.joints[i]}' at {rates[i]:.2f} rad/s > {most:.2f} rad/s")
@@ -66,22 +71,25 @@ class SafetyWatch:
         Args:
             force: on the TCP [N].
             effort: of the servos [Nm].
-            error: of the joints [rad], positive.
+            error: of the joints [rad].
             platform: how far the platform is behind, as a clause; empty while it is not.
 
         Raises:
             ProtectiveStop: a limit was exceeded for longer than it may be.
         """
-        # lists: for so few numbers NumPy takes four times as long
-        torque, errors = [abs(e) / most for e, most in zip(effort.tolist(), self.strongest, strict=True)], error.tolist()
-        s, i, j = self.safety, torque.index(max(torque)), errors.index(max(errors))
+        s, torque, errors = self.safety, list(map(truediv, map(abs, effort.tolist()), self.strongest)), list(map(abs, error.tolist()))
+        worst, late = max(torque), max(errors)
+        if not (force > s.force or worst > 0.99 or late > s.tracking or platform):
+            self.over = dict.fromkeys(self.over, 0.0)
+            return
         if self._lasts("force", force > s.force, s.force_time):
             self._stop_for("force", f"force {force:.0f} N > {s.force:.0f} N")
-        if self._lasts("torque", torque[i] > 0.99, s.torque_time):
+        if self._lasts("torque", worst > 0.99, s.torque_time):
+            i = torque.index(worst)
             self._stop_for("torque", f"joint '{self.arm.joints[i]}' at its torque limit of {self.torques[i]:.0f} Nm")
-        if self._lasts("tracking", errors[j] > s.tracking, s.tracking_time):
-            late = f"joint '{self.arm.joints[j]}' is {errors[j]:.3f} rad off its command, more than {s.tracking} rad"
-            self._stop_for("tracking", late)
+        if self._lasts("tracking", late > s.tracking, s.tracking_time):
+            joint = self.arm.joints[errors.index(late)]
+            self._stop_for("tracking", f"joint '{joint}' is {late:.3f} rad off its command, more than {s.tracking} rad")
         if self._lasts("platform", bool(platform), s.tracking_time):
             self._stop_for("platform", platform)
 

@@ -12,7 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
-from cramlite.model import Floats, Pose, Value
+from cramlite.model import Floats, Pose, Value, Vector3, quaternion_product, rotvec_quaternion
 
 from ...kinematics.blends import Section, Tcp, rounded, zone
 from ...kinematics.timing import profile_position, trapezoid
@@ -97,7 +97,7 @@ class LinearMotion(TrapezoidalProfile):
 
     start: Pose
     goal: Pose
-    turn: Floats
+    turn: Vector3
 
     def at(self, time: float) -> Pose:
         """Return the TCP pose in the base frame at a time since the start [s]."""
@@ -106,8 +106,8 @@ class LinearMotion(TrapezoidalProfile):
             return self.goal
         (x, y, z), (u, v, w) = self.start.position, self.goal.position
         position = (x + share * (u - x), y + share * (v - y), z + share * (w - z))
-        turned = self.start * Pose.from_rotvec((0, 0, 0), (share * self.turn).tolist())
-        return Pose(position, turned.quaternion)
+        turned = rotvec_quaternion([share * v for v in self.turn])
+        return Pose(position, quaternion_product(self.start.quaternion, turned))
 
 
 class StoppingMotion(Value):
@@ -158,7 +158,7 @@ def blended_motion(points: Sequence[Floats], radii: Sequence[float], rates: Sequ
 
 def linear_motion(start: Pose, goal: Pose, speed: float, acceleration: float) -> LinearMotion:
     """Plan a movel between two TCP poses [m/s, m/s2]."""
-    turn = np.array((start.inverse() * goal).rotvec)
+    turn = (start.inverse() * goal).rotvec
     way = max(math.dist(start.position, goal.position), RADIAN * float(np.linalg.norm(turn)))
     return LinearMotion(way, speed, acceleration, start, goal, turn)
 

@@ -54,33 +54,44 @@ class WristSensor:
             self.wandered = self.wandered + period * self.drift
             reading = reading + self.wandered
         if self.noise:
-            reading = reading + self.random.normal(0.0, self.noise, 6) * SPREAD
+            reading = reading + self.noise * self.random.standard_normal(6) * SPREAD
         share = period / (SMOOTHING + period) if self.started else 1.0
         self.started = True
         self.raw = self.raw + share * (reading - self.raw)
 
-    def compensated(self, flange: Floats) -> Floats:
-        """Return the wrench (6,) on the tool less the payload's weight, sensor axes, bias included [N, Nm]."""
-        weight: Floats = self.up @ flange[:3, :3] * -(self.mass * GRAVITY)
-        felt: Floats = -self.raw
-        felt[:3] -= weight
-        felt[3:] -= cross(self.center, weight)
-        if self.turning is not None:
-            felt[:3] += self.turning @ flange[:3, :3]
-        return felt
-
     def zero(self, flange: Floats) -> None:
         """Tare the sensor with the flange (4, 4) where it is in the base frame."""
-        self.bias, self.tared = self.compensated(flange), True
+        turn = flange[:3, :3]
+        self.bias, self.tared = np.concatenate([self._force(turn), self._torque(turn)]), True
 
-    def wrench(self, flange: Floats, tcp: Floats) -> Floats:
-        """Return the wrench (6,) of the environment on the tool, base axes, torque about the TCP [N, Nm].
+    def force(self, flange: Floats) -> Floats:
+        """Return the force (3,) of the environment on the tool, base axes [N]; most cycles need no torque.
 
         Args:
-            flange, tcp: (4, 4) in the base frame; the sensor sits at the flange.
+            flange: (4, 4) in the base frame; the sensor sits there.
         """
-        local = self.compensated(flange) - self.bias
-        turn, out = flange[:3, :3], np.empty(6)
-        out[:3] = force = turn @ local[:3]
-        out[3:] = turn @ local[3:] - cross(tcp[:3, 3] - flange[:3, 3], force)
-        return out
+        turn = flange[:3, :3]
+        return np.asarray(turn.dot(self._force(turn) - self.bias[:3]))
+
+    def torque(self, flange: Floats, tcp: Floats, force: Floats) -> Floats:
+        """Return the torque (3,) of the environment on the tool about the TCP, base axes [Nm].
+
+        Args:
+            flange, tcp: (4, 4) in the base frame.
+            force: what ``force`` returns there (3,) [N].
+        """
+        turn = flange[:3, :3]
+        return np.asarray(turn.dot(self._torque(turn) - self.bias[3:]) - cross(tcp[:3, 3] - flange[:3, 3], force))
+
+    def _force(self, turn: Floats) -> Floats:
+        """The force (3,) on the tool less the payload's weight, sensor axes, bias included [N]."""
+        felt: Floats = -self.raw[:3] - self._weight(turn)
+        return felt if self.turning is None else felt + self.turning.dot(turn)
+
+    def _torque(self, turn: Floats) -> Floats:
+        """The torque (3,) on the tool less the payload's, sensor axes, bias included [Nm]."""
+        return -self.raw[3:] - cross(self.center, self._weight(turn))
+
+    def _weight(self, turn: Floats) -> Floats:
+        """The payload's weight (3,), sensor axes [N]."""
+        return np.asarray(self.up.dot(turn) * -(self.mass * GRAVITY))

@@ -12,12 +12,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import mujoco
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Contact, Geom, Inertia, Joint, Physics, Pose, Robot, RobotMount, Thing, Value, World
 from cramlite.plugin import UserError, nearest
 
-from ...shapes.bounds import volume
+from ...shapes.bounds import bounds, volume
 from .hand_model import HANDS
 from .index import Model
 
@@ -33,6 +34,10 @@ SHAPES = {
 # 0.4 m onto a 10 mm floor sinks in by 28 mm and stays there (46 of 60 drops); with 0.005 by 8 mm, and it comes out
 # (measured).
 SOLREF = (0.005, 1.0)
+STICKS = 0.05
+"""Inertia that a joint must have for its dry friction to hold [kg m2 for a Nm, kg for a N]. MuJoCo's friction is soft: a torque of
+its limit turns the joint by (1 - d) / (b I), which with the default impedance d = 0.9 and damping b = 100 / s is 0.02 rad/s for so
+much. A knob of 50 g with 20 Nm of friction was turned without effort before (measured)."""
 CONES = {"elliptic": mujoco.mjtCone.mjCONE_ELLIPTIC, "pyramidal": mujoco.mjtCone.mjCONE_PYRAMIDAL}
 
 
@@ -149,7 +154,7 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) 
     else:
         body = spec.worldbody.add_body(name=thing.name, pos=thing.pose.position, quat=thing.pose.quaternion)
         if thing.joint is not None and not planning:
-            _add_joint(spec, body, thing.name, thing.joint)
+            _add_joint(spec, body, thing, thing.joint)
         elif thing.movable:
             body.add_freejoint(name=thing.name)
     if thing.inertia is not None and thing.movable:
@@ -160,11 +165,19 @@ def add_thing(spec: Any, thing: Thing, planning: bool, carried: Carried | None) 
         _add_geom(spec, body, thing, key, geom, (thing.mass or 1.0) * volume(geom) / whole, mask)
 
 
-def _add_joint(spec: Any, body: Any, name: str, joint: Joint) -> None:
+def _inertia(thing: Thing, joint: Joint) -> float:
+    """Inertia of a thing about or along its joint [kg m2, kg]: of a bar as long as the thing reaches from its hinge."""
+    if joint.kind == "slide":
+        return thing.mass or 1.0
+    corners = np.vstack([c for g in thing.geoms for c in bounds(g)])
+    return (thing.mass or 1.0) * float(np.linalg.norm(corners - joint.pose.position, axis=1).max()) ** 2 / 3
+
+
+def _add_joint(spec: Any, body: Any, thing: Thing, joint: Joint) -> None:
     """A hinge or a slide whose value at the body's own pose is the stated one."""
     kinds = {"slide": mujoco.mjtJoint.mjJNT_SLIDE, "hinge": mujoco.mjtJoint.mjJNT_HINGE}
     body.add_joint(
-        name=name,
+        name=thing.name,
         type=kinds[joint.kind],
         pos=joint.pose.position,
         axis=tuple(joint.pose.rotate((0.0, 0.0, 1.0))),
@@ -172,9 +185,10 @@ def _add_joint(spec: Any, body: Any, name: str, joint: Joint) -> None:
         range=(joint.lower, joint.upper),
         damping=joint.damping,
         frictionloss=joint.friction,
+        armature=max(STICKS * joint.friction - _inertia(thing, joint), 0.0),
     )
     if joint.parent:
-        spec.add_exclude(bodyname1=name, bodyname2=joint.parent)
+        spec.add_exclude(bodyname1=thing.name, bodyname2=joint.parent)
 
 
 def _set_inertia(body: Any, mass: float, inertia: Inertia) -> None:

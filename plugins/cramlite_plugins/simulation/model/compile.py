@@ -28,7 +28,7 @@ BAD = tuple(int(getattr(mujoco.mjtWarning, f"mjWARN_BAD{kind}")) for kind in ("Q
 
 def unstable(data: Data) -> str:
     """Explain, as a clause, why the simulation has diverged; empty while it has not."""
-    if data.warning.number[BAD[0] : BAD[-1] + 1].any():
+    if any(data.warning.number[BAD[0] : BAD[-1] + 1].tolist()):
         return "the simulation is unstable: a position, speed or acceleration became huge; check masses, sizes and the timestep"
     return ""
 
@@ -71,7 +71,7 @@ class Compiled(Value):
             index = self.robots[mount.name]
             data.qpos[list(index.joints)] = data.ctrl[list(index.actuators)] = mount.joints or index.robot.home
             if mount.opening is not None:
-                index.set_opening(self.model, data, mount.opening)
+                index.set_opening(data, mount.opening)
         for k, hand in enumerate(self.hands):
             home = Pose((0.0, k * APART, 0.0)) * hand.home
             hand.teleport(self.model, data, home)

@@ -65,7 +65,7 @@ class HandIndex(EffectorIndex):
         data.qpos[self.slides : self.slides + 3] = pose.position
         data.qpos[self.ball : self.ball + 4] = _turn(pose, self.rest).quaternion
         data.qvel[self.dofs : self.dofs + 6] = 0.0
-        self.set_opening(model, data, opening)
+        self.set_opening(data, opening)
 
 
 def _turn(pose: Pose, rest: Pose) -> Pose:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cramlite.model import EntityName, Pose, Robot, Value
+from cramlite.model import EntityName, Floats, Pose, Robot, Value
 
 Model = Any  # mujoco.MjModel; MuJoCo's bindings have no complete types
 Data = Any  # mujoco.MjData
@@ -55,6 +55,7 @@ class EffectorIndex(Value):
         ft_force, ft_torque: addresses in sensordata.
         gripper: actuator id.
         fingers: qpos addresses of the finger joints.
+        travels: the far ends of their ranges [m].
         left, right: geom ids of the pads.
         bodies: ids of the bodies that move with the sensor, the fingers included.
         reach: smallest and largest distance between the pads [m].
@@ -67,23 +68,24 @@ class EffectorIndex(Value):
     ft_torque: int
     gripper: int
     fingers: tuple[int, ...]
+    travels: tuple[float, ...]
     left: tuple[int, ...]
     right: tuple[int, ...]
     bodies: tuple[int, ...]
     reach: tuple[float, float]
 
-    def opening(self, model: Model, data: Data) -> float:
-        """Return the distance between the finger pads [m], from the finger joints."""
+    def opening(self, qpos: Floats) -> Floats:
+        """Return the distance between the finger pads (...) [m], from the finger joints; ``qpos`` (nq, ...) is of the whole model."""
         low, high = self.reach
-        travel = sum(data.qpos[a] / _range(model, a) for a in self.fingers) / len(self.fingers)
-        return float(high - travel * (high - low))
+        travel = sum(qpos[a] / far for a, far in zip(self.fingers, self.travels, strict=True)) / len(self.fingers)
+        return np.asarray(high - travel * (high - low))
 
-    def set_opening(self, model: Model, data: Data, opening: float) -> None:
+    def set_opening(self, data: Data, opening: float) -> None:
         """Set the fingers to an opening [m] without any physics; for start states and planning."""
         low, high = self.reach
         share = min(max((high - opening) / (high - low), 0.0), 1.0)
-        for a in self.fingers:
-            data.qpos[a] = share * _range(model, a)
+        for a, far in zip(self.fingers, self.travels, strict=True):
+            data.qpos[a] = share * far
 
     def pose(self, data: Data) -> Pose:
         """Return the tool frame in the world; needs kinematics."""
@@ -169,6 +171,7 @@ def effector_fields(model: Model, name: str, root: str, reach: tuple[float, floa
         "ft_torque": int(model.sensor(f"{name}/ft_torque").adr[0]),
         "gripper": model.actuator(f"{name}/gripper").id,
         "fingers": tuple(int(j.qposadr[0]) for j in fingers),
+        "travels": tuple(float(j.range[1]) for j in fingers),
         "left": _pads(model, f"{name}/left_pad"),
         "right": _pads(model, f"{name}/right_pad"),
         "bodies": bodies,
@@ -196,9 +199,3 @@ def _inside(model: Model, body: int, top: int) -> bool:
 def _joints(model: Model, body: int) -> range:
     start = int(model.body_jntadr[body])
     return range(start, start + int(model.body_jntnum[body])) if start >= 0 else range(0)
-
-
-def _range(model: Model, address: int) -> float:
-    """The far end of the range of the finger joint at a qpos address."""
-    joint = int(np.flatnonzero(model.jnt_qposadr == address)[0])
-    return float(model.jnt_range[joint, 1])

@@ -14,6 +14,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 from cramlite.model import Feature, Geom, Pose, Thing
 from cramlite.plugin import Length, Mass, UserError, nearest
 
+from .controls import knob, switch
 from .furniture import cabinet, door, drawer
 from .mesh_thing import mesh_thing
 from .vessels import bottle, bowl, can, jug, lid, mug
@@ -220,6 +221,8 @@ MODELS: Mapping[str, Callable[..., Thing]] = {
     "mesh": mesh_thing,
     "cabinet": cabinet,
     "drawer": drawer,
+    "knob": knob,
+    "switch": switch,
     "door": door,
 }
 

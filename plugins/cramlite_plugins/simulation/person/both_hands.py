@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from cramlite.model import Pose, Thing
+from cramlite.plugin import Performer
 
 from ..model.hand_model import OPENING, PINCH
 from .hand_moves import MARGIN, SQUEEZE, extent
-from .person import Person
 from .sight_of_person import Scene, half_extents
 
 #: From the top of a thing down to the middle of the pads that hold it from above [m].
@@ -46,7 +46,7 @@ def waiting(scene: Scene, rng: np.random.Generator) -> Pose:
     return Pose(tuple(place), from_above(scene.product.pose, scene.product).quaternion)
 
 
-def be_busy(person: Person, scene: Scene) -> None:
+def be_busy(person: Performer, scene: Scene) -> None:
     """Make the other hand take something else up and put it back, while this one acts."""
     others = _for_other_hand(scene)
     if person.other is None or not others:
@@ -81,7 +81,7 @@ def _raised(pose: Pose, height: float) -> Pose:
     return Pose(tuple(np.add(pose.position, (0.0, 0.0, height))), pose.quaternion)
 
 
-def hand_over(person: Person, scene: Scene, hold: Pose, take: Pose) -> None:
+def hand_over(person: Performer, scene: Scene, hold: Pose, take: Pose) -> None:
     """Hand the held thing over: the other hand takes hold, this one lets go and withdraws; then the other acts.
 
     Args:
@@ -107,7 +107,7 @@ def hand_over(person: Person, scene: Scene, hold: Pose, take: Pose) -> None:
     _get_out_of_the_way(person, scene)
 
 
-def _get_out_of_the_way(person: Person, scene: Scene) -> None:
+def _get_out_of_the_way(person: Performer, scene: Scene) -> None:
     """The hand that gave goes on, away from where the thing is brought to."""
     assert person.other is not None
     here = np.array(person.other.aim.position)

@@ -14,10 +14,10 @@ import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Feature, Floats, Pose, Rollout, Thing, Touch, Value, thing_of
+from cramlite.plugin import Performer
 
 from ..model.hand_model import OPENING
 from .hand_moves import close, extent
-from .person import Person
 from .sight_of_person import Scene, featured, half_extents
 
 #: How often [share of demonstrations], and how much.
@@ -60,19 +60,19 @@ def habits(rng: np.random.Generator, *, distracted: bool = False) -> Habits:
     return replace(own, wrong_way=bool(wrong), interrupted=bool(stopped), other_hand=other)
 
 
-def draw_pace_and_tremor(person: Person) -> None:
+def draw_pace_and_tremor(person: Performer) -> None:
     """Draw the person's pace and tremor."""
     person.pace = person.between(*PACE)
     person.shake(person.between(*SHAKE))
 
 
-def pause(person: Person, own: Habits) -> None:
+def pause(person: Performer, own: Habits) -> None:
     """Wait for a moment, if the person does."""
     if person.rng.random() < own.pause:
         person.wait(person.between(0.25, 0.8))
 
 
-def look_twice(person: Person, grasp: Pose) -> None:
+def look_twice(person: Performer, grasp: Pose) -> None:
     """Approach the grasp and back off again."""
     near = Pose(tuple(grasp.position + grasp.rotate((0, 0, -person.between(0.09, 0.14)))), grasp.quaternion)
     before = person.aim
@@ -82,7 +82,7 @@ def look_twice(person: Person, grasp: Pose) -> None:
     person.wait(person.between(0.2, 0.5))
 
 
-def go_wrong(person: Person, scene: Scene, grasp: Pose) -> None:
+def go_wrong(person: Performer, scene: Scene, grasp: Pose) -> None:
     """Reach for another thing first, stop in front of it, and return."""
     others = [t for t in scene.world.things if t.movable and t is not scene.product]
     if not others:
@@ -96,7 +96,7 @@ def go_wrong(person: Person, scene: Scene, grasp: Pose) -> None:
     person.move([Pose(tuple(back), grasp.quaternion)], person.between(0.2, 0.35))
 
 
-def be_interrupted(person: Person) -> None:
+def be_interrupted(person: Performer) -> None:
     """Stop with what is held, take it half a step back, wait, and go on."""
     here = person.aim
     away = Pose(tuple(np.add(here.position, person.rng.uniform(-0.06, 0.06, 3))), here.quaternion)
@@ -105,7 +105,7 @@ def be_interrupted(person: Person) -> None:
     person.move([here], person.between(0.1, 0.25))
 
 
-def take_again(person: Person, scene: Scene, grasp: Pose) -> None:
+def take_again(person: Performer, scene: Scene, grasp: Pose) -> None:
     """Let go of what is held, and regrasp it a little elsewhere."""
     person.wait(person.between(0.2, 0.5))
     width = extent(scene, grasp)
@@ -116,14 +116,14 @@ def take_again(person: Person, scene: Scene, grasp: Pose) -> None:
     close(person, width)
 
 
-def detour(person: Person) -> None:
+def detour(person: Performer) -> None:
     """Move what is held along a detour."""
     side = np.array([person.between(-0.08, 0.0), person.between(-0.08, 0.08), person.between(-0.02, 0.08)])
     goal = Pose(tuple(np.add(person.aim.position, side)), person.aim.quaternion)
     person.move([goal], person.between(0.15, 0.3))
 
 
-def put_down_and_take(person: Person, scene: Scene, grasp: Pose) -> None:
+def put_down_and_take(person: Performer, scene: Scene, grasp: Pose) -> None:
     """Put what is held on the nearest surface, let go, step back, and grasp it again."""
     support, top = nearest_top(person, scene)
     put_down(person, scene, support, top, grasp)
@@ -139,7 +139,7 @@ def put_down_and_take(person: Person, scene: Scene, grasp: Pose) -> None:
     person.move([Pose(tuple(up), person.aim.quaternion)], person.between(0.12, 0.25))
 
 
-def nearest_top(person: Person, scene: Scene) -> tuple[Thing, Feature]:
+def nearest_top(person: Performer, scene: Scene) -> tuple[Thing, Feature]:
     """Find the nearest surface to put something on, by its middle; no container's inside, nor the thing itself."""
     tops = [
         (t, f)
@@ -150,7 +150,7 @@ def nearest_top(person: Person, scene: Scene) -> tuple[Thing, Feature]:
     return min(tops, key=lambda c: float(np.linalg.norm(c[0].pose.apply(c[1].pose.position) - here)))
 
 
-def put_down(person: Person, scene: Scene, support: Thing, top: Feature, grasp: Pose) -> None:
+def put_down(person: Performer, scene: Scene, support: Thing, top: Feature, grasp: Pose) -> None:
     """Put what is held upright onto a surface, the last bit perhaps dropped."""
     spot = _spot(person, scene, support, top)
     body = person.pose(scene.product.name)
@@ -172,7 +172,7 @@ def _upright(pose: Pose) -> Pose:
     return Pose.from_axes(pose.position, (0, 0, 1), (x[0], x[1], 0.0))
 
 
-def _spot(person: Person, scene: Scene, support: Thing, top: Feature) -> Floats:
+def _spot(person: Performer, scene: Scene, support: Thing, top: Feature) -> Floats:
     """Where on a surface: near the hand, away from its edge and from everything that stands there."""
     frame = support.pose * top.pose
     x, y, _ = frame.inverse().apply(person.aim.position)

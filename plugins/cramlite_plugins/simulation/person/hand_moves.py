@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from cramlite.model import Floats, Pose
+from cramlite.plugin import Performer
 
 from ..model.hand_model import OPENING, PINCH
-from .person import Person
 from .sight_of_person import Scene, half_extents
 
 #: Room between the fingers beside the object before they close [m].
@@ -16,7 +16,7 @@ MARGIN = 0.012
 SQUEEZE = 10000.0
 
 
-def reach(person: Person, scene: Scene, grasp: Pose) -> None:
+def reach(person: Performer, scene: Scene, grasp: Pose) -> None:
     """Reach from the hand's pose, by a detour, to in front of the object; hesitate; approach."""
     person.grip(max(extent(scene, grasp) + 2 * MARGIN, person.between(0.08, OPENING)), 0.2)
     away = grasp.position + grasp.rotate((0, 0, -person.between(0.07, 0.12)))
@@ -35,14 +35,14 @@ def extent(scene: Scene, grasp: Pose) -> float:
     return float(min(2 * half[int(np.argmax(axis))], OPENING))
 
 
-def close(person: Person, width: float) -> None:
+def close(person: Performer, width: float) -> None:
     """Close the fingers with a force between half and nearly all of their strength."""
     force = person.between(0.5, 0.9) * PINCH
     person.grip(max(width - 2 * force / SQUEEZE, 0.0), person.between(0.4, 0.8))
     person.wait(person.between(0.15, 0.4))
 
 
-def lead(person: Person, scene: Scene, route: list[Floats], speed: float) -> None:
+def lead(person: Performer, scene: Scene, route: list[Floats], speed: float) -> None:
     """Move the hole along points (3,) [m] in the world; the hand keeps its orientation, the hole's offset is seen."""
     hole = np.array((person.pose(scene.product.name) * scene.hole.pose).position)
     offset = np.array(person.tool().position) - hole

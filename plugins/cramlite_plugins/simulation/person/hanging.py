@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from cramlite.model import Floats, Pose
+from cramlite.plugin import Performer
 
 from ..model.hand_model import OPENING, TCP
 from .hand_moves import close, extent, lead, reach, tip_points
-from .person import Person
 from .sight_of_person import Scene
 
 #: Where the hole is brought before it is threaded: this far past the end of the tip [m].
@@ -22,7 +22,7 @@ DEPTH = (0.45, 0.65)
 FREE = (0.012, 0.018)
 
 
-def hang_onto_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
+def hang_onto_hanger(person: Performer, scene: Scene, grasp: Pose) -> None:
     """Take the object, bring its hole in front of the peg, thread it, let it down, let go, withdraw."""
     reach(person, scene, grasp)
     close(person, extent(scene, grasp))
@@ -32,7 +32,7 @@ def hang_onto_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
     leave(person, scene, grasp)
 
 
-def lift(person: Person) -> None:
+def lift(person: Performer) -> None:
     """Lift what is held."""
     up = np.add(person.aim.position, (0.0, 0.0, person.between(0.06, 0.12)))
     person.move([Pose(tuple(up), person.aim.quaternion)], person.between(0.12, 0.25))
@@ -40,12 +40,12 @@ def lift(person: Person) -> None:
         person.wait(person.between(0.1, 0.4))
 
 
-def hole(person: Person, scene: Scene) -> Floats:
+def hole(person: Performer, scene: Scene) -> Floats:
     """Return the position (3,) of the hole in the world [m]."""
     return np.array((person.pose(scene.product.name) * scene.hole.pose).position)
 
 
-def face(person: Person, scene: Scene) -> None:
+def face(person: Performer, scene: Scene) -> None:
     """Turn the object upright, its front along the peg, and bring the hole before the peg's tip, by an arc."""
     end = tip_points(scene)[-1] + scene.along * person.between(*BEFORE)
     goal = _hand_for(person, scene, end)
@@ -56,7 +56,7 @@ def face(person: Person, scene: Scene) -> None:
     person.move([_hand_for(person, scene, tip_points(scene)[-1] + scene.along * NEAR)], 0.05)
 
 
-def _hand_for(person: Person, scene: Scene, hole: Floats) -> Pose:
+def _hand_for(person: Performer, scene: Scene, hole: Floats) -> Pose:
     """Where the hand must aim for the hole to be at a point, facing along the peg with its top upwards.
 
     What the hand lags behind its aim (a load pulls it down) is corrected.
@@ -69,7 +69,7 @@ def _hand_for(person: Person, scene: Scene, hole: Floats) -> Pose:
     return Pose(tuple(np.add(goal.position, lag)), goal.quaternion)
 
 
-def thread(person: Person, scene: Scene) -> None:
+def thread(person: Performer, scene: Scene) -> None:
     """Thread the hole over the tip and down its bend, along the peg, and let down until the peg carries."""
     peg = scene.hanger.pose * scene.peg.pose
     length = scene.peg.size["length"]
@@ -81,7 +81,7 @@ def thread(person: Person, scene: Scene) -> None:
     lead(person, scene, [peg.apply((0, 0, depth)) - (0, 0, play + 0.001)], 0.02)
 
 
-def leave(person: Person, scene: Scene, grasp: Pose) -> None:
+def leave(person: Performer, scene: Scene, grasp: Pose) -> None:
     """Open the fingers as far as is needed, withdraw the way the hand points, and wait until all is quiet."""
     person.wait(person.between(0.1, 0.3))
     person.grip(min(extent(scene, grasp) + person.between(*FREE), OPENING), person.between(0.3, 0.6))

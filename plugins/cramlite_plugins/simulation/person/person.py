@@ -92,7 +92,7 @@ class Person:
         if compiled.hand is None:
             raise ValueError("the world was compiled without a hand")
         self.compiled, self.rng = compiled, rng
-        self.data = compiled.data()
+        self.data, self._imagined = compiled.data(), compiled.data()
         self.recorder = Recorder(compiled, compiled.hand.name, rate)
         limbs = [Limb(h, s, h.reach[1], Waves(rng)) for h, s in zip(compiled.hands, starts, strict=True)]
         self.limb, self.other = limbs[0], limbs[1] if len(limbs) > 1 else None
@@ -129,6 +129,36 @@ class Person:
         """Return the tool frame of the hand that acts, in the world."""
         return self.limb.index.pose(self.data)
 
+    def touches(self, thing: str) -> bool:
+        """Check whether anything of the hand that acts is in contact with a thing."""
+        return bool(self._touching(thing))
+
+    def holds(self, thing: str) -> bool:
+        """Check whether both fingers of the hand that acts are in contact with a thing."""
+        return {"left", "right"} <= self._touching(thing)
+
+    def fits(self, tool: Pose, opening: float) -> bool:
+        """Check that the hand, with its fingers at an opening [m], would touch nothing at a pose of its tool frame."""
+        index, model = self.limb.index, self.compiled.model
+        self._imagined.qpos[:] = self.data.qpos
+        try:
+            index.teleport(model, self._imagined, tool, opening)
+        except UserError:  # turned too far from rest
+            return False
+        mujoco.mj_fwdPosition(model, self._imagined)
+        return not self._touching("", self._imagined)
+
+    def _touching(self, thing: str, data: Data | None = None) -> set[str]:
+        """Parts of the acting hand that are in contact with a thing; with anything, if none is named."""
+        found = set()
+        data = data or self.data
+        for pair in data.contact.geom[: data.ncon].tolist():
+            for mine, theirs in (pair, pair[::-1]):
+                own, other = self.compiled.owners[mine], self.compiled.owners[theirs]
+                if own.kind == "effector" and own.name == self.limb.index.name and thing in ("", other.name):
+                    found.add(own.part)
+        return found
+
     def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
         """Move the hand along poses, from the present target.
 
@@ -140,6 +170,15 @@ class Person:
         for aim in way(self.aim, path, speed * self.pace, curved=curved):
             self._follow(aim, self.opening)
         self.limb.aim = path[-1]
+
+    def follow(self, path: Sequence[Pose], seconds: float) -> None:
+        """Move the hand from its target through poses, evenly, place and turn together, within a time [s]."""
+        poses = [self.aim, *path]
+        for u in _fractions(seconds):
+            k = min(int(u * len(path)), len(path) - 1)
+            share = u * len(path) - k
+            place = np.add(poses[k].position, share * np.subtract(poses[k + 1].position, poses[k].position))
+            self._follow(Pose(tuple(place), slerp(poses[k], poses[k + 1], share).quaternion), self.opening)
 
     def grip(self, opening: float, seconds: float) -> None:
         """Move the fingers to an opening [m] within a time [s]."""

@@ -20,7 +20,7 @@ class Scene(Value):
 
     Args:
         container, cavity: the container that the object goes into and its opening; for an object that stands at the
-            start, the thing below it and that thing's top.
+            start, the thing below it and that thing's top; where it comes from, or goes to, the hand alone, the hanger and its peg.
     """
 
     world: World
@@ -44,7 +44,7 @@ class Scene(Value):
     @property
     def stands(self) -> bool:
         """Check whether the object stands on something at the start."""
-        return self.cavity.type != "cram:Cavity"
+        return self.cavity.type == "vrps:SurfaceFeature"
 
 
 def see_hanging(world: World) -> Scene:

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from cramlite.model import Pose
+from cramlite.plugin import Performer
 
 from ..model.hand_model import OPENING, TCP
 from .hand_moves import close, extent, lead, reach, tip_points
-from .person import Person
 from .sight_of_person import Scene, half_extents
 
 #: The palm and wrist stay this far below the peg, and above a container's rim, measured from the tool's axis [m].
 PALM = 0.05
 
 
-def take_off_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
+def take_off_hanger(person: Performer, scene: Scene, grasp: Pose) -> None:
     """Take the object off the peg and put it into the container."""
     reach(person, scene, grasp)
     close(person, extent(scene, grasp))
@@ -24,7 +24,7 @@ def take_off_hanger(person: Person, scene: Scene, grasp: Pose) -> None:
     let_go(person, scene)
 
 
-def pull_off(person: Person, scene: Scene) -> None:
+def pull_off(person: Performer, scene: Scene) -> None:
     """Lift until the peg is in the middle of the hole, then move the hole along the peg and over its tip."""
     peg = scene.hanger.pose * scene.peg.pose
     hole = person.pose(scene.product.name) * scene.hole.pose
@@ -36,7 +36,7 @@ def pull_off(person: Person, scene: Scene) -> None:
     lead(person, scene, route[1:], person.between(0.07, 0.16))
 
 
-def carry(person: Person, scene: Scene) -> None:
+def carry(person: Performer, scene: Scene) -> None:
     """Carry the object over the container, by an arc, tilting the hand as it comes."""
     opening = scene.container.pose * scene.cavity.pose
     inner = np.array([scene.cavity.size[k] for k in ("width", "depth")])
@@ -62,7 +62,7 @@ def _below(tool: Pose) -> float:
     return PALM + max(0.0, -float(tool.rotate((0, 0, -(TCP + 0.08)))[2]))
 
 
-def let_go(person: Person, scene: Scene) -> None:
+def let_go(person: Performer, scene: Scene) -> None:
     """Lower as far as palm and rim allow, or not quite so far; open; withdraw; wait until all is quiet."""
     rim = (scene.container.pose * scene.cavity.pose).position[2]
     x, y, z = person.aim.position

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cramlite.model import Pose, Rollout
+from cramlite.plugin import Performer
 
 from .both_hands import be_busy, from_above, hand_over
 from .habits import (
@@ -23,7 +24,6 @@ from .habits import (
 )
 from .hand_moves import close, extent, reach
 from .hanging import face, leave, lift, thread
-from .person import Person
 from .sight_of_person import Scene, half_extents
 from .taking_off import carry, let_go, pull_off
 
@@ -31,7 +31,7 @@ from .taking_off import carry, let_go, pull_off
 THREADED = 0.008
 
 
-def fetch(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
+def fetch(person: Performer, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     """Take the object off the peg and put it into the container."""
     own = habits(person.rng, distracted=distracted)
     _come(person, scene, grasp, own)
@@ -49,7 +49,7 @@ def fetch(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False
     let_go(person, scene)
 
 
-def hang(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
+def hang(person: Performer, scene: Scene, grasp: Pose, *, distracted: bool = False) -> None:
     """Take the object from where it stands and thread it onto the peg."""
     own = habits(person.rng, distracted=distracted)
     if own.other_hand == "hand_over":
@@ -73,13 +73,13 @@ def hang(person: Person, scene: Scene, grasp: Pose, *, distracted: bool = False)
     leave(person, scene, grasp)
 
 
-def step_back(person: Person, scene: Scene) -> None:
+def step_back(person: Performer, scene: Scene) -> None:
     """Move the object away from the wall, where the other hand has room."""
     back = np.add(person.aim.position, scene.along * person.between(0.08, 0.12))
     person.move([Pose(tuple(back), person.aim.quaternion)], person.between(0.15, 0.3))
 
 
-def _come(person: Person, scene: Scene, grasp: Pose, own: Habits) -> None:
+def _come(person: Performer, scene: Scene, grasp: Pose, own: Habits) -> None:
     """Until the hand holds the object."""
     draw_pace_and_tremor(person)
     if own.other_hand == "busy":
@@ -95,7 +95,7 @@ def _come(person: Person, scene: Scene, grasp: Pose, own: Habits) -> None:
     pause(person, own)
 
 
-def not_in_container(person: Person, scene: Scene) -> str:
+def not_in_container(person: Performer, scene: Scene) -> str:
     """Return what is wrong where the object does not lie in the container; "" where it does."""
     opening = scene.container.pose * scene.cavity.pose
     x, y, z = opening.inverse().apply(person.pose(scene.product.name).position)
@@ -104,7 +104,7 @@ def not_in_container(person: Person, scene: Scene) -> str:
     return "" if inside else f"'{scene.product.name}' is not in '{scene.container.name}' at the end"
 
 
-def not_on_peg(person: Person, scene: Scene) -> str:
+def not_on_peg(person: Performer, scene: Scene) -> str:
     """Return what is wrong where the object does not hang on the peg; "" where it does."""
     hole = (person.pose(scene.product.name) * scene.hole.pose).position
     x, y, depth = (scene.hanger.pose * scene.peg.pose).inverse().apply(hole)

@@ -59,7 +59,7 @@ def _put(compiled: Compiled, data: Data, rollout: Rollout, sample: int) -> None:
         data.qpos[addresses[:, None] + np.arange(3)] = centres[sample]
     if isinstance(index, RobotIndex):
         data.qpos[list(index.joints)] = rollout.joints[sample]
-        index.set_opening(compiled.model, data, float(rollout.opening[sample]))
+        index.set_opening(data, float(rollout.opening[sample]))
         if index.platform is not None:
             row = rollout.poses[str(EntityName(index.name, "base"))][sample]
             start = next(m.base for m in rollout.world.robots if m.name == index.name)

@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
+from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
-from cramlite.model import EntityName, Floats, Message, Pose, Rollout, Touch, Vector3
+from cramlite.model import EntityName, Floats, Message, Pose, Rollout, Vector3
 
-from ..controller.controller import Controller
+from ..controller.controller import Applied, Controller
+from ..controller.force_mode import ForceMode
 from ..controller.nominal_arm import cross
 from ..model.compile import Compiled
-from ..model.index import Data, EffectorIndex, Model, Owner, RobotIndex, site_pose
+from ..model.index import Data, EffectorIndex, Model, RobotIndex, site_pose
+from .contacts import Contacts
 from .sight import Sight
 
 GRAVITY = 9.81  # MuJoCo's default, which worlds do not change
-WEAKEST = 1e-3  # a contact below this normal force [N] is a gap within the contact margin, not a touch
+
+
+class _Sample(NamedTuple):
+    """What is kept of a state, as MuJoCo has it: it becomes names and poses when the run is over."""
+
+    sites: Floats
+    turns: Floats
+    bodies: Floats
+    quaternions: Floats
+    pads: Floats
+    qpos: Floats
+    wrench: Floats | None
+    line: int
 
 
 class Recorder:
@@ -35,17 +49,21 @@ class Recorder:
     def __init__(self, compiled: Compiled, effector: str | None = None, rate: float = 50.0, wrench: bool = True) -> None:
         self.compiled, self._wrench = compiled, wrench
         self.index = effector_of(compiled, effector)
-        self._bodies = [i.body for i in compiled.things.values()]
-        self._pairs = Pairs(compiled, self.index.name)
+        self._tools = {"effector": self.index, **{h.name: h for h in compiled.hands if h.name != self.index.name}}
+        self._bodies = _recorded_bodies(compiled, self.index)
+        self._pads = [pad for tool in self._tools.values() for pad in (*tool.left, *tool.right)]
+        self._contacts = Contacts(compiled, self.index.name)
         self.period = 1.0 / rate
         self.messages: list[Message] = []
-        self._samples: list[dict[str, Any]] = []
+        self._samples: list[_Sample] = []
         self._sight = Sight(compiled)
 
     def observe(self, data: Data, line: int = 0) -> None:
         """Record a sample if one is due. The state must be consistent, as it is after mj_step or mj_forward."""
         if data.time >= len(self._samples) * self.period - 1e-9:
-            self._sight.look(data, camera_poses(self.compiled, data), len(self._samples) * self.period)
+            if self._sight.seen:
+                self._sight.look(data, camera_poses(self.compiled, data), len(self._samples) * self.period)
+            self._contacts.see(data)
             self._samples.append(self._sample(data, line))
 
     def message(self, time: float, text: str, line: int = 0) -> None:
@@ -54,61 +72,91 @@ class Recorder:
 
     def rollout(self, outcome: str = "finished", reason: str = "") -> Rollout:
         """Return everything so far as a rollout. Times are those of the samples' due dates."""
-        samples = self._samples
-        names = samples[0]["poses"] if samples else ()
-        joints = samples[0]["values"] if samples else ()
+        samples, index, things = self._samples, self.index, self.compiled.things
+        count, qpos = len(samples), self._stacked("qpos", self.compiled.model.nq)
+        bodies, column = self._tracks(), {body: k for k, body in enumerate(self._bodies)}
+        grains = {name: [column[body] for body, _ in i.grains] for name, i in things.items() if i.grains}
+        platform = index.platform if isinstance(index, RobotIndex) else None
+        base = {str(EntityName(index.name, "base")): bodies[:, column[platform.body]]} if platform else {}
         return Rollout(
             world=self.compiled.world,
-            effector=self.index.name,
-            times=np.array([i * self.period for i in range(len(samples))]),
-            poses=self._things() | {n: np.array([s["poses"][n] for s in samples]) for n in names},
-            touches=tuple(s["touches"] for s in samples),
-            joints=np.array([s["joints"] for s in samples]).reshape(len(samples), -1),
-            wrench=np.array([s["wrench"] for s in samples]).reshape(-1, 6) if self._wrench else np.zeros((len(samples), 6)),
-            opening=np.array([s["opening"] for s in samples]),
-            lines=np.array([s["line"] for s in samples], dtype=float),
+            effector=index.name,
+            times=np.array([i * self.period for i in range(count)]),
+            poses={name: bodies[:, column[i.body]].copy() for name, i in things.items()} | self._frames() | base,
+            touches=self._contacts.touches(),
+            joints=qpos[:, list(index.joints) if isinstance(index, RobotIndex) else []],
+            wrench=self._stacked("wrench", 6) if self._wrench else np.zeros((count, 6)),
+            opening=index.opening(qpos.T),
+            lines=np.array([s.line for s in samples], dtype=float),
             messages=tuple(self.messages),
             outcome=outcome,
             reason=reason,
-            values={n: np.array([s["values"][n] for s in samples]) for n in joints},
-            grains={n: np.array([s["grains"][n] for s in samples]) for n in (samples[0]["grains"] if samples else ())},
+            values={name: qpos[:, i.joint] for name, i in things.items() if i.joint is not None},
+            grains={name: bodies[:, columns, :3] for name, columns in grains.items()},
             sizes=self._sizes(),
             seen=self._sight.seen,
         )
 
-    def _things(self) -> dict[str, Floats]:
-        """Thing -> (N, 7) its poses."""
-        if not self._samples or not self._bodies:
-            return {}
-        rows = np.concatenate([np.array([s["things"][k] for s in self._samples]) for k in (0, 1)], axis=2)
-        return {name: rows[:, k].copy() for k, name in enumerate(self.compiled.things)}
+    def _stacked(self, field: str, *shape: int) -> Floats:
+        """(N, *shape) a field of all samples."""
+        return np.array([getattr(s, field) for s in self._samples]).reshape(len(self._samples), *shape)
+
+    def _tracks(self) -> Floats:
+        """(N, B, 7) poses of the recorded bodies."""
+        count = len(self._bodies)
+        return np.concatenate([self._stacked("bodies", count, 3), self._stacked("quaternions", count, 4)], axis=2)
+
+    def _frames(self) -> dict[str, Floats]:
+        """Name -> (N, 7) poses of tools, fingers and cameras."""
+        found, pads = dict[str, Floats](), iter(self._stacked("pads", len(self._pads), 3).transpose(1, 0, 2))
+        for name, tool in self._tools.items():
+            found[name] = _rows(self._site(tool.tcp))
+            for side, geoms in (("left", tool.left), ("right", tool.right)):  # a tip is the middle of its pads
+                middle = sum(next(pads) for _ in geoms) / len(geoms)
+                found[str(EntityName(name, side))] = np.hstack([middle, found[name][:, 3:]])
+        flanges = {name: index.flange for name, index in self.compiled.robots.items()}
+        for camera in self.compiled.world.cameras:
+            if camera.mount is None:
+                found[camera.name] = _rows([camera.pose] * len(self._samples))
+            elif camera.mount in flanges:
+                found[camera.name] = _rows([flange * camera.pose for flange in self._site(flanges[camera.mount])])
+        return found
+
+    def _site(self, site: int) -> list[Pose]:
+        """Poses of a site in the world, one a sample."""
+        sites = self.compiled.model.nsite
+        matrices = np.zeros((len(self._samples), 4, 4))
+        matrices[:, :3, :3] = self._stacked("turns", sites, 3, 3)[:, site]
+        matrices[:, :3, 3] = self._stacked("sites", sites, 3)[:, site]
+        return [Pose.from_matrix(m) for m in matrices]
 
     def _sizes(self) -> dict[str, Vector3]:
         platform = self.index.robot.platform if isinstance(self.index, RobotIndex) else None
         return {str(EntityName(self.index.name, "base")): platform.size} if platform else {}
 
-    def _sample(self, data: Data, line: int) -> dict[str, Any]:
-        model, index = self.compiled.model, self.index
-        effector = index.pose(data)
-        frames = {"effector": effector, **finger_poses(data, index, at=effector)}
-        frames |= camera_poses(self.compiled, data)
-        for hand in self.compiled.hands:
-            if hand.name != index.name:
-                frames |= {hand.name: hand.pose(data), **finger_poses(data, hand, hand.name)}
-        if isinstance(index, RobotIndex) and index.platform is not None:
-            frames[str(EntityName(index.name, "base"))] = index.platform.pose(data)
-        joints = data.qpos[list(index.joints)].copy() if isinstance(index, RobotIndex) else ()
-        return {
-            "things": (data.xpos[self._bodies], data.xquat[self._bodies]),
-            "poses": {n: (*p.position, *p.quaternion) for n, p in frames.items()},
-            "touches": touches(self.compiled, data, index.name, self._pairs),
-            "joints": joints,
-            "wrench": wrench(model, data, index) if self._wrench else (),
-            "opening": index.opening(model, data),
-            "line": line,
-            "values": {t: float(data.qpos[i.joint]) for t, i in self.compiled.things.items() if i.joint is not None},
-            "grains": {t: data.xpos[[b for b, _ in i.grains]] for t, i in self.compiled.things.items() if i.grains},
-        }
+    def _sample(self, data: Data, line: int) -> _Sample:
+        return _Sample(
+            sites=data.site_xpos.copy(),
+            turns=data.site_xmat.copy(),
+            bodies=data.xpos.take(self._bodies, axis=0),
+            quaternions=data.xquat.take(self._bodies, axis=0),
+            pads=data.geom_xpos.take(self._pads, axis=0),
+            qpos=data.qpos.copy(),
+            wrench=wrench(self.compiled.model, data, self.index) if self._wrench else None,
+            line=line,
+        )
+
+
+def _recorded_bodies(compiled: Compiled, index: EffectorIndex) -> list[int]:
+    """Ids of the bodies whose poses are kept: things, what they are filled with, and a platform."""
+    platform = index.platform if isinstance(index, RobotIndex) else None
+    found = [body for i in compiled.things.values() for body in (i.body, *(grain for grain, _ in i.grains))]
+    return [*found, platform.body] if platform else found
+
+
+def _rows(poses: Sequence[Pose]) -> Floats:
+    """(N, 7) poses as a rollout has them."""
+    return np.array([(*p.position, *p.quaternion) for p in poses]).reshape(-1, 7)
 
 
 def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
@@ -125,18 +173,6 @@ def effector_of(compiled: Compiled, name: str | None = None) -> EffectorIndex:
     return choices[name]
 
 
-def finger_poses(data: Data, index: EffectorIndex, name: str = "effector", at: Pose | None = None) -> dict[str, Pose]:
-    """Return the poses of both finger tips in the world: the middle of the pads, with the tool frame's orientation.
-
-    Args:
-        at: the tool frame, where it is known already.
-    """
-    turn = (at or index.pose(data)).quaternion
-    places, sides = data.geom_xpos, (("left", index.left), ("right", index.right))
-    middle = {str(EntityName(name, side)): places[list(pads)].sum(axis=0) / len(pads) for side, pads in sides}
-    return {finger: Pose(tuple(place), turn) for finger, place in middle.items()}
-
-
 def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
     """Return the optical frames of the world's cameras, in the world."""
     flanges = {name: index.flange for name, index in compiled.robots.items()}
@@ -145,66 +181,6 @@ def camera_poses(compiled: Compiled, data: Data) -> dict[str, Pose]:
         for c in compiled.world.cameras
         if c.mount is None or c.mount in flanges
     }
-
-
-class Pairs:
-    """Names of pairs of geoms in contact, each looked up once: a contact lasts for many samples.
-
-    Args:
-        effector: whose fingers are "effector/left" and "effector/right".
-    """
-
-    def __init__(self, compiled: Compiled, effector: str) -> None:
-        self._owners, self._effector = compiled.owners, effector
-        self._known: dict[tuple[int, int], tuple[tuple[str, str], bool] | None] = {}
-
-    def of(self, first: int, second: int) -> tuple[tuple[str, str], bool] | None:
-        """Return the names as a ``Touch`` has them, and whether they are the other way round; None for contacts that are left out."""
-        if (first, second) not in self._known:
-            self._known[first, second] = self._named(self._owners[first], self._owners[second])
-        return self._known[first, second]
-
-    def _named(self, one: Owner, two: Owner) -> tuple[tuple[str, str], bool] | None:
-        if one.name == two.name or "grain" in (one.kind, two.kind):
-            return None
-        first, second = _name(one, self._effector), _name(two, self._effector)
-        flip = (one.kind == "thing", first) > (two.kind == "thing", second)
-        return ((second, first) if flip else (first, second)), flip
-
-
-def touches(compiled: Compiled, data: Data, effector: str, pairs: Pairs | None = None) -> tuple[Touch, ...]:
-    """List the contacts of a state, summed over the points of each pair.
-
-    Contacts within an arm or an effector, and those of grains, are left out. In each pair ``a`` is the effector or robot if one takes part,
-    else the first by name. Fingers of any other effector than the named one are "mount/left" and so on.
-
-    Args:
-        pairs: names that are known already.
-    """
-    pairs = pairs or Pairs(compiled, effector)
-    sums: dict[tuple[str, str], list[float]] = {}
-    force, contact = np.zeros(6), data.contact
-    frames, normal = contact.frame, force[:3]
-    for i, (first, second) in enumerate(contact.geom.tolist()):
-        named = pairs.of(first, second)
-        if named is None:
-            continue
-        mujoco.mj_contactForce(compiled.model, data, i, force)
-        pushed = float(force[0])
-        if pushed < WEAKEST:
-            continue
-        # the frame's rows are the contact axes; the force is the one of the first geom on the second
-        pair, flip = named
-        lift = float(frames[i, 2::3] @ normal)
-        total = sums.setdefault(pair, [0.0, 0.0])
-        total[0] += pushed
-        total[1] += -lift if flip else lift
-    return tuple(Touch(a, b, f, u) for (a, b), (f, u) in sorted(sums.items()))
-
-
-def _name(owner: Owner, effector: str) -> str:
-    own = owner.kind != "effector" or owner.name == effector
-    return owner.touch if own else str(EntityName(owner.name, owner.part))
 
 
 def wrench(model: Model, data: Data, index: EffectorIndex) -> Floats:
@@ -236,26 +212,31 @@ class Peaks:
         self.wrenches: list[Floats] = []
         self.forces: list[float] = []
         self.commanded: list[float] = []
-        self._wrench, self._force, self._wanted, self._strongest = np.zeros(6), 0.0, 0.0, 0.0
+        self._peak: Applied | None = None
+        self._strongest = self._force = self._wanted = 0.0
 
     def see(self, time: float, arm: Controller) -> None:
         """Record a control cycle: the tool's wrench (``Rollout.wrench``) and the felt force (``Rollout.force``)."""
-        applied = arm.applied_force()
-        strong = math.sqrt(applied @ applied)  # numpy's norm takes three times as long for three numbers
-        force = arm.force() if arm.sensor.tared else math.hypot(*applied)
-        if strong > self._strongest:
-            self._wrench, self._strongest = arm.applied(), strong
-        self._force = max(self._force, force)
-        mode = arm.force_mode
-        wanted = 0.0 if mode is None else float(np.linalg.norm((mode.selection * mode.wrench)[:3]))
-        self._wanted = max(self._wanted, wanted)
+        applied = arm.applied()
+        x, y, z = applied.force.tolist()
+        strong = math.hypot(x, y, z)
+        force = arm.force() if arm.sensor.tared else strong
+        if self._peak is None or strong > self._strongest:
+            self._peak, self._strongest = applied, strong
+        wanted = _wanted(arm.force_mode)
+        self._force, self._wanted = max(self._force, force), max(self._wanted, wanted)
         if time >= len(self.wrenches) * self.period - 1e-9:
-            self.wrenches.append(self._wrench)
+            self.wrenches.append(self._peak.wrench)
             self.forces.append(self._force)
             self.commanded.append(self._wanted)
-            self._wrench, self._force, self._wanted, self._strongest = arm.applied(), force, wanted, strong
+            self._peak, self._strongest, self._force, self._wanted = applied, strong, force, wanted
 
     def arrays(self) -> dict[str, Floats]:
         """Return the fields of a rollout: wrench (N, 6) [N, Nm], force (N,) [N]."""
         fields = {"wrench": self.wrenches, "force": self.forces, "commanded": self.commanded}
         return {name: np.array(values) for name, values in fields.items()}
+
+
+def _wanted(mode: ForceMode | None) -> float:
+    """The force that an arm is told to apply [N], 0 where it controls position."""
+    return 0.0 if mode is None else float(np.linalg.norm((mode.selection * mode.wrench)[:3]))

@@ -42,7 +42,7 @@ def until_contact(run: Running, step: MoveUntilContact) -> Cycles:
     while arm.motion is not None and reaction <= step.force and waited < step.timeout:
         yield
         waited += arm.period
-        reaction = -float(arm.wrench()[:3] @ way)
+        reaction = -float(arm.force_vector() @ way)
     arrived = arm.motion is None
     yield from brake(arm)
     if reaction > step.force:
@@ -84,7 +84,7 @@ def spiral_search(run: Running, step: SpiralSearch) -> Cycles:
         yield
         waited += arm.period
         way = _along(start, arm.actual_tcp(), axis)
-        across = _across(arm.wrench()[:3], axis)
+        across = _across(arm.force_vector(), axis)
     measured = force(arm)
     yield from _rest(arm)
     if way >= step.advance:
@@ -144,7 +144,7 @@ def compliant_slide(run: Running, step: CompliantSlide) -> Cycles:
             arm.move_linear(target, step.speed, GENTLE)
         yield
         waited += arm.period
-        pressed = -float(arm.wrench()[:3] @ axis)
+        pressed = -float(arm.force_vector() @ axis)
         lost = 0.0 if pressed >= LEAST * step.force else lost + arm.period
     if arm.motion is not None and lost > step.lost and force(arm) <= step.force_limit:
         yield from _rest(arm)

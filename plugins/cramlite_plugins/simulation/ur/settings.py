@@ -42,7 +42,7 @@ class Settings:
 
     def remember(self) -> None:
         """Record a control cycle for the functions that look back."""
-        self.past.append((self.arm.actual_joints(), self.arm.wrench()[:3].copy()))
+        self.past.append((self.arm.actual_joints(), self.arm.force_vector()))
 
     # Payload and tool
 

@@ -67,11 +67,15 @@ def negative(a: Any) -> Any:
 
 def less(a: Any, b: Any) -> bool:
     """Check whether a < b."""
+    if type(a) is float and type(b) is float:
+        return a < b
     return bool(_number(a, "<") < _number(b, "<"))
 
 
 def greater(a: Any, b: Any) -> bool:
     """Check whether a > b."""
+    if type(a) is float and type(b) is float:
+        return a > b
     return bool(_number(a, ">") > _number(b, ">"))
 
 

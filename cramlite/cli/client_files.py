@@ -1,0 +1,88 @@
+"""Files that a client may name: what lies in one folder, and what is shipped; nothing is followed out of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..base.errors import UserError
+from ..base.resources import shipped_scenario
+from ..base.value import Value
+
+LONGEST_NAME = 300
+"""Characters: a path within one folder is shorter."""
+
+
+def quoted(text: str) -> str:
+    """Return a text of a client in quotes for a message: on one line, and cut after 80 characters."""
+    shown = ascii(text[:80])
+    return f"{shown[:-1]}...{shown[-1]}" if len(text) > 80 else shown
+
+
+class ClientFiles(Value):
+    """Files that a client may name.
+
+    Args:
+        folder: whose files may be read; relative names start here.
+        runs: folder of the run directories.
+    """
+
+    folder: Path
+    runs: Path
+
+    def scenario(self, name: str) -> Path:
+        """Find a scenario file in the folder, or a shipped one by its name.
+
+        Raises:
+            UserError: there is none, or it lies elsewhere.
+        """
+        path = inside(self.folder, name)
+        return path if path.is_file() else shipped_scenario(name)
+
+    def episode(self, name: str) -> Path:
+        """Find an episode, a file or a folder, in the folder.
+
+        Raises:
+            UserError: there is none, or it lies elsewhere.
+        """
+        path = inside(self.folder, name)
+        if not path.exists():
+            raise UserError(f"There is no episode at {quoted(name)} in the folder of this server; name one relative to it.")
+        return path
+
+    def run(self, name: str) -> Path:
+        """Find a run directory by its name.
+
+        Raises:
+            UserError: there is none.
+        """
+        path = inside(self.runs, name)
+        if name not in self.run_names:
+            raise UserError(f"There is no run {quoted(name)}; there are: {', '.join(self.run_names) or 'none yet'}.")
+        return path
+
+    @property
+    def run_names(self) -> list[str]:
+        """Names of the runs, in order."""
+        from ..base.run_directory import MANIFEST
+
+        return sorted(p.parent.name for p in self.runs.glob(f"*/{MANIFEST}") if not p.parent.is_symlink())
+
+
+def inside(folder: Path, name: str) -> Path:
+    """Return the path of a name in a folder, with every link followed.
+
+    Raises:
+        UserError: it is outside, or can be no name of a file.
+    """
+    if len(name) > LONGEST_NAME or not name.isprintable() or not name:
+        raise UserError(f"{quoted(name)} cannot be the name of a file; it has at most {LONGEST_NAME} printable characters.")
+    try:
+        path = (folder / name).resolve()
+    except (OSError, RuntimeError) as error:  # a circle of links
+        raise UserError(f"{quoted(name)} cannot be followed: {error}.") from error
+    if not path.is_relative_to(folder.resolve()):
+        raise UserError(
+            f"{quoted(name)} is outside the folder of this server, so it is not read; whoever starts the server chooses the folder "
+            "(cramlite mcp --folder)."
+        )
+    return path

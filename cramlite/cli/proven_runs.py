@@ -1,0 +1,203 @@
+"""Runs that one server proved, and the only way from there to motion.
+
+What may move is kept in memory: a program that this process proved, and the setting that it proved it in. What lies in the run
+directory is for readers; before anything moves it is compared with what was proven, as is the world of the scenario.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from msgspec import json
+
+from ..base.errors import NoSolution, UserError
+from ..base.run_directory import RunDirectory, content_key
+from ..base.seeds import derive_seed
+from ..base.value import Value
+from ..engine.solution import Solution
+from ..planning.diagnosis import failure_text
+from ..planning.trace import Trace
+from ..scenario.scenario import read_scenario
+from .client_files import ClientFiles, quoted
+from .resolve import run_key, write_execution, write_solution, write_trace
+
+if TYPE_CHECKING:
+    from ..engine.engine import Engine
+    from ..engine.executor import Executor
+    from ..engine.reading import Reading
+    from ..engine.setting import Setting
+
+KEPT = 16
+"""Proven runs that are kept, the last ones: each holds what was recorded of one run, some megabytes."""
+Say = Callable[[str], None]
+Stop = Callable[[], bool]
+
+
+class ProvenRun(Value):
+    """Run whose program was proven here.
+
+    Args:
+        directory: its files.
+        path, seed: of its scenario.
+        key: of the run: files, seed, plugins.
+        written: hash of text, plan and world as they were written.
+        solution: what was proven, and where.
+    """
+
+    directory: RunDirectory
+    path: Path
+    seed: int
+    key: dict[str, Any]
+    written: str
+    solution: Solution
+    engine: Engine
+
+    @property
+    def name(self) -> str:
+        """Name of the run."""
+        return self.directory.path.name
+
+
+class ProvenRuns:
+    """Register of what was proven by this process.
+
+    Args:
+        engine: for scenarios that ask for none of their own.
+        files: where scenarios and runs are.
+    """
+
+    def __init__(self, engine: Engine, files: ClientFiles) -> None:
+        self._engine, self._files = engine, files
+        self._proven: dict[str, ProvenRun] = {}
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the runs whose programs may be run."""
+        return list(self._proven)
+
+    def prove(self, scenario: str, seed: int, say: Say, stop: Stop) -> ProvenRun:
+        """Resolve a scenario into a run directory, with its report; nothing of it is executed.
+
+        Raises:
+            NoSolution: every candidate was refused, or it was stopped.
+            UserError: the scenario cannot be used.
+        """
+        path = self._files.scenario(scenario)
+        read = read_scenario(path)
+        engine = self._engine.suited(read)
+        reading = engine.read(read)
+        setting = engine.setting(reading, seed=seed)
+        key = run_key(read, setting, None, engine)
+        directory = RunDirectory(self._files.runs / _name(read.name, seed, key), key)
+        self._proven.pop(directory.path.name, None)
+        solution = _first(engine, reading, setting, directory, say, stop)
+        written = _write(directory, solution, engine, seed, say)
+        proven = ProvenRun(directory, path, seed, key, written, solution, engine)
+        self._proven[proven.name] = proven
+        for old in list(self._proven)[:-KEPT]:
+            del self._proven[old]
+        return proven
+
+    def recall(self, name: str) -> ProvenRun:
+        """Return what was proven under a name.
+
+        Raises:
+            UserError: nothing was, by this process.
+        """
+        if name not in self._proven:
+            raise UserError(
+                f"No program was proven as {quoted(name)} since this server started, so nothing moves; proven were: "
+                f"{', '.join(self._proven) or 'none'}. 'resolve' proves a scenario's program and gives the name of its run; with "
+                "the same seed it is the same program."
+            )
+        return self._proven[name]
+
+    def execute(self, name: str, executor: Executor, say: Say) -> Solution:
+        """Execute a proven program once, in the world that its scenario declares, and write what happened into its run.
+
+        Args:
+            executor: the process that runs the text; killing it ends the execution.
+
+        Raises:
+            UserError: nothing was proven under the name; or the text, or the world, is no longer what was proven.
+        """
+        proven = self.recall(name)
+        say("comparing text and world with what was proven")
+        _require_unaltered(proven)
+        say("running the program's text")
+        solution = proven.engine.execute(proven.solution, executor)
+        assert solution.execution is not None
+        write_execution(proven.directory, solution.execution, proven.engine)
+        return solution
+
+
+def _name(scenario: str, seed: int, key: dict[str, Any]) -> str:
+    """Other files, plugins or doubts make another run."""
+    return f"{scenario[:60]}-{str(seed)[:20]}-{derive_seed(0, (), json.encode(key).hex()):08x}"
+
+
+def _first(engine: Engine, reading: Reading, setting: Setting, run: RunDirectory, say: Say, stop: Stop) -> Solution:
+    """The first proven program; every decision is written, whatever comes of it."""
+    trace = Trace()
+    try:
+        with closing(engine.resolve(reading, setting=setting, trace=trace, progress=say, stop=stop)) as found:  # type: ignore[type-var]
+            solution: Solution | None = next(found, None)
+    finally:
+        write_trace(run, trace, engine)
+    if stop():
+        raise NoSolution("cancelled")
+    if solution is None:
+        raise NoSolution(failure_text(trace, engine.registry.faults) + f"\n  Every decision: explain(run='{run.path.name}')")
+    return solution
+
+
+def _write(run: RunDirectory, solution: Solution, engine: Engine, seed: int, say: Say) -> str:
+    """The files of a run; gives the hash of those that motion depends on."""
+    from ..report import write_report
+
+    write_solution(run, solution, engine, seed)
+    written = _hash(run, solution)
+    say("writing the report")
+    write_report(run, solution, engine)
+    run.finish()
+    return written
+
+
+def _hash(run: RunDirectory, solution: Solution) -> str:
+    code = solution.candidate.code
+    assert code is not None
+    return content_key(*(run.path / n for n in (f"program{code.suffix}", "program.json", "plan.json", "world.json")))
+
+
+def _require_unaltered(proven: ProvenRun) -> None:
+    """Refuse motion where the files of the run are not those of the proof, or the scenario's world is another one by now."""
+    solution = proven.solution
+    if not solution.verdict.passed:
+        raise UserError(f"The program of '{proven.name}' was refused, so it is not run: {solution.verdict.reason}.")
+    try:
+        same = _hash(proven.directory, solution) == proven.written
+    except OSError:
+        same = False
+    if not same:
+        raise UserError(
+            f"The files of '{proven.name}' are not those that were written after the proof: somebody altered program, plan or "
+            "world. Nothing was run; 'resolve' proves the scenario anew."
+        )
+    scenario = read_scenario(proven.path)
+    engine = proven.engine.suited(scenario)
+    now = engine.setting(scenario, seed=proven.seed)
+    if run_key(scenario, now, None, engine) != proven.key or _place(now) != _place(solution.setting):
+        raise UserError(
+            f"The world of '{proven.path}' is not the one that the program of '{proven.name}' was proven in: the scenario, or a file "
+            "that it names, was altered since. Nothing was run; 'resolve' proves a program for the world as it is now."
+        )
+
+
+def _place(setting: Setting) -> bytes:
+    """World, believed and real, robot and relations as bytes."""
+    return json.encode((setting.world, setting.real, setting.robot.type, setting.relations))
+
+

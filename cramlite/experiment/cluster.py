@@ -1,0 +1,166 @@
+"""Trials on a Dask cluster: handed out as places become free, received once each, whatever dies meanwhile.
+
+Only this process writes into the directory of the run. A trial counts when its files have arrived; until then it is handed out again:
+by Dask where a worker is lost, by this process where the scheduler is, by the next command where this process is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from .results import DemonstrationResult
+
+if TYPE_CHECKING:
+    from .bench import Trial
+    from .cluster_tasks import Arrived
+    from .progress import Progress
+    from .store import Store
+
+LOCAL, OWN = "local", "dask"
+CONNECT = 10
+"""A scheduler answers within this time [s], or it is not there."""
+RESTART = 60
+"""So long a scheduler that was lost may take until it is there again [s]."""
+LOSSES = 5
+"""A scheduler that is lost this often without a single trial in between is given up."""
+ASK_AGAIN = 2.0
+"""Workers come and go: so often they are counted [s]."""
+
+
+def check_executor(executor: str) -> str:
+    """Check where trials are to run, and return it.
+
+    Raises:
+        UserError: it is neither this machine nor a cluster, or Dask is not installed.
+    """
+    if executor == LOCAL:
+        return executor
+    if executor != OWN and not re.fullmatch(r"dask://([\w.-]+|\[[0-9a-fA-F:]+\]):\d{1,5}", executor):
+        raise UserError(
+            f"--executor is '{executor}'; it is 'local' (processes of this machine), 'dask' (a Dask cluster of its own on this machine), "
+            "or 'dask://HOST:PORT', the address of a cluster's scheduler."
+        )
+    if find_spec("distributed") is None:
+        raise UserError("--executor dask needs the package distributed, which is not installed: pip install 'cramlite[distributed]'.")
+    return executor
+
+
+def run_on_cluster(
+    executor: str, workers: int, trials: Sequence[Trial], short: bool, key: dict[str, Any], store: Store, progress: Progress
+) -> dict[str, DemonstrationResult]:
+    """Run trials on a cluster until all have arrived.
+
+    Args:
+        executor: as ``check_executor`` has it.
+        workers: processes of a cluster of its own.
+        short, key: of the run.
+        store: where what arrives is written.
+
+    Returns:
+        Each result by the name of its demonstration.
+
+    Raises:
+        UserError: there is no scheduler at the address, or a worker would give other results.
+    """
+    found: dict[str, DemonstrationResult] = {}
+    losses, patience = 0, CONNECT
+    while left := [t for t in trials if t.demonstration.name not in found]:
+        before = len(found)
+        try:
+            with connected(executor, workers, patience) as client:
+                if client.dashboard_link and find_spec("bokeh"):
+                    progress.say(f"live progress: {client.dashboard_link}")
+                for result in _handed_out(client, left, short, key, store):
+                    found[result.name] = result
+                    progress.one(result)
+        except (CancelledError, OSError) as error:
+            losses = losses + 1 if len(found) == before else 1
+            if losses >= LOSSES:
+                raise UserError(f"The scheduler of '{executor}' was lost {losses} times in a row; what has arrived is kept.") from error
+            progress.say(f"the scheduler was lost; {len(trials) - len(found)} trials are handed out again when it is back")
+            patience = RESTART
+    return found
+
+
+@contextmanager
+def connected(executor: str, workers: int, patience: float = CONNECT) -> Iterator[Any]:
+    """Connect to a cluster's scheduler, or start a cluster, and give Dask's client.
+
+    Args:
+        executor: "dask" starts a cluster of ``workers`` processes here, which ends with this block.
+        patience: within which the scheduler must answer [s].
+
+    Raises:
+        UserError: it does not.
+    """
+    import logging
+    import warnings
+
+    from distributed import Client, LocalCluster
+
+    if executor == OWN:
+        options = {"n_workers": workers, "threads_per_worker": 1, "host": "127.0.0.1", "silence_logs": logging.ERROR}
+        with warnings.catch_warnings():  # the live page has another port where its usual one is taken; which one is said
+            warnings.filterwarnings("ignore", message=r"(?s)\s*Port \d+ is already in use")
+            cluster = LocalCluster(**options)
+        with cluster, Client(cluster) as client:
+            yield client
+        return
+    address = executor.replace("dask://", "tcp://", 1)
+    try:
+        client = Client(address, timeout=patience)
+    except Exception as error:  # of the network, or of something else that answers there
+        said = next(iter(str(error).splitlines()), "")[:200]
+        raise UserError(
+            f"There is no Dask scheduler at '{executor}' ({type(error).__name__}: {said}). Start one with 'dask scheduler', or correct the "
+            "address; what was finished before is kept."
+        ) from error
+    with client:
+        yield client
+
+
+def _handed_out(client: Any, left: Sequence[Trial], short: bool, key: dict[str, Any], store: Store) -> Iterator[DemonstrationResult]:
+    """A trial for each place, and none that waits there: Dask blames a death on all that a worker was given.
+
+    Where there are fewer trials than places, these give their twins away.
+    """
+    from .cluster_tasks import trial_task
+
+    pool, todo = client.get_executor(pure=False), deque(left)
+    waiting: dict[Future[Arrived], Trial] = {}
+    try:
+        while todo or waiting:
+            places = max(1, sum(client.nthreads().values()))
+            while todo and len(waiting) < places:
+                one = replace(todo[0], twins="tasks" if len(todo) + len(waiting) < places else "itself")
+                waiting[pool.submit(trial_task, one, short, key)] = todo.popleft()
+            for future in wait(waiting, ASK_AGAIN, FIRST_COMPLETED).done:
+                yield _received(future, waiting.pop(future), store)
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def _received(future: Future[Arrived], trial: Trial, store: Store) -> DemonstrationResult:
+    """The result of a trial, once its files are written; one whose workers died again and again counts as failed."""
+    from distributed.scheduler import KilledWorker
+
+    try:
+        arrived = future.result()
+    except KilledWorker as error:
+        one = trial.demonstration
+        reason = f"worker: the process died {error.allowed_failures + 1} times (out of memory, or killed)"
+        lost = DemonstrationResult(one.name, one.object, one.seed, 0, 0, 0, (), reason)
+        store.save(one.name, "result", lost)
+        return lost
+    store.receive(arrived.result.name, arrived.files)
+    return arrived.result

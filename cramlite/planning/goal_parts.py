@@ -1,0 +1,142 @@
+"""Answers for each part of a goal: it holds, which tasks achieve it, or why not, the nearest miss first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import accumulate
+from typing import TYPE_CHECKING, Literal
+
+from ..base.value import Value
+from .diagnosis import nearest_miss
+from .operators import Operator
+from .trace import Entry, Trace
+
+if TYPE_CHECKING:
+    from ..interpretation.fluents import Fact
+    from .goal_planner import GoalFacts, TaskPlan
+    from .planning_problem import PlanningProblem
+
+PART = "goal part"
+"""Designator of the entries of the trace that are about a part of a goal."""
+
+Answer = Literal["holds", "achieved", "reached", "missed", "untried"]
+RANKS: Sequence[Answer] = ("holds", "achieved", "reached", "missed", "untried")
+WORDS: Mapping[Answer, str] = {
+    "holds": "holds at the start", "achieved": "is achieved", "reached": "was within reach", "missed": "is not achieved",
+    "untried": "was not tried",
+}  # fmt: skip
+
+
+class GoalAnswer(Value):
+    """Answer for one part of a goal.
+
+    Args:
+        says: the part in words.
+        answer: "holds" at the start, "achieved" by tasks of the proven program; and where nothing was proven: "reached" (its
+            tasks were made a program, what failed came later), "missed" (one of its tasks failed) or "untried".
+        tasks: the first and the last task that bring it about, from 1; None where there are none.
+        reason: in words, why not, or what else there is to say.
+    """
+
+    says: str
+    answer: Answer
+    tasks: tuple[int, int] | None = None
+    reason: str = ""
+
+    def __str__(self) -> str:
+        first, last = self.tasks or (0, 0)
+        by = f" by task {last}" if first == last else f" by tasks {first} to {last}"
+        text = WORDS[self.answer] + (by if self.tasks else "")
+        return f"'{self.says}' {text}{f': {self.reason}' if self.reason else ''}"
+
+
+def trace_parts(problem: PlanningProblem, plan: TaskPlan, trace: Trace) -> None:
+    """Add to a trace which tasks of a plan bring about which part of its goal."""
+    for says, wanted in problem.parts():
+        first, last = serving(wanted, problem.facts, plan.steps)
+        said = f"holds after task {last}, tasks {first} to {last} are for it" if last else "holds at the start"
+        trace.add(0, PART, says, "asked", "engine", said, kind="goal", numbers={"first": first, "last": last})
+
+
+def serving(goal: GoalFacts, facts: frozenset[Fact], steps: Sequence[Operator]) -> tuple[int, int]:
+    """Return the first step that a goal needs, and the one after which it holds for good, from 1; zeros where it holds before."""
+    states = list(accumulate(steps, lambda state, step: step.apply(state), initial=facts))
+    last = next((k for k in range(len(steps), 0, -1) if not goal.met(states[k - 1])), 0)
+    first = last
+    later: list[GoalFacts | Operator] = [goal]
+    for k in range(last, 0, -1):
+        made, gone = states[k] - states[k - 1] - facts, (states[k - 1] - states[k]) & facts  # not what only is as it was again
+        if k == last or any(made & one.needs or any(one.barred_by(f, states[k - 1]) for f in gone) for one in later):
+            first, later = k, [*later, steps[k - 1]]
+    return first, last
+
+
+def goal_answers(trace: Trace, proven: int = 0) -> tuple[GoalAnswer, ...]:
+    """Return the answer for each part of a goal, in its order; of a goal of which nothing was proven the nearest miss first.
+
+    Args:
+        trace: of the search; empty answers where it was not for a goal.
+        proven: number of the candidate task sequence that was proven; 0 for none.
+    """
+    about = [e for e in trace.entries if e.kind == "goal"]
+    parts = [e for e in about if e.designator == PART] or [e for e in about if e.outcome == "refused"]
+    if proven:
+        return tuple(_proven(e) for e in parts if e.candidate == proven and e.outcome == "asked")
+    found = list(_unproven(parts, trace.entries))
+    best = {e.text: min((a for a in found if a.says == e.text), key=_rank) for e in parts}
+    return tuple(sorted(best.values(), key=_nearest))
+
+
+def _rank(answer: GoalAnswer) -> int:
+    return RANKS.index(answer.answer)
+
+
+def _nearest(answer: GoalAnswer) -> tuple[bool, int]:
+    """Misses come first, those of the last tasks before others."""
+    return answer.answer != "missed", -answer.tasks[1] if answer.tasks and answer.answer == "missed" else 0
+
+
+def _tasks(entry: Entry) -> tuple[int, int] | None:
+    return (int(entry.numbers["first"]), int(entry.numbers["last"])) if entry.numbers.get("last") else None
+
+
+def _proven(entry: Entry) -> GoalAnswer:
+    tasks = _tasks(entry)
+    return GoalAnswer(entry.text, "achieved" if tasks else "holds", tasks)
+
+
+def _unproven(parts: Iterable[Entry], entries: Sequence[Entry]) -> Iterator[GoalAnswer]:
+    """What each candidate that was tried says of each part."""
+    known = {e.number: e for e in entries}
+    of = {c: [e for e in entries if e.candidate == c and e.kind != "goal"] for c in {e.candidate for e in parts}}
+    misses = {c: nearest_miss(there) for c, there in of.items()}
+    for part in parts:
+        miss, tasks = misses[part.candidate], _tasks(part)
+        if part.outcome == "refused":
+            yield GoalAnswer(part.text, "missed", None, part.reason)
+        elif tasks is None:
+            yield GoalAnswer(part.text, "holds")
+        elif miss is None:
+            yield GoalAnswer(part.text, "untried", tasks)
+        else:
+            yield _by(part.text, tasks, miss, known)
+
+
+def _by(says: str, tasks: tuple[int, int], miss: Entry, known: dict[int, Entry]) -> GoalAnswer:
+    """The answer by the nearest miss of a candidate."""
+    said = f"{miss.designator}: {miss.reason}"
+    if miss.kind == "proof":
+        own = [c for c in miss.reason.split("; ") if f"'{says}' is not reached" in c]
+        elsewhere = not own and "is not reached" in miss.reason
+        return GoalAnswer(says, "reached" if elsewhere else "missed", tasks, "; ".join(own) or ("" if elsewhere else said))
+    at = _task(miss, known)
+    if at > tasks[1]:
+        return GoalAnswer(says, "reached", tasks, f"what failed came later, in task {at}")
+    return GoalAnswer(says, "untried" if at < tasks[0] else "missed", tasks, said)
+
+
+def _task(entry: Entry | None, known: dict[int, Entry]) -> int:
+    """The task of the plan that an entry belongs to, from 1; 0 for none."""
+    while entry is not None and "task" not in entry.numbers:
+        entry = known.get(entry.parent)
+    return int(entry.numbers["task"]) if entry is not None else 0

@@ -1,0 +1,163 @@
+"""Demonstrations by a simulated person: scripts that plugins declare, and the hands that a script moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from ..base.value import Value
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from ..model.geometry import Pose
+    from ..model.rollout import Rollout
+    from ..model.world import World
+
+
+class Hand(Protocol):
+    """Second hand of a performer: what it is told to do is queued, and done while the first one acts."""
+
+    @property
+    def aim(self) -> Pose:
+        """Target of its tool frame in the world."""
+        ...
+
+    def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
+        """Queue a movement along poses of the tool frame in the world, with a mean speed [m/s]."""
+        ...
+
+    def grip(self, opening: float, seconds: float) -> None:
+        """Queue a movement of the fingers to an opening [m] within a time [s]."""
+        ...
+
+    def wait(self, seconds: float) -> None:
+        """Queue a time of keeping still [s]."""
+        ...
+
+
+class Performer(Protocol):
+    """Simulated person while a script runs: hands of finite strength that hold by contact and friction alone.
+
+    A tool frame has z along the approach and y along the closing direction; its origin is between the finger pads.
+    """
+
+    pace: float
+    """Factor on every speed."""
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """Generator that all variety comes from."""
+        ...
+
+    @property
+    def other(self) -> Hand | None:
+        """The other hand; None where the person has one."""
+        ...
+
+    @property
+    def aim(self) -> Pose:
+        """Target of the tool frame of the hand that acts, in the world."""
+        ...
+
+    @property
+    def opening(self) -> float:
+        """Target opening of that hand's fingers [m]."""
+        ...
+
+    def between(self, low: float, high: float) -> float:
+        """Draw a number between two limits, uniformly."""
+        ...
+
+    def pose(self, thing: str) -> Pose:
+        """Return the pose of a thing in the world, as the person sees it now."""
+        ...
+
+    def tool(self) -> Pose:
+        """Return the tool frame of the hand that acts, in the world."""
+        ...
+
+    def touches(self, thing: str) -> bool:
+        """Check whether anything of the hand that acts is in contact with a thing."""
+        ...
+
+    def holds(self, thing: str) -> bool:
+        """Check whether both fingers of the hand that acts are in contact with a thing."""
+        ...
+
+    def fits(self, tool: Pose, opening: float) -> bool:
+        """Check that the hand, with its fingers at an opening [m], would touch nothing at a pose of its tool frame."""
+        ...
+
+    def move(self, path: Sequence[Pose], speed: float, *, curved: bool = False) -> None:
+        """Move the hand from its target along poses with a mean speed [m/s]; curved, those between are control points of a Bézier curve."""
+        ...
+
+    def follow(self, path: Sequence[Pose], seconds: float) -> None:
+        """Move the hand from its target through poses, evenly, place and turn together, within a time [s]."""
+        ...
+
+    def grip(self, opening: float, seconds: float) -> None:
+        """Move the fingers to an opening [m] within a time [s]."""
+        ...
+
+    def wait(self, seconds: float) -> None:
+        """Keep still for a time [s], but for drift and tremor."""
+        ...
+
+    def wait_for_other(self) -> None:
+        """Keep still until the other hand has done what it was told."""
+        ...
+
+    def change_hands(self) -> None:
+        """Make the other hand the one that acts."""
+        ...
+
+    def shake(self, share: float) -> None:
+        """Scale the tremor of both hands."""
+        ...
+
+
+class Performance(Value):
+    """What a script does in one world with one generator.
+
+    Args:
+        act: moves the hands.
+        rests: orientations of the tool frames at rest, one for each hand (a hand turns up to 170 degrees away from it); none for one
+            hand that points forward and down.
+        start: draws tool frames to begin with, asked again while a hand would touch something; None begins in front of the things.
+        missed: what did not come about that the script is for, as a clause; "" where all did.
+        recorded: what the recorder makes of the rollout.
+    """
+
+    act: Callable[[Performer], None]
+    rests: tuple[Pose, ...] = ()
+    start: Callable[[], tuple[Pose, ...]] | None = None
+    missed: Callable[[Performer], str] | None = None
+    recorded: Callable[[Rollout], Rollout] | None = None
+
+
+class RecordScript(Value):
+    """Script of a simulated person, which ``cramlite record`` performs.
+
+    Args:
+        name: what a scenario's ``record:`` section calls it; or the class of a task, such as "soma:Pouring", which it shows.
+        prepare: called with the world, what fills the task's roles and parameters (both by name), and the generator of all variety.
+
+            Raises UserError where the world lacks what the script needs.
+    """
+
+    name: str
+    prepare: Callable[[World, Mapping[str, Any], np.random.Generator], Performance]
+
+
+class Shown(Value):
+    """One thing to show in a demonstration.
+
+    Args:
+        script: of the person.
+        fillers: of its task's roles and parameters, by name.
+    """
+
+    script: RecordScript
+    fillers: Mapping[str, Any] = {}

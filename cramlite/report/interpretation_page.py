@@ -1,0 +1,34 @@
+"""The page about an interpretation: the picture of how a demonstration was read, in one file that needs no network."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError
+from ..base.html_template import html_template
+from .reading_picture import reading_picture
+
+if TYPE_CHECKING:
+    from ..interpretation.interpretation import Interpretation
+    from ..model.episode import Episode
+
+
+def write_interpretation_page(file: Path, episode: Episode, found: Interpretation) -> None:
+    """Write the page.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    from markupsafe import Markup
+
+    own = files(__package__)
+    page = html_template((own / "interpretation.html.j2").read_text("utf-8")).render(
+        episode=episode, zero=found.zero, picture=Markup(reading_picture(episode, found)),
+        style=Markup((own / "page.css").read_text("utf-8")),
+    )  # fmt: skip
+    try:
+        file.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{file}: the page cannot be written: {error.strerror or error}. Choose another file.") from None

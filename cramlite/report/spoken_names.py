@@ -1,0 +1,63 @@
+"""Names of a recording as people would say them: "big bowl" for ``SM_BigBowl``, "contents of the cup" for ``contents(cup)``."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping
+
+from ..base.value import Value
+from ..model.entity_name import EntityName
+
+_LABELS = re.compile(r"^(SM|SK|SKM|BP|AD)_|_C(?=_\d+$)|_?Component$")
+"""What Unreal's editor adds to a name."""
+_DERIVED = re.compile(r"(contents|support)\((.*)\)(?:_(\d+))?")
+
+
+class SpokenNames(Value):
+    """Dictionary from names of a recording to what people would say; two things are never called the same.
+
+    Args:
+        spoken: each name, and what is said.
+    """
+
+    spoken: Mapping[str, str]
+
+    def __call__(self, name: str) -> str:
+        """Return what is said for a name; one that is not in the recording is said as it is written."""
+        return self.spoken.get(name, name)
+
+    def text(self, sentence: str, about: Iterable[str]) -> str:
+        """Return a sentence in which some names of the recording are replaced by what is said, with the article."""
+        names = sorted(about, key=len, reverse=True)
+        if not names:
+            return sentence
+        found = "|".join(map(re.escape, names))
+        return re.sub(rf"(\b(?:the|empty) )?(?<![\w/])({found})(?![\w/(])", lambda m: f"{m[1] or 'the '}{self(m[2])}", sentence)
+
+
+def spoken_names(names: Iterable[str]) -> SpokenNames:
+    """Return what is said for each of some names; where two would be called the same, they are told apart by their own names."""
+    said = {name: _said(name) for name in dict.fromkeys(names)}
+    often = Counter(said.values())
+    return SpokenNames({n: s if often[s] == 1 else f"{s} ({n})" for n, s in said.items()})
+
+
+def _said(name: str) -> str:
+    derived = _DERIVED.fullmatch(name)
+    if derived is not None:
+        of, number = _said(derived[2]), derived[3]
+        said = f"contents of the {of}" if derived[1] == "contents" else f"{'new ' if number else ''}place of the {of}"
+        return f"{said} {number}" if number and number != "2" else said
+    parsed = EntityName.parse(name)
+    if parsed.part and "://" not in name:
+        return f"{_words(parsed.part)} of the {_words(parsed.thing)}"
+    return _words(name)
+
+
+def _words(name: str) -> str:
+    """A name's words: without labels of editors, camel case and underscores taken apart, in small letters unless an abbreviation."""
+    local = re.split(r"[#/:]", name.strip("<>"))[-1]
+    words = re.findall(r"[A-Z]+(?![a-z])\d*|[A-Z]?[^\WA-Z_\d]+|\d+", _LABELS.sub("", local))
+    said = " ".join(w if len(w) > 1 and w.isupper() else w.lower() for w in words)
+    return said or name

@@ -1,0 +1,130 @@
+"""Goals as data: what machines write instead of words, ``{"goal": "on", "things": ["tin", "tray"]}`` for "tin on tray"."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter, ValidationError
+
+from ..base.errors import UserError
+from .task_specs import WhereSpec
+
+
+class EachSpec(BaseModel):
+    """All things of a class in the place of one thing."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    each: str
+
+    def __str__(self) -> str:
+        return f"each {self.each}"
+
+
+class AnySpec(BaseModel):
+    """One thing of a class."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    any: str
+
+    def __str__(self) -> str:
+        return f"any {self.any}"
+
+
+class CountSpec(BaseModel):
+    """So many things of a class."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    count: Annotated[int, Field(ge=1)]
+    of: str
+
+    def __str__(self) -> str:
+        return f"{self.count} of {self.of}"
+
+
+class PhraseSpec(BaseModel):
+    """Goal about things.
+
+    Args:
+        goal: the words of its form that are not things, e.g. "on", "open", "open by", "poured into".
+        things: in the order of the form; in the place of the first a class with ``each``, ``any``, or ``count`` and ``of``.
+        amount: with its unit, e.g. "120 mm".
+        near, left_of, right_of, in_front_of, behind: a thing beside which the spot is.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    goal: str
+    things: Annotated[tuple[str | EachSpec | AnySpec | CountSpec, ...], Field(min_length=1, max_length=2)]
+    amount: str = ""
+    near: str = ""
+    left_of: str = ""
+    right_of: str = ""
+    in_front_of: str = ""
+    behind: str = ""
+
+    def __str__(self) -> str:
+        first, *others = map(str, self.things)
+        sides = ((name.replace("_", " "), getattr(self, name)) for name in WhereSpec.sides())
+        words = [first, self.goal, *others, self.amount, *(f"{side} {thing}" for side, thing in sides if thing)]
+        return " ".join(filter(None, words))
+
+
+class NotSpec(BaseModel):
+    """Denial of a goal."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    denied: Annotated[PhraseSpec, Field(alias="not")]
+
+    def __str__(self) -> str:
+        return f"not {self.denied}"
+
+
+class OrSpec(BaseModel):
+    """Alternatives, any of which will do."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+    options: Annotated[tuple[PhraseSpec | NotSpec, ...], Field(alias="or", min_length=2)]
+
+    def __str__(self) -> str:
+        return " or ".join(map(str, self.options))
+
+
+_SPECS: Mapping[str, type[BaseModel]] = {"goal": PhraseSpec, "not": NotSpec, "or": OrSpec}
+
+
+def goal_text(data: Any) -> Any:
+    """Return a goal in words; what is no mapping stays as it is.
+
+    Raises:
+        ValueError: a mapping that is no goal; it says where and what would be right.
+    """
+    if not isinstance(data, Mapping):
+        return data
+    spec = next((s for key, s in _SPECS.items() if key in data), None)
+    if spec is None:
+        raise ValueError('a goal as data is {"goal": "on", "things": ["tin", "tray"]}, {"not": GOAL} or {"or": [GOAL, GOAL]}')
+    try:
+        return str(spec.model_validate(data))
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(p) for p in first["loc"])
+        raise ValueError(f"in the goal '{place}': {first['msg'].removeprefix('Value error, ').lower()}") from error
+
+
+GoalText = Annotated[str, BeforeValidator(goal_text, json_schema_input_type=str | PhraseSpec | NotSpec | OrSpec)]
+"""A goal in words, or as data."""
+
+
+def goal_texts(data: Any) -> tuple[str, ...]:
+    """Return goals in words, each of which is given in words or as data.
+
+    Raises:
+        UserError: it is no list of goals.
+    """
+    try:
+        return TypeAdapter(Annotated[tuple[GoalText, ...], Field(min_length=1)]).validate_python(data)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = f"goal {first['loc'][0] + 1}: " if first["loc"] and isinstance(first["loc"][0], int) else ""
+        said = first["msg"].removeprefix("Value error, ")
+        raise UserError(f"{where}{said}; a goal is a list such as ['tin on tray', {{'goal': 'open', 'things': ['drawer']}}].") from error

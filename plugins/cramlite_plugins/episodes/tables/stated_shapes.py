@@ -1,0 +1,66 @@
+"""Shapes that a mapping file states: boxes, hollow boxes, cylinders and mesh files, in our axes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Floats, Geom, Pose, Vector3
+
+from ...shapes.files import read
+from .convention import Convention
+from .mapping import ShapeSpec
+
+WALL = 0.002
+"""Thickness of the walls and the floor of what is hollow [m]; a tenth of its smallest side, where that is less."""
+CONVEX = 0.9
+"""A mesh that fills less of its convex hull than this is hollow."""
+
+
+def geoms_of(spec: ShapeSpec, convention: Convention, folder: Path) -> tuple[Geom, ...]:
+    """Return the primitives of a shape, in the frame of its thing.
+
+    A mesh is its convex hull; one that is far from convex is taken as hollow, a box without a lid.
+
+    Raises:
+        UserError: a mesh file cannot be used.
+    """
+    at = convention.positions(np.array([spec.at]))[0]
+    if spec.box is not None:
+        return (Geom("box", _vector(convention.extents(spec.box) / 2), Pose(_vector(at))),)
+    if spec.hollow is not None:
+        return _without_lid(convention.extents(spec.hollow), at)
+    if spec.cylinder is not None:
+        radius, height = (convention.unit * v for v in spec.cylinder)
+        return (Geom("cylinder", (radius, height / 2), Pose(_vector(at))),)
+    mesh = read(folder / str(spec.mesh), convention.unit)
+    points = convention.axes @ np.asarray(mesh.vertices).T
+    return _of_mesh(mesh, points.T + at)
+
+
+def _of_mesh(mesh: Any, points: Floats) -> tuple[Geom, ...]:
+    from scipy.spatial import ConvexHull
+
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle = (low + high) / 2
+    if mesh.is_watertight and abs(mesh.volume) < CONVEX * mesh.convex_hull.volume:
+        return _without_lid(high - low, middle)
+    corners = tuple(_vector(c - middle) for c in points[ConvexHull(points).vertices])
+    return (Geom("convex", _vector((high - low) / 2), Pose(_vector(middle)), corners=corners),)
+
+
+def _without_lid(size: Floats, at: Floats) -> tuple[Geom, ...]:
+    """A floor and four walls, open above."""
+    wall = min(WALL, float(size.min()) / 10)
+    floor = Geom("box", (size[0] / 2, size[1] / 2, wall / 2), Pose(_vector(at - [0, 0, (size[2] - wall) / 2])))
+    across = (size[0] / 2, wall / 2, size[2] / 2), (wall / 2, size[1] / 2, size[2] / 2)
+    ways = np.array([0, (size[1] - wall) / 2, 0]), np.array([(size[0] - wall) / 2, 0, 0])
+    walls = [Geom("box", half, Pose(_vector(at + sign * way))) for half, way in zip(across, ways, strict=True) for sign in (-1, 1)]
+    return (floor, *walls)
+
+
+def _vector(values: Floats) -> Vector3:
+    x, y, z = (float(v) for v in values)
+    return x, y, z

@@ -1,0 +1,137 @@
+"""Attitudes: upright, upside down, and what a thing's front faces; as predicates, and as goals of putting things down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from cramlite.model import Feature, Floats, Pose
+from cramlite.plugin import Fluent, GoalCondition, GoalPhrase, Manner, Phase, Predicate, Row, SymbolicWorld, UserError
+
+from ..shapes.front import front
+from .fluents import let_go
+from .phase_poses import pose_of, things
+
+UPRIGHT = math.radians(10.0)
+"""From the vertical: what stands is within 1 deg of it, and a can that leans on another is not."""
+FACES = math.radians(15.0)
+"""From the way to what is faced, seen from above: a hand that lets go turns things by some degrees."""
+OVER = 0.005
+"""Between two origins, seen from above, up to which one is over the other and faces it with no side [m]."""
+
+
+def all_predicates() -> tuple[Predicate, ...]:
+    """Return the predicates of this module."""
+    return (
+        Predicate(
+            "stands_upright", 1, stands_upright, cost=4, doc="A thing's z axis is within 10 deg of straight up.", fluent=_UPRIGHT
+        ),
+        Predicate(
+            "stands_upside_down", 1, stands_upside_down, cost=4, doc="A thing's z axis is within 10 deg of straight down.",
+            fluent=_UPSIDE_DOWN,
+        ),
+        Predicate(
+            "faces", 2, faces, cost=5, doc="Seen from above, a thing's front looks at another within 15 deg.",
+            fluent=_FACES,
+        ),
+    )
+
+
+def stands_upright(phase: Phase, name: str | None) -> Iterator[Row]:
+    """Evaluate stands_upright(Thing), at the end of the phase."""
+    return _attitude(phase, name, 1.0)
+
+
+def stands_upside_down(phase: Phase, name: str | None) -> Iterator[Row]:
+    """Evaluate stands_upside_down(Thing), at the end of the phase."""
+    return _attitude(phase, name, -1.0)
+
+
+def _attitude(phase: Phase, name: str | None, way: float) -> Iterator[Row]:
+    for one in [name] if name is not None else things(phase):
+        pose = pose_of(phase, one, phase.end)
+        if pose is not None and upward(pose, way):
+            yield (one,)
+
+
+def faces(phase: Phase, name: str | None, other: str | None) -> Iterator[Row]:
+    """Evaluate faces(Thing, Other), at the end of the phase."""
+    for one in [name] if name is not None else things(phase):
+        here = pose_of(phase, one, phase.end)
+        for another in [other] if other is not None else things(phase):
+            there = pose_of(phase, another, phase.end)
+            if here is not None and there is not None and one != another and looks_at(_front(phase, one), here, there):
+                yield one, another
+
+
+def _front(phase: Phase, name: str) -> Floats:
+    """The way that a thing's front looks, in its frame."""
+    parts = [e for e in phase.timeline.entities.values() if e.part_of == name]
+    return front([Feature(p.name, p.types[0], p.pose) for p in parts if p.types and p.pose is not None])
+
+
+def _stands_up(scene: SymbolicWorld, thing: str, attitude: str) -> GoalCondition:
+    """Reached by putting it down so."""
+    _movable(scene, thing, attitude)
+    name = "stands_" + attitude.replace(" ", "_")
+    holds = (thing,) in set(_standing(scene, {"upright": 1.0, "upside down": -1.0}[attitude]))
+    return GoalCondition(
+        shown=frozenset({(name, thing)}), without=let_go(thing), manner=Manner({"attitude": attitude}, holds=holds)
+    )
+
+
+def _faces(scene: SymbolicWorld, thing: str, other: str) -> GoalCondition:
+    """Reached by putting it down so."""
+    _movable(scene, thing, "put down so that it faces anything")
+    if thing == other:
+        raise UserError(f"'{thing}' cannot face itself.")
+    return GoalCondition(
+        shown=frozenset({("faces", thing, other)}), without=let_go(thing),
+        manner=Manner({"facing": other}, holds=(thing, other) in set(_facing(scene))),
+    )  # fmt: skip
+
+
+def _movable(scene: SymbolicWorld, thing: str, what: str) -> None:
+    if not scene.world.thing(thing).movable or scene.world.thing(thing).joint is not None:
+        raise UserError(f"'{thing}' cannot be moved, so it cannot be {what}.")
+
+
+def _standing(scene: SymbolicWorld, way: float) -> Iterator[tuple[str]]:
+    """Things that can be moved whose z axis points up (1.0) or down (-1.0)."""
+    for thing in scene.world.things:
+        if thing.movable and thing.joint is None and upward(thing.pose, way):
+            yield (thing.name,)
+
+
+def _facing(scene: SymbolicWorld) -> Iterator[tuple[str, str]]:
+    for thing in scene.world.things:
+        if thing.movable and thing.joint is None:
+            others = (o for o in scene.world.things if o.name != thing.name)
+            yield from ((thing.name, o.name) for o in others if looks_at(front(thing.features), thing.pose, o.pose))
+
+
+def upward(pose: Pose, way: float) -> bool:
+    """Check whether a frame's z axis points up (1.0), or down (-1.0), within ``UPRIGHT``."""
+    return way * float(pose.rotate((0.0, 0.0, 1.0))[2]) >= math.cos(UPRIGHT)
+
+
+def looks_at(ahead: Floats, pose: Pose, other: Pose) -> bool:
+    """Check whether a thing's front, (3,) in its frame, looks at the origin of another within ``FACES``, seen from above."""
+    (x, y, _), to = pose.rotate(ahead), np.subtract(other.position, pose.position)
+    if math.hypot(x, y) < math.sin(UPRIGHT) or math.hypot(to[0], to[1]) < OVER:
+        return False  # it looks up or down, or the other is over or under it
+    return abs(math.remainder(math.atan2(to[1], to[0]) - math.atan2(y, x), 2 * math.pi)) <= FACES
+
+
+_UPRIGHT = Fluent(
+    excludes=("stands_upside_down",), initial=partial(_standing, way=1.0),
+    phrases=(GoalPhrase("THING upright", partial(_stands_up, attitude="upright"), ("is", "stands")),),
+)  # fmt: skip
+_UPSIDE_DOWN = Fluent(
+    excludes=("stands_upright",), initial=partial(_standing, way=-1.0),
+    phrases=(GoalPhrase("THING upside down", partial(_stands_up, attitude="upside down"), ("is", "stands")),),
+)  # fmt: skip
+_FACES = Fluent(initial=_facing, phrases=(GoalPhrase("THING facing THING", _faces, ("is", "stands")),))

@@ -1,0 +1,80 @@
+"""Knobs and switches on a panel: what turns something on and off.
+
+Both have the same frame: on the panel, x out of it, z up. At 0 they are off. Each is held by a grip that the fingers of a 2F-85
+close around, and stays where it is left by the friction of its hinge.
+"""
+
+from __future__ import annotations
+
+from cramlite.model import Feature, Geom, Joint, Pose, Thing
+from cramlite.plugin import Angle, Length, Mass
+
+Colour = tuple[float, float, float, float]
+THIN = 0.005  # half the thickness of a grip [m]
+GAP = 0.002  # between what turns and its panel [m]
+PADS = 0.012  # from the outer end of a grip to the middle of the pads that hold it [m]
+
+
+def knob(
+    name: str,
+    pose: Pose,
+    parent: str = "",
+    radius: Length = 0.022,
+    depth: Length = 0.045,
+    turn: Angle = 1.5,
+    turned: Angle = 0.0,
+    mass: Mass = 0.05,
+    damping: float = 0.01,
+    joint_friction: float = 0.03,
+    friction: float = 0.8,
+    rgba: Colour = (0.25, 0.25, 0.28, 1.0),
+) -> Thing:
+    """Make a knob that turns about x: a disc with a grip across it, upright when it is off. Feature "handle": on the grip, z out.
+
+    Args:
+        parent: name of the panel, with which it does not collide.
+        radius, depth: of the disc, and from the panel to the end of the grip.
+        turn: how far it can be turned.
+        turned: how far it is turned at the start.
+        damping, joint_friction: of its hinge [Nm s/rad, Nm].
+    """
+    disc = Geom("cylinder", (radius, 0.005), Pose.from_axes((GAP + 0.005, 0, 0), (1, 0, 0), (0, 0, 1)), rgba=rgba)
+    grip = Geom("box", ((depth - GAP) / 2, THIN, radius * 0.9), Pose(((depth + GAP) / 2, 0, 0)), "handle", rgba=rgba)
+    hinge = Joint(
+        "hinge", Pose.from_axes((0, 0, 0), (1, 0, 0), (0, 0, 1)), 0.0, turn, turned, parent, damping, joint_friction
+    )  # fmt: skip
+    features = (_handle(Pose.from_axes((depth - PADS, 0, 0), (1, 0, 0), (0, 0, 1)), 1.8 * radius),)
+    return Thing(name, "cram:Knob", hinge.moved(pose, turned), (disc, grip), features, mass, friction, joint=hinge)
+
+
+def switch(
+    name: str,
+    pose: Pose,
+    parent: str = "",
+    length: Length = 0.07,
+    turn: Angle = 0.8,
+    turned: Angle = 0.0,
+    mass: Mass = 0.05,
+    damping: float = 0.01,
+    joint_friction: float = 0.05,
+    friction: float = 0.8,
+    rgba: Colour = (0.75, 0.2, 0.15, 1.0),
+) -> Thing:
+    """Make a lever that turns about y, from below to above the level by the same angle. Feature "handle": at its end, z out.
+
+    Args:
+        parent: name of the panel, with which it does not collide.
+        length: of the lever.
+        turn: how far it can be turned, the level in the middle.
+        turned, damping, joint_friction: as of a knob.
+    """
+    down = Pose.from_rotvec((0, 0, 0), (0, turn / 2, 0))
+    lever = Geom("box", (length / 2, THIN, THIN), down * Pose((length / 2 + GAP, 0, 0)), "handle", rgba=rgba)
+    axis = Pose.from_axes((0, 0, 0), (0, -1, 0), (1, 0, 0))
+    hinge = Joint("hinge", axis, 0.0, turn, turned, parent, damping, joint_friction)
+    features = (_handle(down * Pose.from_axes((length - PADS, 0, 0), (1, 0, 0), (0, 0, 1)), 2 * THIN),)
+    return Thing(name, "cram:Switch", hinge.moved(pose, turned), (lever,), features, mass, friction, joint=hinge)
+
+
+def _handle(at: Pose, length: float) -> Feature:
+    return Feature("handle", "cram:Handle", at, {"radius": THIN, "length": length})

@@ -1,0 +1,132 @@
+"""How an experiment spreads over workers: measured at one and two, simulated beyond.
+
+    python tests/benchmarks/many_machines.py [--trials 100 1000 10000] [--tables FILE] [--measure]
+
+With ``--measure`` it runs a small experiment (recording, interpretation, a budget that leaves no room for programs) on a Dask cluster of
+one and of two workers here, and measures what the scheduler takes for a task. The simulation takes CPU times of whole trials as they
+were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables FILE``), puts their tasks on workers, first come first served, and lets
+the one scheduler handle one task after another. Where there are fewer trials than workers, a trial's twins are tasks of their own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import heapq
+import json
+import os
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import mean, median
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
+
+WORKERS = (1, 2, 4, 8, 16, 32, 64, 128, 256, 400, 800)
+START = 4.0
+"""CPU time of a worker until its first trial begins [s]: imports, plugins, ontology."""
+
+
+@dataclass(frozen=True)
+class TrialTimes:
+    """CPU times of a trial [s]: what it does by itself before its twins and after them, and each of its twins."""
+
+    before: float
+    twin: float
+    twins: int
+    after: float
+
+    @property
+    def whole(self) -> float:
+        return self.before + self.twins * self.twin + self.after
+
+
+TRIAL = TrialTimes(before=2.2, twin=0.9, twins=8, after=3.1)
+OVERHEAD = 0.007
+"""What the scheduler takes for one task [s]; measured with --measure."""
+
+
+def simulated(trials: int, workers: int, times: TrialTimes, overhead: float) -> float:
+    """Wall time of trials on workers [s]; where there are fewer trials than workers, these give their twins away."""
+    free = [START] * workers  # when each place is free
+    scheduler, ended, order = 0.0, 0.0, trials
+    queue = [(0.0, n, "before" if trials < workers else "whole", n) for n in range(trials)]  # ready at, order, part, trial
+    left, last = dict.fromkeys(range(trials), times.twins), dict.fromkeys(range(trials), 0.0)
+    while queue:
+        ready, _, part, trial = heapq.heappop(queue)
+        if part != "after":  # a trial that takes its place again asks no scheduler
+            scheduler = ready = max(scheduler, ready) + overhead
+        end = max(heapq.heappop(free), ready) + getattr(times, part)
+        heapq.heappush(free, end)
+        ended = max(ended, end)
+        if part == "twin":
+            left[trial], last[trial] = left[trial] - 1, max(last[trial], end)
+        following = {"before": ["twin"] * times.twins, "twin": ["after"] if left[trial] == 0 else []}.get(part, [])
+        for one in following:
+            order += 1
+            heapq.heappush(queue, (last[trial] if one == "after" else end, order, one, trial))
+    return ended
+
+
+def from_tables(path: Path) -> TrialTimes:
+    """Mean CPU times of the trials of a run that had twins."""
+    own, after, twins = [], [], []
+    for one in json.loads(path.read_text())["demonstrations"]:
+        spent = [one["seconds"], *(c["seconds"] for c in one["results"])]
+        total = {k: sum(s.get(k, 0.0) for s in spent) for k in set().union(*spent)}
+        late = sum(total.get(k, 0.0) for k in ("execute", "hand over", "judge", "picture"))
+        twins.append(total.get("twins", 0.0))
+        after.append(late)
+        own.append(sum(total.values()) - late - twins[-1])
+    return TrialTimes(mean(own), mean(twins) / 8, 8, mean(after))
+
+
+def measure(repeats: int = 3) -> None:
+    """The small experiment on one and two workers that have begun before, in turn, and the scheduler's time for a task."""
+    from quick_experiment import order, quick_experiment
+
+    from cramlite.experiment.cluster import connected
+    from cramlite.experiment.run import run_experiment
+
+    took: dict[int, list[float]] = {1: [], 2: []}
+    with tempfile.TemporaryDirectory() as folder, connected("dask", 1) as one, connected("dask", 2) as two:
+        experiment = quick_experiment(Path(folder) / "quick", count=2)
+        for n in range(repeats + 1):
+            for workers, client in ((1, one), (2, two)):
+                where = client.scheduler.address.replace("tcp://", "dask://")
+                begin = time.monotonic()
+                run_experiment(order(experiment, Path(folder) / f"{n}-{workers}", executor=where), lambda _: None)
+                took[workers].append(time.monotonic() - begin)
+        pool = two.get_executor(pure=False)
+        begin = time.monotonic()
+        for future in [pool.submit(len, "") for _ in range(500)]:
+            future.result()
+        task = (time.monotonic() - begin) / 500
+    for workers, (_, *warm) in took.items():  # in the first one workers begin
+        print(f"{workers} workers: {median(warm):.1f} s for 6 small trials, median of {', '.join(f'{t:.1f}' for t in warm)}")
+    print(f"a task takes the scheduler {task * 1000:.1f} ms (500 empty ones); load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
+
+
+def main() -> None:
+    options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    options.add_argument("--trials", type=int, nargs="+", default=[100, 1000, 10_000])
+    options.add_argument("--tables", type=Path, help="tables.json of a run, for the CPU times of its trials")
+    options.add_argument("--overhead", type=float, default=OVERHEAD, help="of the scheduler for one task [s]")
+    options.add_argument("--measure", action="store_true")
+    asked = options.parse_args()
+    if asked.measure:
+        measure()
+    times = from_tables(asked.tables) if asked.tables else TRIAL
+    print(f"trials of {times.whole:.1f} s CPU time: {times}; {asked.overhead * 1000:.0f} ms of the scheduler for a task")
+    print("| workers | " + " | ".join(f"{n} trials" for n in asked.trials) + " |")
+    print("|---" * (len(asked.trials) + 1) + "|")
+    alone = {n: simulated(n, 1, times, asked.overhead) for n in asked.trials}
+    for workers in WORKERS:
+        walls = {n: simulated(n, workers, times, asked.overhead) for n in asked.trials}
+        cells = [f"{wall / 60:.1f} min ({alone[n] / wall / workers:.0%})" for n, wall in walls.items()]
+        print(f"| {workers} | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,212 @@
+"""What a verdict about twins is made of: each run's number, seed and draws, in order, and where the runs end.
+
+The processes are replaced by a list of what they would answer; what succeeded is a real run, judged by the real judges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from edited import engine, proven
+from msgspec.structs import replace
+
+from cramlite import find_scenario, read_scenario
+from cramlite.engine.executor_group import ExecutorGroup, processes_here
+from cramlite.engine.setting import Setting
+from cramlite.engine.twin_proof import doubt, executors, sight_of, twin_seed
+from cramlite.model import (
+    Camera,
+    ErrorModel,
+    Finding,
+    Pose,
+    PoseError,
+    ProofDoubts,
+    RobotMount,
+    Rollout,
+    Verdict,
+    World,
+)
+from cramlite.model.error_model import NO_ERRORS
+from cramlite.perception.active_perception import Look, Picture
+from cramlite.plugin import Candidate
+from cramlite.plugin.selection import INSTALLED
+from cramlite.scenario.twin import draw_twin
+from cramlite_plugins.kinematics.kinematics import forward
+from cramlite_plugins.robots.ur5e import UR5E
+
+NOMINAL = Verdict((Finding("nominal", True, "it was accepted"),))
+TWO = replace(NO_ERRORS, friction=0.5, mass=0.2)
+"""Two sources of error."""
+
+
+SEEDS = [133627082, 488915954]
+BELIEVED = engine().setting(read_scenario(find_scenario("tasks/picking_up")))
+
+
+class Answers(ExecutorGroup):
+    """Group without processes: each run ends as it was said; True for the run that was accepted, a clause for one that did not end."""
+
+    def __init__(self, candidate: Candidate, *ends: bool | str) -> None:
+        super().__init__(INSTALLED, 1)
+        self.candidate, self.ends, self.asked = candidate, list(ends), list[tuple[World, int]]()
+
+    def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+        """Answer for one place after another."""
+        assert self.candidate.rollout is not None
+        for place in places:
+            self.asked.append(place)
+            end = self.ends.pop(0)
+            if end is False:  # the program was not run at all
+                yield replace(self.candidate.rollout, outcome="halted", reason="it hangs")
+            else:
+                yield end if isinstance(end, str) else self.candidate.rollout
+
+
+def setting(doubts: ProofDoubts) -> Setting:
+    return replace(BELIEVED, doubts=doubts)
+
+
+def doubted(*ends: bool | str, twins: int = 3, at_least: float = 0.5, errors: ErrorModel = TWO) -> tuple[Verdict, Answers, list[str]]:
+    """The verdict, who was asked, and what was said meanwhile."""
+    candidate, said = proven("picking_up"), list[str]()
+    group = Answers(candidate, *ends)
+    found = doubt(candidate, NOMINAL, setting(ProofDoubts(twins, at_least, errors)), engine().knowledge, group, said.append)
+    assert found is not None
+    return found, group, said
+
+
+def text() -> str:
+    code = proven("picking_up").code
+    assert code is not None
+    return code.text
+
+
+def test_runs_that_succeed_end_as_soon_as_they_are_enough() -> None:
+    found, group, said = doubted(True, True, True, at_least=0.5)
+    assert found.passed and found.twins is not None and (found.twins.succeeded, found.twins.ran) == (2, 2)
+    spared = "2 not run, since they could change nothing"
+    assert len(group.asked) == 1 and said == ["twin 1 of 3: succeeded", f"twins: 2 of 2, interval .34 to 1.00; {spared}"]
+    (finding,) = found.findings[1:]
+    assert (finding.validator, finding.passed, finding.value, finding.limit, finding.origin) == ("twins", True, 1.0, 0.5, "")
+
+
+def test_each_run_has_its_number_its_seed_and_what_was_drawn_for_it() -> None:
+    found, group, said = doubted(True, "it fell over", True, at_least=0.75)
+    assert found.passed and found.twins is not None
+    runs = found.twins.twins
+    assert [(r.number, r.succeeded, r.reason) for r in runs] == [(1, True, ""), (2, False, "execution: it fell over"), (3, True, "")]
+    assert [r.seed for r in runs] == [seed for _, seed in group.asked] == [twin_seed(0, text(), k) for k in (1, 2, 3)]
+    twins = [draw_twin(BELIEVED.world, BELIEVED.relations, BELIEVED.robot, TWO, r.seed, None) for r in runs]
+    assert [r.draws for r in runs] == [t.draws for t in twins] and [world for world, _ in group.asked] == [t.world for t in twins]
+    assert runs[0].draws != runs[1].draws != runs[2].draws
+    assert "twin 2 of 3: execution: it fell over" in said
+    assert found.findings[-1].value == 0.75
+
+
+def test_a_run_that_a_judge_objects_to_failed_where_the_judge_says() -> None:
+    found, _, _ = doubted(False, True, True, at_least=0.75)
+    assert found.passed and found.twins is not None
+    first = found.twins.twins[0]
+    assert not first.succeeded and first.reason.startswith("execution: halted at line") and first.origin != ""
+    assert found.findings[-1].origin == first.origin
+
+
+def test_of_the_first_that_failed_each_source_of_error_is_tried_by_itself() -> None:
+    """Friction breaks it, mass does not; then the runs end."""
+    found, group, said = doubted(True, "it slipped", "it slipped again", True, at_least=1.0)
+    assert not found.passed and found.twins is not None
+    assert [r.number for r in found.twins.twins] == [1, 2]
+    assert [(r.causes, r.looked_for) for r in found.twins.twins] == [((), False), (("friction",), True)]
+    assert "twin 2: which error it was" in said and len(group.asked) == 4
+    seeds = [seed for _, seed in group.asked]
+    assert seeds[2:] == [seeds[1]] * 2
+    assert not found.findings[-1].passed and found.findings[-1].value == pytest.approx(2 / 3)
+
+
+def test_without_doubts_there_is_nothing_to_explain_but_all_of_them_may_break_it_together() -> None:
+    found, group, _ = doubted("it fell", True, True, at_least=1.0, twins=1)
+    assert found.twins is not None and found.twins.twins[0].causes == () and found.twins.twins[0].looked_for
+    assert len(group.asked) == 3 and group.ends == []
+    found, group, _ = doubted("it fell", at_least=1.0, twins=1, errors=NO_ERRORS)
+    assert found.twins is not None and found.twins.twins[0].looked_for and len(group.asked) == 1
+
+
+def test_the_camera_is_tried_where_one_looked() -> None:
+    """Of three sources the camera's is left out where poses are known."""
+    errors = replace(TWO, hand_eye=PoseError(0.003))
+    _, group, _ = doubted("it fell", True, True, at_least=1.0, twins=1, errors=errors)
+    assert len(group.asked) == 3
+    candidate, answers = proven("picking_up"), Answers(proven("picking_up"), "it fell", True, True, "beside it")
+    seen = replace(setting(ProofDoubts(1, 1.0, errors)), look=looked(Camera(Pose((1.0, 0.0, 1.0)))))
+    found = doubt(candidate, NOMINAL, seen, engine().knowledge, answers, lambda _: None)
+    assert found is not None and found.twins is not None and found.twins.twins[0].causes == ("hand-eye",)
+
+
+def test_who_stops_it_is_asked_before_each_run() -> None:
+    asked, group = [False, True], Answers(proven("picking_up"), True, True)
+    doubts = setting(ProofDoubts(3, 1.0, TWO))
+    assert doubt(proven("picking_up"), NOMINAL, doubts, engine().knowledge, group, lambda _: None, lambda: asked.pop(0)) is None
+    assert len(group.asked) == 1 and asked == []
+
+
+def test_what_does_not_run_here_is_judged_as_it_was() -> None:
+    candidate, group = proven("picking_up"), Answers(proven("picking_up"))
+    assert doubt(replace(candidate, rollout=None), NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None) is NOMINAL
+    assert doubt(replace(candidate, code=None), NOMINAL, setting(ProofDoubts()), engine().knowledge, group, lambda _: None) is NOMINAL
+
+
+def test_without_twins_nothing_is_needed_that_runs_them() -> None:
+    assert executors(engine().knowledge, setting(ProofDoubts(0))) is None
+    for twins in (1, 1000):
+        group = executors(engine().knowledge, setting(ProofDoubts(twins)))
+        assert group is not None and len(group._all) == min(twins, processes_here())
+        group.close()
+
+
+def looked(camera: Camera | None) -> Look:
+    nothing: Any = None
+    pictures = (Picture(nothing, camera, ()),) if camera else ()
+    return Look(pictures, World(()), (), {"block": nothing}, World(()))
+
+
+def test_no_more_worlds_are_drawn_than_there_are_twins() -> None:
+    drawn, candidate = list[int](), proven("picking_up")
+
+    class Ahead(Answers):
+        """Group that asks for every place before the first run."""
+
+        def runs(self, text: str, places: Iterator[tuple[World, int]]) -> Iterator[Rollout | str]:
+            """Count the places, then answer."""
+            every = list(places)
+            drawn.append(len(every))
+            return super().runs(text, iter(every))
+
+    group = Ahead(candidate, True, True, True)
+    assert doubt(candidate, NOMINAL, setting(ProofDoubts(3, 1.0, TWO)), engine().knowledge, group, lambda _: None) is not None
+    assert drawn == [3]
+
+
+def test_it_is_the_first_that_failed_which_is_explained() -> None:
+    found, _, said = doubted("it fell", "it slipped", True, True, twins=4, at_least=0.8)
+    assert found.twins is not None and [r.looked_for for r in found.twins.twins] == [True, False]
+    assert "twin 1: which error it was" in said
+
+
+def test_a_programs_twins_are_the_same_ones_whenever_they_are_drawn() -> None:
+    assert [twin_seed(0, "text", k) for k in (1, 2)] == SEEDS
+
+
+def test_where_the_camera_was() -> None:
+    """One that is fixed is where it is; one on a flange is where the arm was when it looked."""
+    assert sight_of(BELIEVED) is None and sight_of(replace(BELIEVED, look=looked(None))) is None
+    at = Pose((0.1, 0.2, 0.3), (0.5, 0.5, 0.5, 0.5))
+    fixed = sight_of(replace(BELIEVED, look=looked(Camera(at))))
+    assert fixed is not None and (fixed.camera, fixed.things) == (at, frozenset({"block"}))
+    elsewhere = RobotMount("other", "ur5e", Pose((1.0, 1.0, 0.0)))
+    two = replace(BELIEVED, world=replace(BELIEVED.world, robots=(*BELIEVED.world.robots, elsewhere)))
+    for joints in ((0.1, -1.2, 1.3, -1.4, -1.5, 0.6), ()):
+        sight = sight_of(replace(two, look=looked(Camera(at, "arm", joints))))
+        flange = forward(UR5E, joints or UR5E.home) * UR5E.gripper.tcp.inverse()
+        assert sight is not None and sight.camera.distance(flange * at) == pytest.approx((0.0, 0.0), abs=1e-6)

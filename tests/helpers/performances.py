@@ -1,0 +1,13 @@
+"""Demonstrations by shipped scripts of the simulated person."""
+
+from __future__ import annotations
+
+from cramlite.model import Rollout, World
+from cramlite.plugin import RecordScript, Shown
+from cramlite_plugins.simulation.person.demonstrate import demonstrate
+from cramlite_plugins.simulation.person.scripts import SCRIPTS
+
+
+def performed(world: World, *, seed: int, script: str = "take_off_hanger") -> Rollout:
+    """What a person does in a world by the script of a whole demonstration."""
+    return demonstrate(world, [Shown(RecordScript(script, SCRIPTS[script].prepare))], seed=seed)

@@ -1,0 +1,379 @@
+"""Placements one by one: how many are looked at, in which order, from which height and stand-off, and what is said of none."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+from msgspec.structs import replace
+from test_places import HELD, _belief, _context, _wanted
+
+from cramlite.model import Belief, Feature, Geom, Location, Place, Pose, Thing
+from cramlite.plugin import Grounding, Refused, Unresolvable
+from cramlite_plugins.locations import set_down
+from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
+from cramlite_plugins.motion_planning.reach import held_pose, tcp
+from cramlite_plugins.robots.ur5e import UR5E
+from cramlite_plugins.shapes.surfaces import FLAT
+from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
+
+LARGE = table("box", Pose((0.45, 0.35, 0.15)), (1.2, 1.2, 0.02))
+TIN = block("tin", Pose((0.45, -0.45, 0.19)), (0.05, 0.05, 0.08))
+Answer = Grounding | Refused
+
+
+def on(thing: str, **where: Any) -> Location:
+    return Location(f"on({thing})", "on", thing, where)
+
+
+def into(thing: str, **where: Any) -> Location:
+    return Location(f"in({thing})", "in", thing, where)
+
+
+def answers(location: Location, belief: Belief, samples: int = 4000) -> tuple[list[Answer], Unresolvable | None]:
+    """All that is answered with so many samples, and how it ends."""
+    found = list[Answer]()
+    try:
+        for answer in set_down.resolve_location(location, belief, replace(_context(belief), samples=samples)) or ():
+            found.append(answer)
+    except Unresolvable as ended:
+        return found, ended
+    return found, None
+
+
+def first(count: int, location: Location, belief: Belief) -> list[Grounding]:
+    found = set_down.resolve_location(location, belief, _context(belief)) or ()
+    return list(itertools.islice((a for a in found if isinstance(a, Grounding)), count))
+
+
+# How many
+
+
+def spent(found: list[Answer]) -> int:
+    """What looks cost: 5 samples at shapes alone, 20 at the arm."""
+    return sum(5 if isinstance(a, Refused) and a.passed < 3 else 20 for a in found)
+
+
+def test_what_a_look_takes() -> None:
+    assert (OUTLINE, ARM) == (5, 20)
+
+
+@pytest.mark.parametrize(("samples", "count"), [(1, 1), (20, 1), (21, 2), (100, 5), (101, 6)])
+def test_as_many_are_looked_at_as_the_samples_allow(samples: int, count: int) -> None:
+    found, ended = answers(on("shelf"), _belief(), samples)
+    assert len(found) == count and ended is not None and ended.because == ("shelf",)
+    looked = len({f.key.split(", turned")[0] if f.key.startswith("(") else "middle" for f in found if isinstance(f, Grounding)})
+    assert ended.reason == f"{looked} positions were looked at, as many as the {samples} samples of a query allow"
+
+
+@pytest.mark.parametrize("samples", range(150, 200, 7))
+def test_looks_at_shapes_are_cheap(samples: int) -> None:
+    """Over an opening of 55 mm some turns of a block of 40 mm stick out, others do not."""
+    narrow = basket("box", Pose((0.4, -0.4, 0.0)), (0.075, 0.3, 0.1))
+    found, ended = answers(into("box"), _belief(narrow), samples)
+    assert {isinstance(f, Refused) and f.passed == 0 for f in found} == {True, False}
+    assert spent(found[:-1]) < samples <= spent(found) and ended is not None
+
+
+BAR = block("tin", Pose((0.45, -0.35, 0.17)), (0.05, 0.3, 0.02))
+"""Across the middle: of the best position no turn fits, and every one of the second does."""
+
+
+def test_what_shapes_refuse_is_told_once_one_gets_past_them_and_in_order() -> None:
+    found, ended = answers(on("shelf", behind="tin"), _belief(BAR), 51)
+    assert [f.passed if isinstance(f, Refused) else None for f in found] == [1] * 10 + [None] and ended is not None
+    assert [f.value.split(", ")[1] for f in found if isinstance(f, Refused)] == [f"turned {yaw:+.0f} deg" for yaw in YAWS]
+    assert ended.reason == "2 positions were looked at, as many as the 51 samples of a query allow"
+
+
+def test_what_none_gets_past_is_told_in_one() -> None:
+    found, ended = answers(on("shelf", behind="tin"), _belief(BAR), 50)
+    assert found == [] and ended is not None
+    assert ended.reason.startswith("none of 10 placements fits; (+51 +0) mm from its middle, turned +0 deg")
+    nowhere, ended = answers(on("shelf", near="tin", within=0.0), _belief(BAR))
+    assert nowhere == [] and ended is not None and ended.reason.startswith("none of 1 placements fits; ")
+
+
+# In which order
+
+
+def turns(found: list[Grounding]) -> list[tuple[str, int]]:
+    """Position and turn [deg] of placements."""
+    names = [("middle, " if not g.key.startswith("(") else "") + g.key for g in found]
+    return [(n.split(", turned ")[0].split(" mm")[0], int(n.split("turned ")[1].split(" deg")[0])) for n in names]
+
+
+def test_at_the_best_position_every_turn_is_tried_at_others_a_few_and_one_of_their_own() -> None:
+    found = turns(first(19, on("shelf"), _belief()))
+    best, second, third = [[t for p, t in found if p == q] for q in dict.fromkeys(p for p, _ in found)][:3]
+    assert best == [0, 30, -30, 60, -60, 90, -90, 135, -135, 180] == list(YAWS)
+    assert second == [0, 90, -45, 138] and third == [0, 90, -45, -85]
+    assert len(found) == 19 and found[0][0] == "middle"
+
+
+def test_a_position_later_costs_more_than_any_turn_and_a_turn_by_its_angle() -> None:
+    found = first(16, on("shelf"), _belief())
+    angles = [0, 30, 30, 60, 60, 90, 90, 135, 135, 180, 0, 90, 45, 137.5077640500378, 0, 90]
+    places = [0] * 10 + [1] * 4 + [2] * 2
+    expected = [0.5 * k + 0.1 * math.radians(a) for k, a in zip(places, angles, strict=True)]
+    assert [g.cost for g in found] == pytest.approx(expected)
+
+
+def test_two_surfaces_take_turns() -> None:
+    boards = tuple(Geom("box", (0.15, 0.15, 0.01), Pose((0.0, y, z))) for y, z in ((0.2, 0.1), (-0.2, 0.0)))
+    steps = Thing("box", "soma:Shelf", Pose((0.45, -0.2, 0.15)), boards)
+    found = first(30, on("box"), _belief(steps))
+    heights = [round(g.value.pose.position[2], 2) for g in found]
+    low, high = min(heights), max(heights)
+    assert (low, high) == pytest.approx((0.26, 0.36)) and heights[:20] == [high] * 10 + [low] * 10 and {low, high} == set(heights[20:])
+    assert all("from its middle" not in g.key for g in found[:20]) and [g.cost for g in found[:11:10]] == [0.0, 0.5]
+
+
+# Where
+
+
+def placed(answer: Grounding) -> Pose:
+    assert isinstance(answer.value, Place)
+    return answer.value.pose * HELD.tcp_to_thing
+
+
+def test_its_centre_of_mass_is_over_the_position_and_its_lowest_point_above_it() -> None:
+    belief = _belief()
+    for answer in first(14, on("shelf"), belief):
+        offset = (0.0, 0.0)
+        if answer.key.startswith("("):
+            x, y = answer.key[1:].split(")")[0].split()
+            offset = float(x) / 1000, float(y) / 1000
+        x, y, z = placed(answer).position
+        assert (x - 0.45, y + 0.35) == pytest.approx(offset, abs=0.0006)
+        assert z - 0.05 - 0.15 == pytest.approx(answer.value.values["height_m"], abs=1e-6)  # half the block, the shelf's top
+        assert "lowest point +20 mm from it" in answer.key and answer.value.values["height_m"] == 0.02
+        before = np.subtract(answer.value.before.position, answer.value.pose.position)
+        assert before == pytest.approx((0.0, 0.0, 0.06), abs=1e-9) and answer.value.approach == (0, 0, -1)
+        assert answer.value.thing == "it" and answer.reason == f"'shelf', {answer.key}"
+
+
+def test_it_faces_the_robot_as_it_did() -> None:
+    """Without a turn the bearing of the hand, seen from the base, is what the thing turns by."""
+    belief = _belief()
+    context = _context(belief)
+    now, hand = held_pose(belief, context), tcp(belief, context)
+    bearing = math.atan2(-0.35, 0.45) - math.atan2(hand.position[1], hand.position[0])
+    for answer, turn in zip(first(2, on("shelf"), belief), (0.0, math.radians(30)), strict=True):
+        about = Pose.from_rotvec((0, 0, 0), (0, 0, bearing + turn)) * Pose((0, 0, 0), now.quaternion)
+        assert Pose((0, 0, 0), placed(answer).quaternion).distance(about)[1] < 1e-5
+
+
+def test_off_its_middle_the_centre_of_mass_counts() -> None:
+    belief = _belief()
+    heavy = Geom("box", (0.02, 0.02, 0.02), Pose((0.05, 0.0, -0.03)))
+    things = tuple(replace(t, geoms=(*t.geoms, heavy)) if t.name == "it" else t for t in belief.world.things)
+    lopsided = replace(belief, world=replace(belief.world, things=things))
+    thing = lopsided.world.thing("it")
+    (answer,) = first(1, on("shelf"), lopsided)
+    centre = placed(answer).apply(set_down.centre_of_mass(thing))
+    assert centre[:2] == pytest.approx((0.45, -0.35), abs=1e-6) and thing.inertia is None
+
+
+@pytest.mark.parametrize(
+    ("geoms", "radius"),
+    [
+        ((Geom("box", (0.02, 0.03, 0.05)),), 0.02),
+        ((Geom("cylinder", (0.03, 0.05)),), 0.03),
+        ((Geom("box", (0.05, 0.005, 0.05), Pose((0, 0.05, 0))), Geom("box", (0.005, 0.05, 0.05), Pose((0.05, 0, 0)))), 0.0),
+    ],
+)
+def test_the_largest_disc_in_its_outline(geoms: tuple[Geom, ...], radius: float) -> None:
+    """Of an angle the centre of mass is outside."""
+    wanted = replace(_wanted(_belief()), thing=Thing("it", "cram:Product", Pose(), geoms, mass=0.1))
+    assert set_down._radius(wanted, Pose()) == pytest.approx(radius, rel=0.01)
+
+
+def test_the_best_position_is_the_middle_near_what_is_asked_for_or_near_the_robot() -> None:
+    belief = _belief(TIN, replace(LARGE, name="box"))
+    shelf, box = _wanted(belief), _wanted(belief, "box")
+    assert set_down._anchor(shelf) == (0.0, 0.0)
+    assert set_down._anchor(_wanted(belief, where={"near": "tin"})) == pytest.approx((0.0, -0.1))
+    drove = replace(belief, at=Pose())
+    for wanted, half in ((shelf, 0.15), (box, 0.6)):
+        away = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0))[:2]
+        there = set_down._anchor(replace(wanted, belief=drove))
+        edge = half - INSET
+        assert there == pytest.approx(np.clip(away, -edge, edge))
+    small = replace(shelf, belief=drove, target=replace(shelf.target, area=shapely.box(-0.05, -0.1, 0.05, 0.1)))
+    assert set_down._anchor(small) == (0.0, 0.0)  # narrower than twice the inset
+
+
+def test_heights_over_a_surface_are_two() -> None:
+    assert set_down._heights(_wanted(_belief()), Pose(), "on") == [(0.02, 0.06), (0.01, 0.015)]
+
+
+@pytest.mark.parametrize(("depth", "hand_above"), [(0.09, 0.03), (0.05, 0.3), (0.2, -0.1)])
+def test_heights_over_a_container_go_from_its_floor_up_to_where_the_hand_is_over_the_rim(depth: float, hand_above: float) -> None:
+    belief = _belief().grasped(replace(HELD, tcp_to_thing=Pose((0.0, 0.0, hand_above))))
+    wanted = replace(_wanted(belief), belief=belief, depth=depth)
+    now, hand = held_pose(belief, wanted.context), tcp(belief, wanted.context)
+    found = set_down._heights(wanted, now, "in")
+    heights, aboves = [h for h, _ in found], [a for _, a in found]
+    assert heights[0] == pytest.approx(0.01 - depth) and np.diff(heights) == pytest.approx([0.03] * (len(heights) - 1))
+    ball = math.hypot(*UR5E.gripper.tcp.position) + UR5E.gripper.pad[1]
+    lowest = now.position[2] - min(abs(now.rotation[2]) @ np.array(s) for s in [(0.02, 0.02, 0.05)])
+    least = max(0.0, ball - (hand.position[2] - lowest))
+    assert least <= heights[-1] < least + 0.03 + 1e-9
+    assert aboves == pytest.approx([max(0.06 - h, 0.06) for h in heights])
+
+
+# Between what stands there
+
+
+def outlines(*things: Thing) -> dict[str, Any]:
+    belief = _belief(*things)
+    return dict(set_down._targets(on("shelf"), belief, _context(belief))[0].obstacles)
+
+
+def test_what_stands_there_is_kept_clear_of_by_a_gap() -> None:
+    found = outlines(TIN)
+    assert list(found) == ["tin"]
+    assert found["tin"].bounds == pytest.approx((-0.025 - GAP, -0.125 - GAP, 0.025 + GAP, -0.075 + GAP))
+
+
+@pytest.mark.parametrize(("height", "there"), [(0.0999, True), (0.1001, False)])
+def test_what_hangs_over_it_counts_as_high_as_the_thing_is(height: float, there: bool) -> None:
+    """The block is 100 mm high as it is held."""
+    over = block("tin", Pose((0.45, -0.35, 0.15 + height + 0.01)), (0.05, 0.05, 0.02))
+    belief = _belief(over)
+    up = held_pose(belief, _context(belief)).rotation[2]
+    tall = 2 * float(np.abs(up) @ np.array((0.02, 0.02, 0.05)))
+    lower = replace(over, pose=Pose((0.45, -0.35, 0.15 + height * tall / 0.1 + 0.01)))
+    assert bool(outlines(lower)) is there
+
+
+@pytest.mark.parametrize(("high", "there"), [(2 * FLAT - 1e-4, False), (2 * FLAT + 1e-4, True)])
+def test_what_is_as_flat_as_the_surface_is_nothing_that_stands_there(high: float, there: bool) -> None:
+    sheet = block("tin", Pose((0.45, -0.35, 0.15 + high - 0.005)), (0.05, 0.05, 0.01))
+    assert bool(outlines(sheet)) is there
+
+
+@pytest.mark.parametrize(("away", "there"), [(-0.001, True), (0.001, False)])
+def test_what_is_further_beside_it_than_it_is_high_is_left_out(away: float, there: bool) -> None:
+    belief = _belief()
+    up = held_pose(belief, _context(belief)).rotation[2]
+    tall = 2 * float(np.abs(up) @ np.array((0.02, 0.02, 0.05)))
+    beside = block("tin", Pose((0.45 + 0.15 + 2 * GAP + tall + away + 0.025, -0.35, 0.2)), (0.05, 0.05, 0.08))
+    assert bool(outlines(beside)) is there
+
+
+def bounds(belief: Belief, location: Location) -> tuple[float, ...]:
+    context = _context(belief)
+    (wanted,) = set_down._targets(location, belief, context)
+    return tuple(set_down._free(wanted, held_pose(belief, context), location).bounds)
+
+
+def test_free_is_where_it_is_supported() -> None:
+    least = 0.005 + 0.0002
+    assert bounds(_belief(), on("shelf")) == pytest.approx((-0.15 + least, -0.15 + least, 0.15 - least, 0.15 - least), abs=1e-6)
+
+
+def test_free_in_a_container_is_where_its_disc_is_inside() -> None:
+    box = basket("box", Pose((0.4, -0.4, 0.0)), (0.2, 0.3, 0.1))
+    cavity = box.feature("cram:Cavity")
+    assert cavity is not None
+    belief = _belief(box)
+    disc = set_down._radius(_wanted(belief, "box"), held_pose(belief, _context(belief)))
+    x, y = cavity.size["width"] / 2 - disc, cavity.size["depth"] / 2 - disc
+    assert bounds(belief, into("box")) == pytest.approx((-x, -y, x, y))
+
+
+@pytest.mark.parametrize(
+    ("side", "index", "value"), [("left_of", 1, 0.0 + 0.02), ("right_of", 3, -0.02), ("behind", 0, 0.02), ("in_front_of", 2, -0.02)]
+)
+def test_free_beside_a_thing_is_on_its_side(side: str, index: int, value: float) -> None:
+    flat = block("tin", Pose((0.45, -0.35, 0.15)), (0.02, 0.02, 0.002))
+    assert bounds(_belief(flat), on("shelf", **{side: "tin"}))[index] == pytest.approx(value, abs=1e-6)
+
+
+@pytest.mark.parametrize(("where", "within"), [({}, 0.2), ({"within": 0.05}, 0.05)])
+def test_free_near_a_thing_is_within_a_distance(where: dict[str, float], within: float) -> None:
+    flat = block("tin", Pose((0.45 + 0.14, -0.35, 0.15)), (0.002, 0.002, 0.002))
+    assert bounds(_belief(flat), on("shelf", near="tin", **where))[0] == pytest.approx(0.14 - within, abs=1e-3)
+
+
+# Containers
+
+
+def vessel(**size: float) -> Thing:
+    box = basket("box", Pose((0.4, -0.4, 0.0)), (0.3, 0.3, 0.1))
+    return replace(box, features=tuple(replace(f, size=size) if f.type == "cram:Cavity" else f for f in box.features))
+
+
+@pytest.mark.parametrize(
+    ("size", "area"),
+    [
+        ({"width": 0.2, "depth": 0.1, "height": 0.05}, (-0.1, -0.05, 0.1, 0.05)),
+        ({"radius": 0.1, "height": 0.05}, (-0.1, -0.1, 0.1, 0.1)),
+    ],
+)
+def test_an_opening_is_round_or_has_a_width_and_a_depth(size: dict[str, float], area: tuple[float, ...]) -> None:
+    thing = vessel(**size)
+    ((surface, depth),) = set_down._opening(thing, thing.pose)
+    assert surface.area.bounds == pytest.approx(area) and depth == 0.05
+    assert set_down._opening(TIN, TIN.pose) == []
+
+
+# What is said of none
+
+
+def test_what_has_no_place_is_said_so() -> None:
+    ball = Thing("box", "cram:Product", Pose((0.4, 0.3, 0.1)), (Geom("sphere", (0.05,)),))
+    level = "no level face that looks upwards, to put anything on"
+    for location, said in ((on("box"), level), (into("box"), "no cavity to put anything in")):
+        found, ended = answers(location, _belief(ball))
+        assert found == [] and ended is not None and ended.reason == f"'box' has {said}" and ended.because == ("box",)
+    empty = replace(_belief(), held=None)
+    with pytest.raises(Unresolvable, match="nothing is held that could be brought there"):
+        list(set_down.resolve_location(on("shelf"), empty, _context(empty)) or ())
+
+
+def test_nobody_else_asks() -> None:
+    assert set_down.resolve_location(Location("at", "at", "shelf"), _belief(), _context(_belief())) is None
+
+
+def test_what_stands_there_and_was_put_there_is_to_blame() -> None:
+    whole = block("tin", Pose((0.45, -0.35, 0.2)), (0.3, 0.3, 0.08))
+    belief = _belief(whole)
+    put = Place(Pose(), Pose(), thing="tin", values={"height_m": 0.02})
+    slid, other = replace(put, values={}), replace(put, thing="it")
+    known = {"what": "tin", "by task": put, "slide": slid, "other": other, "held": "it", "else": "basket"}
+    context = replace(_context(belief), bindings={**_context(belief).bindings, **known})
+    with pytest.raises(Unresolvable) as none:
+        list(set_down.resolve_location(on("shelf"), belief, context) or ())
+    assert set(none.value.because) == {"shelf", "by task", "what", "held"}
+    assert none.value.reason.startswith("none of 1 placements fits; turned +0 deg, lowest point +20 mm from it: not clear: ")
+    assert "cm2" in none.value.reason or "nowhere is a disc of" in none.value.reason
+
+
+def test_what_is_too_large_for_an_opening_is_told_with_its_best_position() -> None:
+    found, ended = answers(into("box"), _belief(vessel(width=0.03, depth=0.03, height=0.05)))
+    assert found == [] and ended is not None and set(ended.because) == {"box"}
+    assert ended.reason.startswith("none of 1 placements fits; turned +0 deg, lowest point -40 mm from it: not inside: ")
+
+
+def test_where_no_disc_is_free_it_is_said_how_large() -> None:
+    """The centre of mass would be supported on a post of 10.3 mm, but not where positions are rounded."""
+    post = Thing("box", "cram:Product", Pose((0.45, 0.35, 0.15)), (Geom("box", (0.00515, 0.00515, 0.1)),))
+    found, ended = answers(on("box"), _belief(post))
+    assert found == [] and ended is not None
+    assert ended.reason.endswith("from it: not clear: nowhere is a disc of 40 mm free, which its outline holds")
+
+
+def test_a_feature_may_say_how_large_the_place_is() -> None:
+    spot = Feature("spot", "vrps:SurfaceFeature", Pose((0.1, 0.0, 0.01)), {"width": 0.06, "depth": 0.06})
+    shelf = table("box", Pose((0.45, 0.35, 0.15)), (0.4, 0.4, 0.02))
+    belief = _belief(replace(shelf, features=(*shelf.features, spot)))
+    context = replace(_context(belief), bindings={"box": "box/spot"})
+    (answer,) = itertools.islice(set_down.resolve_location(on("box"), belief, context) or (), 1)
+    assert isinstance(answer, Grounding) and placed(answer).position[:2] == pytest.approx((0.55, 0.35), abs=1e-6)
