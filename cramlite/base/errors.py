@@ -36,17 +36,22 @@ class Unresolvable(Exception):
         reason: a short clause with numbers and units, e.g. "reach 0.91 m > 0.85 m of arm 'ur5e'".
         because: names of the designators or roles whose choices this depends on; empty means all earlier ones.
         numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
+        blocking: names of the things that stand in the way, closed or full, so that it may be possible once a task has changed
+            one of them; () where it does not depend on what other things do, None where that is not known.
     """
 
     def __init__(
-        self, reason: str, because: tuple[str, ...] = (), numbers: Mapping[str, float] | None = None
-    ) -> None:
+        self, reason: str, because: tuple[str, ...] = (), numbers: Mapping[str, float] | None = None,
+        *, blocking: tuple[str, ...] | None = None,
+    ) -> None:  # fmt: skip
         super().__init__(reason)
         self.reason, self.because, self.numbers = reason, because, checked_numbers(numbers or {})
-        self.earlier_tasks = False
+        self.blocking, self.earlier_tasks = blocking, False
 
     @classmethod
-    def because_of_earlier_tasks(cls, reason: str, also: tuple[str, ...] = ()) -> Unresolvable:
+    def because_of_earlier_tasks(
+        cls, reason: str, also: tuple[str, ...] = (), *, blocking: tuple[str, ...] | None = None
+    ) -> Unresolvable:
         """Return the error for a failure that depends on how the earlier tasks were carried out.
 
         Whatever objects, places and motions were chosen for them are to blame.
@@ -54,8 +59,9 @@ class Unresolvable(Exception):
         Args:
             reason: as above.
             also: names of the designators or roles whose choices it depends on beside that.
+            blocking: as above.
         """
-        made = cls(reason, also)
+        made = cls(reason, also, blocking=blocking)
         made.earlier_tasks = True
         return made
 

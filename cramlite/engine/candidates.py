@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..base.value import Value
 from ..planning.budget import Budget
+from ..planning.refutation import refutation
 from ..planning.search import Search
 from ..plugin.grounding import Context
 from .late_poses import parametric
@@ -98,11 +99,13 @@ def _attempts(
 ) -> Iterator[tuple[Candidate, Verdict]]:  # fmt: skip
     context = _context(setting, knowledge, budget)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace, budget, progress, stop)
-    states, conflict = search.solve(setting.start(plan)), None
+    states, conflict, unproven, proven = search.solve(setting.start(plan)), None, set[object](), False
     for number in range(1, budget.proofs + 1):
         try:
             state = states.send(conflict)
         except StopIteration:
+            if search.refuted is not None and not proven:
+                trace.refuted(str(plan), refutation(search.refuted))
             return
         if stop():
             trace.stopped()
@@ -127,6 +130,10 @@ def _attempts(
             progress(f"refused: {verdict.reason}")
         yield candidate, verdict
         conflict = None if verdict.passed else conflict_of(verdict, state)
+        unproven |= conflict or set()
+        proven |= verdict.passed
+    if not proven:
+        trace.refuted(str(plan), refutation(unproven))
     reason = f"proofs = {budget.proofs}: so many programs were made, the budget of one task sequence"
     trace.spent("proofs", budget.proofs, reason)
 

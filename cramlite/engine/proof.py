@@ -21,6 +21,7 @@ from ..model.verdict import COSTS, Finding, Verdict
 from ..model.world import World
 from ..planning.choice_point import Conflict
 from ..planning.goal_literals import literals_of_plan
+from ..planning.refutation import InTask, as_they_are
 from ..planning.state import State
 from ..plugin.allowance import Allowance
 from ..plugin.catalogue import Knowledge
@@ -227,7 +228,10 @@ def conflict_of(verdict: Verdict, state: State) -> Conflict:
     if any(f in tasks and f not in names for f in failed):
         return frozenset()  # what the robot did before the plan began, such as looking: nothing that was chosen changes it
     known = [tasks.index(f) for f in failed if f in tasks]
+    planned = [t for t in tasks if t in names]
+    number = min((planned.index(tasks[k]) for k in known), default=len(planned) - 1) + 1
+    beside = frozenset({InTask(number)}).union(*(as_they_are(f.blocking) for f in verdict.objections))
     if known and min(known) + 1 < len(tasks):
         names = names[: names.index(tasks[min(known) + 1])]
     places = {name for name, value in state.bindings.items() if isinstance(value, Place | Stand)} if anywhere else set()
-    return frozenset(names) - state.motions - places
+    return (frozenset(names) - state.motions - places) | beside

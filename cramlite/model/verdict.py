@@ -23,6 +23,8 @@ class Finding(Value):
         value, limit, unit: the measured number and what it was held against, where there is one.
         origin: the task or step that it is about.
         places: whether another place might have changed it; False where it follows from tasks, parameters and objects alone.
+        blocking: of an objection: names of the things that were in the way, so that a task which changes one of them may help;
+            () where it does not depend on other things, None where that is not known.
     """
 
     validator: str
@@ -33,6 +35,7 @@ class Finding(Value):
     unit: str = ""
     origin: str = ""
     places: bool = True
+    blocking: tuple[str, ...] | None = None
 
 
 class Verdict(Value):

@@ -23,6 +23,7 @@ from ..plugin.registry import Registry
 from ..plugin.task_type import Decomposition, TaskType
 from ..plugin.validation import WrongAnswer
 from .choice_point import ChoicePoint
+from .refutation import as_they_are
 from .state import Effect, State, ground_roles
 
 HOOKS: dict[type, str] = {
@@ -102,21 +103,24 @@ class Alternatives(Value):
         try:
             if isinstance(answers, Unresolvable):
                 raise answers
+            said_any = False
             for answer in answers:
-                point.conflict |= point.domain
+                said_any = True
+                exact = isinstance(answer, Refused) and answer.blocking is not None
+                point.conflict |= point.about(answer.blocking) if exact else point.domain
                 if isinstance(answer, Refused):
-                    point.conflict |= made & set(answer.because)
+                    point.conflict |= made & set(answer.because) | as_they_are(answer.blocking)
                     point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed, numbers=answer.numbers)
                     continue
                 if wrong := wrong_with(answer, point.item):
                     self.registry.fault(plugin, HOOKS[type(point.item)], point.item.name, WrongAnswer(wrong))
                     return
                 yield plugin, answer
-            point.conflict |= point.domain
+            point.conflict |= set() if said_any else point.domain | as_they_are(None)
         except Unresolvable as impossible:
             point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers)
             said = {*impossible.because, *(point.state.opened if impossible.earlier_tasks else ())}
-            point.conflict |= (made & said) if said else made
+            point.conflict |= ((made & said) if said else made) | as_they_are(impossible.blocking)
 
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:
         """The task type's own decompositions."""

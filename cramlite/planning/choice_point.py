@@ -7,19 +7,22 @@ which grows while its alternatives are looked at.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from msgspec import Struct, field
 
 from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
-from ..model.designators import Action, Designator, Late, Location, Motion, Object
-from .state import State
+from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
+from ..model.entity_name import thing_of
+from .refutation import AsItIs, InTask
+from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
-Conflict = frozenset[str]
-"""Names of the choices that a failure depends on."""
+Conflict = frozenset[str | InTask | AsItIs]
+"""What a failure depends on: names of choices, by which the search goes back; tasks, and things as they are, which no choice of
+this plan changes."""
 
 
 class Nogoods(Struct):
@@ -27,19 +30,22 @@ class Nogoods(Struct):
 
     Args:
         known: combinations by each of their choices.
+        beside: combination -> what its failure depends on beside the choices.
     """
 
     known: dict[Choice, list[frozenset[Choice]]] = field(default_factory=dict)
+    beside: dict[frozenset[Choice], Conflict] = field(default_factory=dict)
 
     def made_again(self, choices: tuple[Choice, ...]) -> Conflict | None:
-        """Return the names of the choices in a known no-good that the last choice completes; None if there is none."""
+        """Return what a known no-good that the last choice completes depends on; None if there is none."""
         made = set(choices)
         found = next((nogood for nogood in self.known.get(choices[-1], ()) if nogood <= made), None)
-        return frozenset(name for name, _ in found) if found is not None else None
+        return frozenset(name for name, _ in found) | self.beside[found] if found is not None else None
 
     def remember(self, conflict: Conflict, choices: tuple[Choice, ...]) -> None:
         """Record that the choices in a conflict set do not go together."""
         nogood = frozenset(c for c in choices if c[0] in conflict)
+        self.beside.setdefault(nogood, frozenset(c for c in conflict if not isinstance(c, str)))
         for choice in nogood:
             self.known.setdefault(choice, []).append(nogood)
 
@@ -62,14 +68,14 @@ class ChoicePoint(Struct):
         state: in which it is asked, without it on the agenda.
         trace: where what is found out goes, below ``node``.
         node: the trace's entry of the question.
-        conflict: names of the choices that its failure depends on, so far.
+        conflict: what its failure depends on, so far.
     """
 
     item: Designator
     state: State
     trace: Trace
     node: int
-    conflict: set[str] = field(default_factory=set)
+    conflict: set[str | InTask | AsItIs] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.conflict |= {f.compound.name for f in self.state.frames}  # without them it would not be asked for
@@ -99,6 +105,15 @@ class ChoicePoint(Struct):
             return made & {o.name for o in item.roles.values()}
         return {n for n in made if n not in self.state.motions} if isinstance(item, Location) else made
 
+    def about(self, things: Collection[str]) -> set[str]:
+        """Return the choices of the domain that settled where some things are, where the asked one is, and what is held."""
+        own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
+        held = self.state.belief.held
+        meant = {*things, thing_of(str(own)), *([held.thing] if held else [])}
+        opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
+        known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
+        return {n for n in self.domain if _is_about(n, meant, self.state.bindings, known)}
+
     @property
     def asked_by(self) -> set[str]:
         """Choices that the designator is part of."""
@@ -117,9 +132,22 @@ class ChoicePoint(Struct):
 
     def exhausted(self, tried: int) -> None:
         """Record in the trace that none of the alternatives led to a solution."""
-        causes = ", ".join(sorted(self.conflict)) or "nothing before it"
+        causes = ", ".join(sorted(c for c in self.conflict if isinstance(c, str))) or "nothing before it"
         what = "1 alternative" if tried == 1 else f"{tried} alternatives"
         self.say("failed", "engine", f"{what} failed; it depends on {causes}", numbers={"tried": tried})
+
+
+def _is_about(name: str, things: Collection[str], bindings: Mapping[str, Any], actions: Mapping[str, Action]) -> bool:
+    """Whether a choice is about one of some things; where it is not known of what, it may be."""
+    value = bindings.get(name)
+    if isinstance(value, Place):
+        return value.thing in things
+    if isinstance(value, str):
+        return thing_of(value) in things
+    if name in actions:
+        roles = ground_roles(actions[name], bindings).roles.values()
+        return any(thing_of(r.entity or "") in things for r in roles)
+    return True
 
 
 def key_of(value: Any) -> str:

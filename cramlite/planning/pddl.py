@@ -1,7 +1,8 @@
 """PDDL: planning problems as the domain and problem texts that planners read, and the plans that they write.
 
 Typed, with negative preconditions, quantifiers, conditional effects and action costs (Haslum et al. 2019, "An introduction to
-the Planning Domain Definition Language"). What follows from a change is compiled into effects, so there are no derived predicates.
+the Planning Domain Definition Language"). What follows from a change is compiled into effects; only what geometry refuses
+(``blocking``) becomes derived predicates.
 """
 
 from __future__ import annotations
@@ -13,10 +14,12 @@ from ..base.value import Value
 from ..interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern
 from ..model.entity_name import BETWEEN, thing_of
 from .action_schema import WHOLE, ActionSchema, Table, Universal
+from .blocking import Blocking
+from .blocking_text import ENTITY, BlockingText
 from .endings import PART_OF, Ending, endings, is_free, kinds_of, kinds_of_free
 from .operators import OTHER
 
-ENTITY, HAND, THING, PART = "entity", "hand", "body", "component"
+HAND, THING, PART = "hand", "body", "component"
 
 
 class PddlText(Value):
@@ -72,6 +75,7 @@ class PlanStep(Value):
 def write_pddl(
     name: str, schemas: Sequence[ActionSchema], fluents: Fluents, entities: Iterable[str], facts: Iterable[Fact],
     needs: Iterable[Fact], without: Iterable[Pattern], *, earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = (),
+    blocked: Sequence[Blocking] = (),
 ) -> PddlText:  # fmt: skip
     """Write a planning problem.
 
@@ -81,15 +85,17 @@ def write_pddl(
         needs, without: the goal.
         earlier: plans of which none may be carried out whole again.
         refused: steps that no plan may have.
+        blocked: steps that no plan may have while some things are as they are; they become derived predicates.
     """
     facts = tuple(facts)
-    return _Writer(name, schemas, fluents, tuple(entities), facts).text(facts, needs, without, earlier, refused)
+    return _Writer(name, schemas, fluents, tuple(entities), facts, blocked).text(facts, needs, without, earlier, refused)
 
 
 class _Writer:
     def __init__(
-        self, name: str, schemas: Sequence[ActionSchema], fluents: Fluents, entities: tuple[str, ...], facts: tuple[Fact, ...]
-    ) -> None:
+        self, name: str, schemas: Sequence[ActionSchema], fluents: Fluents, entities: tuple[str, ...], facts: tuple[Fact, ...],
+        blocked: Sequence[Blocking],
+    ) -> None:  # fmt: skip
         self.name, self.schemas, self.fluents = name, schemas, fluents
         self.entities = tuple(dict.fromkeys((EFFECTOR, *entities)))
         self.names, self.of_entities = Names(), Names()
@@ -98,6 +104,7 @@ class _Writer:
         self.kinds = kinds_of(schemas, facts)
         self.ends = {action: endings(s, fluents, self.kinds) for action, s in self.actions.items()}
         self.used: dict[str, tuple[str, int]] = {}
+        self.blocked = BlockingText(blocked, self._atom, self.of_entities, frozenset(self.entities))
 
     def text(
         self, facts: Iterable[Fact], needs: Iterable[Fact], without: Iterable[Pattern],
@@ -108,27 +115,34 @@ class _Writer:
         actions = [self._action(name, schema, *marks) for name, schema in self.actions.items()]
         goal = [self._fact(f) for f in sorted(needs)] + [self._forbidden(p) for p in sorted(without, key=str)]
         goal += [self._not_again(steps) for steps in earlier]
-        init = ["(= (total-cost) 0)", *self._initial(facts), *(self._mark("refused", s) for s in refused)]
+        init = ["(= (total-cost) 0)", *self._initial(facts), *(self._mark("refused", s) for s in refused), *self.blocked.initial()]
         problem = [
             f"(define (problem {self.of_entities(self.name)})", f"  (:domain {self._domain_name()})",
-            "  (:objects", *(f"    {self.of_entities(e)} - {_type(e)}" for e in self.entities if e != EFFECTOR), "  )",
+            "  (:objects", *(f"    {self.of_entities(e)} - {_type(e)}" for e in self.entities if e not in self._constants()), "  )",
             "  (:init", *(f"    {line}" for line in dict.fromkeys(init)), "  )",
             "  (:goal (and", *(f"    {line}" for line in goal), "  ))", "  (:metric minimize (total-cost))", ")",
         ]  # fmt: skip
         return PddlText(self._domain(actions), "\n".join(problem) + "\n", self.actions, self.objects)
 
+    def _constants(self) -> list[str]:
+        """Entities that actions are written about."""
+        return [e for e in self.entities if e == EFFECTOR or e in self.blocked.named]
+
     def _domain_name(self) -> str:
         return "cramlite"
 
     def _domain(self, actions: Iterable[str]) -> str:
+        derived = [f"  {line}" for line in self.blocked.derived()]
+        constants = " ".join(f"{self.of_entities(e)} - {_type(e)}" for e in self._constants())
         declared = [
             f"    ({' '.join([plain, *(f'?{k} - {self._type_at(name, k)}' for k in range(1, arity + 1))])})".replace("?", "?e")
             for plain, (name, arity) in sorted(self.used.items())
         ]
         lines = [
-            f"(define (domain {self._domain_name()})", "  (:requirements :adl :typing :action-costs)",
-            f"  (:types {HAND} {THING} {PART} - {ENTITY})", f"  (:constants {self.of_entities(EFFECTOR)} - {HAND})",
-            "  (:predicates", *declared, "  )", "  (:functions (total-cost) - number)", *actions, ")",
+            f"(define (domain {self._domain_name()})",
+            f"  (:requirements :adl :typing :action-costs{' :derived-predicates' if derived else ''})",
+            f"  (:types {HAND} {THING} {PART} - {ENTITY})", f"  (:constants {constants})",
+            "  (:predicates", *declared, "  )", "  (:functions (total-cost) - number)", *derived, *actions, ")",
         ]  # fmt: skip
         return "\n".join(lines) + "\n"
 
@@ -136,7 +150,8 @@ class _Writer:
         done = [self._of_action("done", schema)] if schema.task in marked else []
         refused = [f"(not {self._of_action('refused', schema)})"] if schema.task in refusable else []
         effects = [*map(self._ending, self.ends[name]), *(self._fact(f) for f in sorted(schema.change.adds)), *done]
-        conditions = [*self._conditions(schema), *refused]
+        effects += self.blocked.effects(schema, self.fluents)
+        conditions = [*self._conditions(schema), *refused, *self.blocked.conditions(schema)]
         lines = [
             "", f"  (:action {name}", f"   :parameters ({_parameters(schema)})",
             "   :precondition (and", *(f"     {c}" for c in dict.fromkeys(conditions)), "   )",

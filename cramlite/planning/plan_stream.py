@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
+from msgspec.structs import replace
+
 from .goal_planner import NEEDLESS, TaskPlan
+from .handling import said
 from .operators import Operator
 from .pddl import PlanStep
 from .plan_file import steps_of
-from .planning_problem import PlanningProblem
+from .planning_problem import PlanningProblem, Scope
 from .symbolic_planner import fast_downward
+from .trace import Trace
 
 MOST = 6
 """Sequences of one choice of things."""
@@ -26,30 +30,73 @@ def task_plans(
     progress: Callable[[str], None] = lambda _: None,
     stop: Callable[[], bool] = lambda: False,
     most: int = MOST,
+    trace: Trace | None = None,
 ) -> Iterator[TaskPlan]:
     """Generate task sequences that achieve a goal with the things that it is about, or, where there is none, with all.
 
-    No sequence contains an earlier one, and none has a step that nothing asks for.
+    No sequence contains an earlier one, and none has a step that nothing asks for. But where the trace says what the failure of
+    one depends on, the next are those in which that is another: what was in the way is moved first.
+
+    Args:
+        most: sequences of which nothing was said.
+        trace: of the search that tries each sequence before the next is asked for.
     """
-    earlier, given = list[list[PlanStep]](), list[tuple[Operator, ...]]()
-    for scope in problem.scopes():
-        if given:
+    given, level, missed = _Given(problem), 0, 0
+    while len(given.unexplained) < most and missed < WRONG and not stop():
+        scopes = list(given.problem.scopes())
+        if level == len(scopes):
             return
-        missed = 0
-        while len(given) < most and missed < WRONG and not stop():
-            text = problem.pddl(scope, earlier)
-            few = sum(problem.grounder.things[n].movable for n in scope.things) <= FEW
-            answer = fast_downward(text, few, progress, stop)
-            if answer.plan is None:
-                break
-            steps = steps_of(answer.plan, text, "the planner's plan")
-            plan, kept = _plan(problem, steps)
-            earlier.append(kept)
-            new = plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in given)
-            missed = 0 if new else missed + 1
-            if plan is not None and new:
-                given.append(plan.steps)
-                yield plan
+        steps = _asked(given, scopes[level], progress, stop)
+        if steps is None:
+            if given.unexplained and not given.problem.blocked:
+                return
+            level += 1
+            continue
+        plan, kept = _plan(given.problem, steps)
+        new = plan is not None and NEEDLESS not in plan.reasons and not any(_within(e, plan.steps) for e in given.unexplained)
+        missed = 0 if new else missed + 1
+        if plan is not None and new:
+            yield plan
+        if plan is not None and new and given.learn(plan, trace):
+            level = 0
+        else:
+            given.earlier.append(kept)
+            given.unexplained += [plan.steps] if plan is not None and new else []
+
+
+class _Given:
+    """Sequences that were given.
+
+    Args:
+        problem: with what the failures of some have ruled out.
+    """
+
+    def __init__(self, problem: PlanningProblem) -> None:
+        self.problem = problem
+        self.earlier: list[list[PlanStep]] = []
+        """Plans of which none is made again."""
+        self.unexplained: list[tuple[Operator, ...]] = []
+        """Sequences that failed, or did not, for reasons that were not said."""
+
+    def learn(self, plan: TaskPlan, trace: Trace | None) -> bool:
+        """Whether the failure of a sequence rules something out that was not known."""
+        found = trace.refutation if trace is not None else None
+        new = self.problem.blocking(plan.steps, found) if found is not None else None
+        if new is None or trace is None:
+            return False
+        self.problem = replace(self.problem, blocked=(*self.problem.blocked, new))
+        trace.add(0, "goal", said(new.task), "refused", "engine", str(new), kind="goal")
+        return True
+
+
+def _asked(
+    given: _Given, scope: Scope, progress: Callable[[str], None], stop: Callable[[], bool]
+) -> list[PlanStep] | None:
+    """The planner's plan with the things of a scope; None where there is none."""
+    text = given.problem.pddl(scope, given.earlier)
+    few = sum(given.problem.grounder.things[n].movable for n in scope.things) <= FEW
+    answer = fast_downward(text, few, progress, stop)
+    return steps_of(answer.plan, text, "the planner's plan") if answer.plan is not None else None
 
 
 def _plan(problem: PlanningProblem, steps: list[PlanStep]) -> tuple[TaskPlan | None, list[PlanStep]]:

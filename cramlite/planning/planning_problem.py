@@ -12,6 +12,7 @@ from ..interpretation.conditions import atoms
 from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matches, said
 from ..model.entity_name import thing_of
 from .action_schema import ActionSchema, Table, action_schemas
+from .blocking import Blocking, blocking_of
 from .goal_planner import (
     GoalFacts,
     TaskPlan,
@@ -22,8 +23,10 @@ from .goal_planner import (
     parse_goals,
     reasons,
 )
+from .handling import said as said_task
 from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
+from .refutation import Refutation
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
@@ -52,6 +55,7 @@ class PlanningProblem(Value, eq=False):
         wanted: what must hold in the end, and what may not.
         grounder: of the whole world.
         knowledge: of the engine, which has the task types.
+        blocked: tasks that geometry or physics refused while some things were as they then were.
     """
 
     says: tuple[str, ...]
@@ -59,12 +63,14 @@ class PlanningProblem(Value, eq=False):
     wanted: GoalFacts
     grounder: Grounder
     knowledge: Knowledge
+    blocked: tuple[Blocking, ...] = ()
 
     def scopes(self) -> Iterator[Scope]:
-        """Generate what plans may use, least first: what the goal names with all that this stands on or carries, put where the
-        goal says or on what cannot be moved; the same, put on anything; and all things."""
+        """Generate what plans may use, least first: what the goal names, and what was in the way, with all that this stands on or
+        carries, put where the goal says or on what cannot be moved; the same, put on anything; and all things."""
         names = {e for f in (*self.wanted.needs, *self.wanted.without) for e in f[1:] if e is not None}
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
+        names |= {t.thing for b in self.blocked for t in b.tracks}
         known, every = {thing_of(e) for e in names} & self.grounder.things.keys(), frozenset(self.grounder.things)
         asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
         about = [{thing_of(e) for e in f[1:]} for f in self.facts if f[0] in asked]
@@ -96,7 +102,7 @@ class PlanningProblem(Value, eq=False):
         entities = [*grounder.scene.entities, *grounder.contents]
         return write_pddl(
             " and ".join(self.says), _relevant(self.wanted, schemas, grounder.fluents), grounder.fluents, entities, facts,
-            self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused,
+            self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
         )  # fmt: skip
 
     def _here(self, schema: ActionSchema, scope: Scope) -> ActionSchema:
@@ -135,10 +141,12 @@ class PlanningProblem(Value, eq=False):
         """Return why operators are no plan; "" where they are one."""
         return self._failing(steps, self.facts)
 
-    def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact]) -> str:
+    def _failing(self, steps: Sequence[Operator], facts: frozenset[Fact], before: Sequence[Operator] = ()) -> str:
         for number, step in enumerate(steps, 1):
             if unmet := step.unmet(facts):
                 return f"'{step}', its step {number}, needs {unmet}, which does not hold there"
+            if bar := next((b for b in self.blocked if b.bars([*before, *steps[: number - 1]], step)), None):
+                return f"'{step}', its step {number}, was refused: {bar}"
             facts = step.apply(facts)
         missing = [said(f) for f in sorted(self.wanted.needs - facts)]
         missing += ["not " + said(f) for p in self.wanted.without for f in sorted(facts) if matches(f, p)]
@@ -151,7 +159,8 @@ class PlanningProblem(Value, eq=False):
         """
         kept, left, facts = list[Operator](), list(steps), self.facts
         while left:
-            shorter = next((left[n:] for n in (1, 2, 3) if n <= len(left) and not self._failing(left[n:], facts)), None)
+            cut = (left[n:] for n in (1, 2, 3) if n <= len(left))
+            shorter = next((rest for rest in cut if not self._failing(rest, facts, kept)), None)
             if shorter is None:
                 facts = left[0].apply(facts)
                 kept.append(left.pop(0))
@@ -161,7 +170,25 @@ class PlanningProblem(Value, eq=False):
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
         """Return operators as a plan, each with why it is there."""
-        return TaskPlan(tuple(steps), tuple(reasons(self.wanted, self.facts, tuple(steps))))
+        found = tuple(reasons(self.wanted, self.facts, tuple(steps)))
+        return TaskPlan(tuple(steps), tuple(self._out_of_the_way(steps, k) or reason for k, reason in enumerate(found)))
+
+    def _out_of_the_way(self, steps: Sequence[Operator], k: int) -> str:
+        """What a step makes possible that geometry refused before; "" where it does not."""
+        for later in range(k + 1, len(steps)):
+            for b in self.blocked:
+                if not b.bars(steps[:later], steps[later]) and b.bars([*steps[:k], *steps[k + 1 : later]], steps[later]):
+                    return f"{said_task(b.task)} was refused without it"
+        return ""
+
+    def blocking(self, steps: Sequence[Operator], found: Refutation) -> Blocking | None:
+        """Return what the failure of a task sequence rules out; None where no task of it was refused, or it is known."""
+        facts = [self.facts]
+        for step in steps:
+            facts.append(step.apply(facts[-1]))
+        loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
+        new = blocking_of(found, steps, facts, frozenset(loose))
+        return new if new not in self.blocked else None
 
     def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:
         """Return the tasks of a plan as a scenario lists them, for ``Engine.resolve``."""

@@ -22,6 +22,7 @@ from .alternatives import Alternatives
 from .budget import Budget, BudgetSpent, Stopped
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
+from .refutation import InTask, as_they_are
 from .state import Effect, State, renewed, state_after_action, state_after_choice
 from .trace import Trace
 
@@ -51,6 +52,8 @@ class Search(Struct, dict=True):
     stop: Callable[[], bool] = lambda: False
 
     def __post_init__(self) -> None:
+        self.refuted: Conflict | None = None
+        """What it depends on that there is no further grounded state; None before that, and where a budget ended the search."""
         self._expanded = self._planned = 0
         self._nogoods = Nogoods()
         self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
@@ -61,8 +64,9 @@ class Search(Struct, dict=True):
         Send the conflict of one that could not be proven, or nothing to go on.
         """
         self._planned = sum(isinstance(i, Action) for i in state.agenda)
+        self.refuted = None
         try:
-            yield from self._descend(state, 0)
+            self.refuted = yield from self._descend(state, 0)
         except BudgetSpent as spent:
             self.trace.spent(spent.budget, getattr(self.budget, spent.budget), str(spent))
         except Stopped:
@@ -70,9 +74,9 @@ class Search(Struct, dict=True):
 
     def _descend(self, state: State, parent: int) -> Below:
         if not state.agenda:
-            everything = frozenset(name for name, _ in state.choices)
+            everything = _everything(state)
             conflict = yield state
-            return everything if conflict is None else conflict & everything
+            return everything if conflict is None else frozenset(c for c in conflict if c in everything or not isinstance(c, str))
         item, behind = renewed(state.agenda[0], state), replace(state, agenda=state.agenda[1:])
         if isinstance(item, Effect):
             return (yield from self._closed(behind, item, parent))
@@ -92,7 +96,7 @@ class Search(Struct, dict=True):
         except Exception as error:
             fault = self.registry.fault(self.owners.get(action.task, "engine"), "effects", action.name, error)
             self.trace.add(parent, action.name, str(action), "fault", fault.plugin, str(fault), kind="action")
-            return frozenset(name for name, _ in state.choices)
+            return _everything(state) | as_they_are(None)
         return (yield from self._descend(after, parent))
 
     def _passed(self, state: State, mark: Mark, parent: int) -> Below:
@@ -102,12 +106,13 @@ class Search(Struct, dict=True):
         except Unresolvable as impossible:
             name, said = mark.compound.name, impossible.reason
             self.trace.add(parent, name, str(mark.compound), "impossible", "engine", said, kind="compound")
-            return frozenset(name for name, _ in state.choices)
+            return _everything(state) | as_they_are(None)
         return (yield from self._descend(after, parent))
 
     def _choose(self, item: Designator, state: State, parent: int) -> Below:
         """Try the alternatives of one designator; return the choices that its failure depends on."""
-        point = ChoicePoint.asked(item, state, self.trace, parent, self._within(item, state))
+        within = self._within(item, state)
+        point = ChoicePoint.asked(item, state, self.trace, parent, within)
         if not isinstance(item, Compound):
             self._count()
         tried = 0
@@ -128,6 +133,7 @@ class Search(Struct, dict=True):
             if item.name not in below:
                 return below
             point.conflict |= below - {item.name}
+        point.conflict |= {InTask(number)} if (number := within.get("task")) else set()
         self._nogoods.remember(frozenset(point.conflict), state.choices)
         point.exhausted(tried)
         return frozenset(point.conflict)
@@ -155,3 +161,7 @@ class Search(Struct, dict=True):
         if self._expanded > self.budget.expansions:
             reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
             raise BudgetSpent("expansions", reason)
+
+
+def _everything(state: State) -> Conflict:
+    return frozenset(name for name, _ in state.choices)

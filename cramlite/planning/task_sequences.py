@@ -143,7 +143,7 @@ def plans_for_goal(
         possible = True
         if problem.wanted.met(problem.facts):
             raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
-        plans = iter([handed_plan(problem, handed)]) if handed else task_plans(problem, progress, stop)
+        plans = iter([handed_plan(problem, handed)]) if handed else task_plans(problem, progress, stop, trace=trace)
         for plan in plans:
             found, number = True, number + 1
             trace.candidate = number

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 from msgspec import Struct, ValidationError, convert, field, to_builtins
+from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.run_directory import read_json
 from ..base.value import Value
+from .refutation import Refutation
 
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven", "survived"]
 Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "twin", "proof", "budget", "stop"]
@@ -43,6 +45,7 @@ class Entry(Value):
             designator that failed or was capped: "tried", alternatives. Of a budget: its name in ``Budget``, and what it
             was. Of a failed proof: what was measured, and the limits. Of what plugins refuse: what they say, e.g.
             {"reach_m": 0.91, "limit_m": 0.85}.
+        refutation: of a "sequence" that failed: what that depends on.
     """
 
     number: int
@@ -57,6 +60,7 @@ class Entry(Value):
     cost: float | None = None
     passed: int = 0
     numbers: Mapping[str, int | float] = field(default_factory=dict)
+    refutation: Refutation | None = None
 
 
 class Trace(Struct):
@@ -95,6 +99,19 @@ class Trace(Struct):
     def stopped(self) -> None:
         """Append an entry that the caller stopped the search."""
         self.add(0, "budget", "", "capped", "engine", STOPPED, kind="stop")
+
+    def refuted(self, plan: str, found: Refutation) -> None:
+        """Append an entry that every grounding of the task sequence that is being tried failed."""
+        things = "it was not said of what" if found.things is None else ", ".join(f"'{t}'" for t in found.things) or "no other thing"
+        said = f"it depends on tasks {', '.join(map(str, found.tasks)) or 'none'}, and on {things}"
+        number = self.add(0, "sequence", plan, "failed", "engine", said, kind="sequence")
+        self.entries[number - 1] = replace(self.entries[number - 1], refutation=found)
+
+    @property
+    def refutation(self) -> Refutation | None:
+        """Why the task sequence that is being tried, or was last, failed; None where it was not tried to its end."""
+        own = (e.refutation for e in reversed(self.entries) if e.candidate == self.candidate)
+        return next((r for r in own if r is not None), None)
 
     def about(self, designator: str) -> Iterator[Entry]:
         """Return the entries of designators whose name contains the text."""

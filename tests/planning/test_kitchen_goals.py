@@ -77,6 +77,16 @@ def test_what_stands_on_a_thing_is_put_aside_first(tmp_path: Path) -> None:
     assert len(_first(_room(tmp_path, STACK), "top on tray")) == 3  # nothing stands on the highest
 
 
+def test_what_stands_on_a_part_of_a_thing_stands_on_it(tmp_path: Path) -> None:
+    """On its surface, that is: not on what is as high beside it, nor, with its middle outside, within the box around it."""
+    plate = "  - {name: plate, model: block, at: {position: [0.5, 0.05, 21 mm]}, with: {size: [0.3 m, 0.3 m, 40 mm]}}\n"
+    edge = "  - {name: cup, model: block, at: {position: [0.62, 0.17, 72 mm]}}\n"
+    over = "  - {name: cup, model: block, at: {position: [0.66, 0.05, 72 mm]}}\n"
+    assert _tasks(_first(_room(tmp_path, plate + edge), "cup off plate")) == ["Grasping", "PickingUp"]
+    with pytest.raises(UserError, match="holds already"):  # its centre of mass is beside the plate
+        _first(_room(tmp_path, plate + over), "cup off plate")
+
+
 def test_four_blocks_on_a_tray(tmp_path: Path) -> None:
     blocks = "".join(
         f"  - {{name: b{k}, model: block, at: {{position: [{0.3 + 0.1 * k:.1f}, 0.3, 31 mm]}}}}\n" for k in range(4)

@@ -10,7 +10,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -23,6 +23,9 @@ from ..shapes.bounds import centre_of_mass
 from ..shapes.convex import hull_planes
 from . import antipodal
 from . import pinch_lines as surfaces
+
+if TYPE_CHECKING:
+    from ..motion_planning.space import Refusal
 
 HANDLE = "cram:Handle"
 NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
@@ -82,32 +85,33 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose
+    from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     grips = ranked(thing, context.robot.gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
     if not grips:
-        raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",))
+        raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",), blocking=())
     pose = reference_pose(belief, location, context)
     scenes: dict[float, tuple[Any, Any]] = {}
 
-    def unreached(at: Pose, before: Pose, opening: float) -> str:
-        """Why the hand cannot be at a grasp, or before it, with its fingers so wide; "" where it can."""
+    def unreached(at: Pose, before: Pose, opening: float) -> Refusal | None:
+        """Why the hand cannot be at a grasp, or before it, with its fingers so wide; None where it can."""
         if opening not in scenes:
             scenes[opening] = make_scene(belief, context, [thing.name], opening), make_scene(belief, context, (), opening)
         near, free = scenes[opening]
         there = collision_free_ik(near, context, at, belief.joints)
-        if isinstance(there, str):
-            return f"at the grasp: {there}"
+        if isinstance(there, Refusal):
+            return replace(there, reason=f"at the grasp: {there.reason}")
         off = collision_free_ik(free, context, before, there)
-        return f"at the pre-grasp: {off}" if isinstance(off, str) else ""
+        return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refusal) else None
 
     for grip in grips:
         at = pose * grip.pose
         before = at * Pose((0, 0, -STANDOFF))
         narrow, *wider = _openings(grip, thing, context.robot.gripper)
         if why := unreached(at, before, narrow):
-            yield Refused(grip.name, why)
+            yield Refused(grip.name, why.reason, blocking=why.blocking)
             continue
         opening = next((wide for wide in wider if not unreached(at, before, wide)), narrow)
         place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})

@@ -27,12 +27,13 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Straight onto the handle, the fingers across its bar; turned half way round as well."""
     from ..motion_planning.reach import bound, collision_free_ik, make_scene
+    from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
-        raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",))
+        raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
     width = 2 * handle.size["radius"]
     opening = min(width + SLACK, context.robot.gripper.opening[1])
     near, free = make_scene(belief, context, [thing.name], opening), make_scene(belief, context, (), opening)
@@ -45,9 +46,9 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         at = at * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
         name, before = f"across the handle, turned {turn:.0f} deg", at * Pose((0, 0, -STANDOFF))
         there = collision_free_ik(near, context, at, belief.joints)
-        off = collision_free_ik(free, context, before, there) if not isinstance(there, str) else there
-        if isinstance(off, str):
-            yield Refused(name, off)
+        off = collision_free_ik(free, context, before, there) if not isinstance(there, Refusal) else there
+        if isinstance(off, Refusal):
+            yield Refused(name, off.reason, blocking=off.blocking)
             continue
         place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": width})
         yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide", 0.1 * k, key=name)
@@ -61,7 +62,7 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
     entity = bound(context, location.of)
     thing = belief.thing(entity)
     if thing.joint is None or belief.held is None or belief.held.thing != thing.name:
-        raise Unresolvable(f"'{entity}' must have a joint, and be held", causes(location, context))
+        raise Unresolvable(f"'{entity}' must have a joint, and be held", causes(location, context), blocking=())
     joint, now = thing.joint, held_pose(belief, context)
     goal = joint.lower + float(location.parameters.get("share", CLOSED)) * (joint.upper - joint.lower)
     value = joint_value(belief, thing.name, belief.base() * now)

@@ -29,6 +29,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     """Places around the thing, one on each side of it, the shortest way from here first: what fails later fails on all turns
     and distances of a side alike, and each would be searched below."""
     from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift, tcp
+    from ..motion_planning.space import Refusal
 
     there, entity, hand = reference_pose(belief, location, context), bound(context, location.of), tcp(belief, context)
     scene, to_body = make_scene(belief, context), belief.held.tcp_to_thing if belief.held else Pose()
@@ -36,7 +37,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     for side, name, point, gap in _around(entity, there, hand * to_body, belief):
         if gap >= NEAR:
             reason = f"its middle would be {1000 * gap:.0f} mm away, and near is {1000 * NEAR:.0f} mm"
-            yield Refused(name, reason, numbers={"gap_m": gap, "limit_m": NEAR})
+            yield Refused(name, reason, numbers={"gap_m": gap, "limit_m": NEAR}, blocking=())
             continue
         facing = math.atan2(point[1], point[0]) - math.atan2(hand.position[1], hand.position[0])
         for yaw in TURNS:
@@ -50,8 +51,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         if side in done:
             continue
         found = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(found, str):
-            yield Refused(name, found)
+        if isinstance(found, Refusal):
+            yield Refused(name, found.reason, blocking=found.blocking)
         else:
             done.add(side)
             yield Grounding(Place(pose, pose), name, cost, key=name)

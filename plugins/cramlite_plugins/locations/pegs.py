@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Location, Place, Pose, Value
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+if TYPE_CHECKING:
+    from ..motion_planning.space import Refusal
 
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
@@ -86,13 +91,13 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     )
     centres = tip + np.cumsum(steps, axis=0)
     values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
-    reason = ""
+    no: Refusal | None = None
     for side, sign in (("front", 1.0), ("back", -1.0)):
         corners = [_hand(belief, centre, sign * peg.axis) for centre in centres]
         name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
-        reason = _unreachable(location, belief, context, corners)
-        if reason:
-            yield Refused(name, reason)
+        no = _unreachable(location, belief, context, corners)
+        if no is not None:
+            yield Refused(name, no.reason, blocking=no.blocking)
             continue
         axis = -peg.axis
         place = Place(
@@ -100,8 +105,8 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             thing=belief.held.thing if belief.held else "", values=values,
         )  # fmt: skip
         yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side)
-    if reason:
-        raise Unresolvable(f"the hole cannot be led onto the peg: {reason}", causes(location, context))
+    if no is not None:
+        raise Unresolvable(f"the hole cannot be led onto the peg: {no.reason}", causes(location, context), blocking=no.blocking)
 
 
 def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:
@@ -113,18 +118,20 @@ def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:
     return wanted * (belief.held.tcp_to_thing * feature.pose).inverse()
 
 
-def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> str:
-    """Why the arm cannot stand at all corners, one after the other; empty when it can."""
+def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refusal | None:
+    """Why the arm cannot stand at all corners, one after the other; None when it can."""
     from ..motion_planning.reach import bound, collision_free_ik, make_scene
+    from ..motion_planning.space import Refusal
 
     free, near = make_scene(belief, context), make_scene(belief, context, [bound(context, location.of)], clearance=0.0)
     seed = belief.joints
     for k, pose in enumerate(corners):
         there = collision_free_ik(near if k else free, context, pose, seed)
-        if isinstance(there, str):
-            return f"{('before the tip', 'at the tip', 'past its bend', 'on the peg', 'let down')[k]}: {there}"
+        if isinstance(there, Refusal):
+            where = ("before the tip", "at the tip", "past its bend", "on the peg", "let down")[k]
+            return replace(there, reason=f"{where}: {there.reason}")
         seed = there
-    return ""
+    return None
 
 
 def _unmoved(belief: Belief, context: Context) -> bool:

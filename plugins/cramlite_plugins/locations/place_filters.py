@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Belief, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
@@ -18,6 +19,7 @@ from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 
 if TYPE_CHECKING:
+    from ..motion_planning.space import Refusal
     from ..shapes.surfaces import Surface
 
 ASIDE = 0.02  # what is left of a thing is so by at least this [m]
@@ -50,6 +52,7 @@ class Wanted(Value):
         entity: what it is put on or in.
         target: the surface, or the opening of the cavity, in the base frame.
         scene: the planning scene.
+        opened: the same with the fingers open, as they are when they have let go.
         where: further constraints, by name (the keys of ``where`` in scenario files).
         obstacles: outlines of what stands there, by thing, in the frame of the target.
         depth: of a cavity [m].
@@ -64,9 +67,11 @@ class Wanted(Value):
     where: Mapping[str, Any]
     obstacles: tuple[tuple[str, Any], ...] = ()
     depth: float = 0.0
+    opened: Any = None
 
 
-Filter = Callable[[Spot, Wanted], str]
+Filter = Callable[[Spot, Wanted], "str | Refusal"]
+"""Objects with a reason, with what is in the way where it looked for that; "" where it does not object."""
 
 
 def supported(spot: Spot, wanted: Wanted) -> str:
@@ -146,15 +151,27 @@ def reachable(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
-def collision_free(spot: Spot, wanted: Wanted) -> str:
+def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that arm and thing are free of collision at the placement and above it."""
     from ..motion_planning.reach import collision_free_ik
+    from ..motion_planning.space import Refusal
 
     above = collision_free_ik(wanted.scene, wanted.context, spot.before, wanted.belief.joints)
-    if isinstance(above, str):
-        return f"{ABOVE_IT}: {above}"
+    if isinstance(above, Refusal):
+        return replace(above, reason=f"{ABOVE_IT}: {above.reason}")
     there = collision_free_ik(wanted.scene, wanted.context, spot.pose, above)
-    return f"at it: {there}" if isinstance(there, str) else ""
+    return replace(there, reason=f"at it: {there.reason}") if isinstance(there, Refusal) else ""
+
+
+def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that the fingers can open where they let go: beside them there may be less room than around what they hold."""
+    from ..motion_planning.reach import collision_free_ik
+    from ..motion_planning.space import Refusal
+
+    if wanted.opened is None:
+        return ""
+    there = collision_free_ik(wanted.opened, wanted.context, spot.pose, wanted.belief.joints)
+    return replace(there, reason=f"with open fingers {there.reason}") if isinstance(there, Refusal) else ""
 
 
 def visible(spot: Spot, wanted: Wanted) -> str:
@@ -215,5 +232,7 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
     "in": {"inside": inside, "near": near, "beside": beside},
 }
 """Asked of the shapes alone, by relation."""
-DEAR: Mapping[str, Filter] = {"reachable": reachable, "visible": visible, "collision-free": collision_free}
+DEAR: Mapping[str, Filter] = {
+    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open
+}  # fmt: skip
 """Asked of the arm and the camera, in this order."""

@@ -53,12 +53,13 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:
     """Options whose end is reachable and free, in order."""
     from ..motion_planning.reach import collision_free_ik, make_scene
+    from ..motion_planning.space import Refusal
 
     scene = make_scene(belief, context)
     for k, (name, pose) in enumerate(options):
         there = collision_free_ik(scene, context, pose, belief.joints)
-        if isinstance(there, str):
-            yield Refused(name, there)
+        if isinstance(there, Refusal):
+            yield Refused(name, there.reason, blocking=there.blocking)
         else:
             yield Grounding(Place(pose, pose), name, 0.1 * k, key=name)
 
@@ -73,4 +74,4 @@ def _slide(location: Location, belief: Belief, context: Context) -> Found:
         try:
             yield traverse(location, belief, context, [way], name, float(k))
         except Unresolvable as blocked:
-            yield Refused(name, blocked.reason)
+            yield Refused(name, blocked.reason, blocking=blocked.blocking)

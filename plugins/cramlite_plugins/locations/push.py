@@ -27,6 +27,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """One place for each of the four upright faces, the one that is pushed straight away from the robot first."""
     from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
+    from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
     thing, gripper = belief.thing(entity), context.robot.gripper
@@ -47,9 +48,9 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             collision_free_ik(free, context, before, belief.joints),
             collision_free_ik(near, context, at, belief.joints),
         )
-        reason = next((r for r in tried if isinstance(r, str)), "")
-        if reason:
-            yield Refused(name, reason)
+        no = next((r for r in tried if isinstance(r, Refusal)), None)
+        if no is not None:
+            yield Refused(name, no.reason, blocking=no.blocking)
         else:
             place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
@@ -58,13 +59,15 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     """Straight on from where the fingers are, in the direction of the place that they push from."""
     from ..motion_planning.reach import bound, causes, collision_free_ik, make_scene, shift, tcp
+    from ..motion_planning.space import Refusal
 
     entity, distance = bound(context, location.of), float(location.parameters["distance_m"])
     start: Place = context.bindings[f"push({location.of})"]
     end = shift(tcp(belief, context), np.asarray(start.approach) * distance)
     there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
-    if isinstance(there, str):
-        raise Unresolvable(f"after {1000 * distance:.0f} mm: {there}", causes(location, context))
+    if isinstance(there, Refusal):
+        said = f"after {1000 * distance:.0f} mm: {there.reason}"
+        raise Unresolvable(said, causes(location, context), blocking=there.blocking)
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")
 
 

@@ -74,7 +74,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             yield replace(answer, cost=answer.cost + PER_PLACE * k) if isinstance(answer, Grounding) else answer
         if work <= 0 and passed:
             said = f"{k + 1} positions were looked at, as many as the {context.samples} samples of a query allow"
-            raise Unresolvable(said, (location.of or "",))
+            raise Unresolvable(said, (location.of or "",), blocking=tuple(n for t in targets for n in standing_there(t)))
         if work <= 0:
             break
     if not passed:
@@ -103,19 +103,19 @@ def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[R
         offset = next(positions(_free(bare, now, location), _anchor(wanted)), (0.0, 0.0))
         spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
         said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
-        yield Refused(spot.name, *(_refusal(spot, wanted, CHEAP[location.relation]) or (said, 0)))
+        yield _refusal(spot, wanted, CHEAP[location.relation]) or Refused(spot.name, said, 0, blocking=standing_there(wanted))
 
 
 def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, context: Context) -> Unresolvable:
     """What to say where shapes refuse every placement: the first that each filter refused, and the choices that it depends on."""
-    there = {name for t in targets for name, _ in t.obstacles}
-    there -= {thing_of(targets[0].entity)}  # its own shape goes along with it
+    there = {name for t in targets for name in standing_there(t)}
     there |= {str(targets[0].where[name]) for name in (*SIDES, "near") if targets[0].where.get(name)}
     put = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing in there and "height_m" in v.values)
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
-    return Unresolvable(f"none of {len(kept)} placements fits; {said}", (location.of or "", *put, *about))
+    because = (location.of or "", *put, *about)
+    return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)))
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
@@ -126,25 +126,36 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
         if blocked is not None and blocked.distance(spot.before)[0] < SAME:
             continue
         reason = _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
-        if not reason:
+        if reason is None:
             values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
             return
-        yield Refused(spot.name, *reason)
-        blocked = spot.before if ABOVE_IT in reason[0] else None
-        if reason[1] < cheap:
+        yield replace(reason, value=spot.name)
+        blocked = spot.before if ABOVE_IT in reason.reason else None
+        if reason.passed < cheap:
             return  # no height changes what is seen from above
 
 
-def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> tuple[str, int] | None:
-    """Which filter objects and why, and how many passed before it."""
+def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:
+    """Which filter objects and why, how many passed before it, and what is in the way.
+
+    What stands on the target is blamed whenever nothing else is: it takes away positions that are not even looked at.
+    """
+    from ..motion_planning.space import Refusal
+
     for passed, (name, objects) in enumerate(filters.items()):
-        reason = objects(spot, wanted)
-        if reason:
-            return f"not {name}: {reason}", passed
+        no = objects(spot, wanted)
+        if no:
+            why, blocking = (no.reason, no.blocking) if isinstance(no, Refusal) else (no, standing_there(wanted))
+            return Refused(spot.name, f"not {name}: {why}", passed, blocking=blocking)
     return None
+
+
+def standing_there(wanted: Wanted) -> tuple[str, ...]:
+    """Return the names of what stands on a target, without the target itself, whose own shape goes along with it."""
+    return tuple(n for n in dict.fromkeys(name for name, _ in wanted.obstacles) if n != thing_of(wanted.entity))
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[Wanted]:
@@ -164,9 +175,10 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     found = _opening(thing, pose) if into else [(s, 0.0) for s in surfaces(thing, pose, EntityName.parse(entity).part)]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
-        raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",))
+        raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
-    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d) for s, d in found]
+    opened = make_scene(belief, context, opening=context.robot.gripper.opening[1], clearance=0.0) if into else None
+    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
     return [replace(w, obstacles=() if into else _obstacles(w, context)) for w in bare]
 
 

@@ -151,6 +151,7 @@ def _grasp(target: Target, there: Belief, context: Context) -> str:
 def _over(target: Target, there: Belief, context: Context) -> str:
     """Why the tool cannot be brought before a thing, from above or from the robot's side; "" where it can."""
     from ..motion_planning.reach import collision_free_ik, make_scene
+    from ..motion_planning.space import Refusal
 
     scene, point = make_scene(there, context), np.asarray(_middle(there, target).position)
     ahead = np.array([point[0], point[1], 0.0]) / max(float(np.hypot(point[0], point[1])), 1e-6)
@@ -163,9 +164,9 @@ def _over(target: Target, there: Belief, context: Context) -> str:
     for approach, x in tries:
         pose = Pose.from_axes(tuple(point - OVER * np.asarray(approach)), approach, x)
         found = collision_free_ik(scene, context, pose, there.joints)
-        if not isinstance(found, str):
+        if not isinstance(found, Refusal):
             return ""
-        first = first or found
+        first = first or found.reason
     return first
 
 

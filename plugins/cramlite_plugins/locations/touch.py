@@ -21,6 +21,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
+    from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
     surface = belief.feature(entity, "vrps:SurfaceFeature")
@@ -36,8 +37,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         before = shift(at, (0, 0, ABOVE))
         for where, pose, scene in (("above it", before, free), ("at it", at, near)):
             there = collision_free_ik(scene, context, pose, belief.joints)
-            if isinstance(there, str):
-                yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there}")
+            if isinstance(there, Refusal):
+                yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there.reason}", blocking=there.blocking)
                 break
         else:
             place = Place(at, before, approach=(0.0, 0.0, -1.0), thing=thing_of(entity))

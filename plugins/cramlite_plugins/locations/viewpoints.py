@@ -35,6 +35,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 def _views(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
     from ..motion_planning.reach import bound, collision_free_ik, make_scene
+    from ..motion_planning.space import Refusal
 
     if context.camera is None or context.camera.mount is None:
         raise Unresolvable("the robot has no camera on its flange; the scenario's 'camera' says where one is", ("",))
@@ -52,8 +53,8 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
             continue
         tool = optical * to_flange * context.robot.gripper.tcp
         there = collision_free_ik(scene, context, tool, belief.joints)
-        if isinstance(there, str):
-            yield Refused(name, there, 3)
+        if isinstance(there, Refusal):
+            yield Refused(name, there.reason, 3, blocking=there.blocking)
             continue
         yield Grounding(Place(tool, tool), f"{', '.join(around)} in view from {name}", 0.05 * k, key=name)
 

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
+from msgspec.structs import replace
+
 from cramlite.model import Belief, Motion, Place, Pose, Robot, Value
 from cramlite.plugin import Context, Unresolvable
 
@@ -34,18 +36,16 @@ SAME = 0.001, 0.01  # a pose is reached already within this [m, rad]
 COARSE = 0.025, 0.1  # steps of the quick look whether a line can follow [m, rad]; the line itself is checked finely
 
 
-def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> str:
-    """Return why the arm cannot go straight from the stand-off to the place on the same branch; empty when it can.
+def why_no_straight_line(joints: Any, place: Place, context: Context, scene: Any) -> Refusal | None:
+    """Return why the arm cannot go straight from the stand-off to the place on the same branch; None when it can.
 
     An empty hand must also be free there, but for the thing of the place; where something is held, what it may touch
     on its way is up to the motion that follows.
     """
-    from .space import Refusal
-
     if near(place.before, place.pose):
-        return ""
+        return None
     line = plan_straight_line(scene, context.robot, joints, [place.pose], step_m=COARSE[0], step_rad=COARSE[1])
-    return line.reason if isinstance(line, Refusal) else ""
+    return line if isinstance(line, Refusal) else None
 
 
 def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) -> Any:
@@ -55,12 +55,11 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
         Unresolvable: out of reach, singular, or something is in the way.
     """
     from .reach import make_scene, touched
-    from .space import Refusal
 
     scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, targets)
     if isinstance(found, Refusal):
-        raise Unresolvable(f"no straight line to {motion.to}: {found.reason}")
+        raise Unresolvable(f"no straight line to {motion.to}: {found.reason}", blocking=found.blocking)
     return found.points
 
 
@@ -145,13 +144,13 @@ def plan_straight_line(
         reason = joint_speed_excess(robot, points, _ways(begin, goals), speed)
         if reason:
             reason = f"straight motion at {speed:.3f} m/s needs {reason}"
-    ways = _ways(begin, goals)
+    ways, blocking = _ways(begin, goals), tuple[str, ...]()
     if scene is not None:
-        clear, why = _clear(scene, points)
+        clear, why, blocking = _clear(scene, points)
         if why:
             points, reason = points[:clear], why
     if reason:
-        return _refusal(reason, len(points), len(goals), ways)
+        return replace(_refusal(reason, len(points), len(goals), ways), blocking=blocking)
     return JointPath(tuple(points), tuple(ways))
 
 
@@ -191,12 +190,12 @@ def _singular(robot: Robot, q: Joints) -> str:
     return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {LEAST} is kept)"
 
 
-def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str]:
-    """How many points are reached without a collision, and what stops it."""
+def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str, tuple[str, ...]]:
+    """How many points are reached without a collision, what stops it, and the thing that must be moved before it does not."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         part = eased.blocked(a, b)
         if part is not None:
             at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]
-            return k + 1, eased.why(at)
-    return len(points), ""
+            return k + 1, eased.why(at), eased.blocking(at)[:1]
+    return len(points), "", ()

@@ -78,11 +78,11 @@ def plan(
     if not goals:
         return Refusal("there is no inverse solution to plan to")
     if reason := scene.relaxed([origin]).why(origin):
-        return Refusal(f"start is blocked: {reason}")
+        return Refusal(f"start is blocked: {reason}", blocking=in_the_way(scene.relaxed([origin]), [origin]))
     law = (speed, acceleration)
     chosen = _free_goals(scene, origin, [_joints(g) for g in goals])
     if not chosen:
-        return Refusal(_blocked_goals(scene, goals))
+        return Refusal(_blocked_goals(scene, goals), blocking=in_the_way(scene, goals))
     eased = scene.relaxed([origin, *(q for _, q in chosen)])
     for index, goal in chosen[:DIRECT]:
         if eased.line_free(origin, goal):
@@ -90,11 +90,20 @@ def plan(
             return Path((origin, goal), index, 0, time_s, time_s)
     points, spent, truncated = _search(eased, origin, [q for _, q in chosen], seed, samples)
     if points is None:
-        return Refusal(_no_path(eased, origin, chosen[0][1], spent, truncated), spent, truncated)
+        return Refusal(_no_path(eased, origin, chosen[0][1], spent, truncated), spent, truncated, blocking=None)
     short = shortened(eased, points, *law, seed=seed, attempts=attempts)
     index = next(i for i, q in chosen if q == points[-1])
     radii, time_s = blend_radii(eased, short, *law)
     return Path(short, index, spent, time_s, duration(points, *law), radii)
+
+
+def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[str, ...]:
+    """Return things of which one must be moved before any of some blocked joint positions can be free; few, but not the fewest."""
+    found = dict[str, None]()
+    for things in filter(None, map(scene.blocking, positions)):
+        if found.keys().isdisjoint(things):
+            found[things[0]] = None
+    return tuple(found)
 
 
 def _joints(q: Sequence[float]) -> Joints:

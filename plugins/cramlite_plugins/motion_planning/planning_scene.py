@@ -173,6 +173,21 @@ class PlanningScene(Value):
         ]
         return ", ".join(clauses)
 
+    def blocking(self, q: Position) -> tuple[str, ...]:
+        """Return the things, sorted, all of which must be moved before a joint position can be free.
+
+        None where it stays blocked whatever tasks move: by the robot, by what is fixed or held, or by a limit.
+        """
+        close = (p for p in self._look(q, self.levels[0]) if p[2] < self._needed(q, *p[:2]))
+        loose = {self._loose(g, h) for g, h, _ in close} if self._inside(q) else set()
+        return () if "" in loose else tuple(sorted(loose))
+
+    def _loose(self, *pair: int) -> str:
+        """The thing of a pair of geoms that is not in the hand and that a task could move; "" where there is none."""
+        world, owners = self.compiled.world, self.compiled.owners
+        still = (owners[g].name for g in pair if owners[g].kind == "thing" and not self.moved[g].any())
+        return next((n for n in still if world.thing(n).movable or world.thing(n).joint is not None), "")
+
     def relaxed(self, anchors: Sequence[Position]) -> PlanningScene:
         """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
         found = [self._anchor(q) for q in anchors]

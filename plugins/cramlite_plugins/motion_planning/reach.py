@@ -13,7 +13,9 @@ from cramlite.model import Belief, EntityName, Location, Place, Pose, World, thi
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, inverse, reach_shortfall
+from .planner import in_the_way
 from .planning_scene import PlanningScene, scene
+from .space import Refusal
 
 Joints = tuple[float, ...]
 SIGMAS = 2.0
@@ -99,8 +101,8 @@ def touched(names: Iterable[str], context: Context) -> list[str]:
     return [str(context.bindings[n]) for n in names if n in context.bindings]
 
 
-def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | str:
-    """Return the collision-free inverse kinematics solution nearest to ``seed``; or why there is none.
+def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: Joints) -> Joints | Refusal:
+    """Return the collision-free inverse kinematics solution nearest to ``seed``; or why there is none, and what is in the way.
 
     Args:
         pose: of the TCP in the base frame.
@@ -108,9 +110,9 @@ def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: 
     """
     solutions = inverse(context.robot, pose, seed=seed)
     if not solutions:
-        return reach_shortfall(context.robot, pose) or "no inverse solution: the wrist cannot be turned that way there"
+        return Refusal(reach_shortfall(context.robot, pose) or "no inverse solution: the wrist cannot be turned that way there")
     free = next((q for q in solutions[:TRIED] if place.free(q)), None)
-    return free or place.why(solutions[0])
+    return free or Refusal(place.why(solutions[0]), blocking=in_the_way(place, solutions[:TRIED]))
 
 
 def bound(context: Context, name: str | None) -> str:
@@ -129,7 +131,7 @@ def reference_pose(belief: Belief, location: Location, context: Context) -> Pose
         return belief.pose(thing)
     held = belief.held is not None and belief.held.thing == thing
     reason = f"'{thing}' is in the hand" if held else f"where '{thing}' came to lie is not known"
-    raise Unresolvable.because_of_earlier_tasks(reason, causes(location, context))
+    raise Unresolvable.because_of_earlier_tasks(reason, causes(location, context), blocking=())
 
 
 def shift(pose: Pose, by: ArrayLike) -> Pose:
@@ -150,8 +152,9 @@ def traverse(
     path = tuple(shift(here, s) for s in shifts)
     for k, pose in enumerate(path, 1):
         there = collision_free_ik(place, context, pose, seed)
-        if isinstance(there, str):
-            raise Unresolvable(f"corner {k} of {len(path)} of '{name}': {there}", causes(location, context))
+        if isinstance(there, Refusal):
+            said = f"corner {k} of {len(path)} of '{name}': {there.reason}"
+            raise Unresolvable(said, causes(location, context), blocking=there.blocking)
         seed = there
     return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
 

@@ -29,6 +29,9 @@ class Space(Protocol):
     def why(self, q: Sequence[float]) -> str:
         """Explain why a joint position is not free, as a clause with numbers; empty when free."""
 
+    def blocking(self, q: Sequence[float]) -> tuple[str, ...]:
+        """Return the things, sorted, all of which must be moved before a joint position can be free; none where that is no help."""
+
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""
 
@@ -43,9 +46,11 @@ class Refusal(Value):
         samples: tree extensions that were spent.
         truncated: the wall clock ended the search: another run may find a path.
         fraction: of a straight motion, how much of it was reached.
+        blocking: names of the movable things that are in the way; None where that is not known.
     """
 
     reason: str
     samples: int = 0
     truncated: bool = False
     fraction: float = 0.0
+    blocking: tuple[str, ...] | None = ()

@@ -18,8 +18,8 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward
 from ..kinematics.timing import duration, trapezoid
-from .cartesian import interpolate, plan_straight_line, sampled
-from .planner import resampled
+from .cartesian import interpolate, plan_straight_line, sampled, why_no_straight_line
+from .planner import in_the_way, resampled
 from .planning_scene import PlanningScene
 from .space import Refusal
 
@@ -81,10 +81,11 @@ def carried(
     here, there = forward(context.robot, belief.joints), forward(context.robot, goals[0])
     for pose, where in ((here, "now"), (there, f"at the stand-off of {motion.to}")):
         if carry.tilt(pose) > carry.limit:
-            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context))
+            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context), blocking=())
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
     if reason := scene.relaxed([belief.joints]).why(belief.joints):
-        raise Unresolvable(f"no path to {motion.to}: start is blocked: {reason}")
+        blocking = in_the_way(scene.relaxed([belief.joints]), [belief.joints])
+        raise Unresolvable(f"no path to {motion.to}: start is blocked: {reason}", blocking=blocking)
     for goal in goals:
         eased = scene.relaxed([belief.joints, goal])
         if _line_upright(context, carry, belief.joints, goal) and eased.line_free(belief.joints, goal):
@@ -100,17 +101,13 @@ def _over(
     about: str,
 ) -> Iterator[Grounding]:  # fmt: skip
     """Straight lines of the tcp, the first way that is free."""
-    from .cartesian import why_no_straight_line
-
-    nearest = ""
+    nearest, blocking = "", dict[str, None]()
     for lift in LIFTS:
         for around in (False, True):
             corners = waypoints_over(*ends, carry.up, lift, around)
-            found = _followed(corners, belief, context, carry, scene)
-            if isinstance(found, str):
-                nearest = found
-                continue
-            if nearest := why_no_straight_line(found[-1], place, context, None):
+            found = _followed(corners, place, belief, context, carry, scene)
+            if isinstance(found, Refusal):
+                nearest, blocking = found.reason, blocking | dict.fromkeys(found.blocking or ())
                 continue
             steps = tuple(
                 MoveLinear(pose, SPEED, ACCELERATION, q, origin=motion.name, comment=motion.reason)
@@ -122,7 +119,7 @@ def _over(
             yield Grounding(steps, reason, 0.05 + seconds / 100, belief.moved(found[-1]), key=f"over {lift} {around}")
             return
     reason = f"no way to {motion.to} keeps {about}; the last one tried: {nearest}"
-    raise Unresolvable(reason, _causes(motion, context))
+    raise Unresolvable(reason, _causes(motion, context), blocking=tuple(blocking))
 
 
 def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool) -> list[Pose]:
@@ -160,22 +157,22 @@ def _arc(a: Pose, b: Pose) -> list[Pose]:
 
 
 def _followed(
-    corners: list[Pose], belief: Belief, context: Context, carry: Load, scene: PlanningScene
-) -> list[Joints] | str:
-    """The joint position at each corner, or why the way cannot be gone."""
+    corners: list[Pose], place: Place, belief: Belief, context: Context, carry: Load, scene: PlanningScene
+) -> list[Joints] | Refusal:
+    """The joint position at each corner, or why the way cannot be gone, or does not lead straight on to the place."""
     here = forward(context.robot, belief.joints)
     worst = max(carry.tilt(p) for p in sampled(here, corners, *STEP))
     if worst > carry.limit:
-        return _tilted(carry, worst)
+        return Refusal(_tilted(carry, worst))
     for checked in (None, scene):  # whether the arm can follow is known sooner than whether it is free
         q, result = belief.joints, []
         for corner in corners:
             found = plan_straight_line(checked, context.robot, q, [corner], speed=SPEED)
             if isinstance(found, Refusal):
-                return found.reason
+                return found
             q = found.points[-1]
             result.append(q)
-    return result
+    return why_no_straight_line(result[-1], place, context, None) or result
 
 
 def _line_upright(context: Context, carry: Load, start: Joints, goal: Joints) -> bool:

@@ -159,7 +159,7 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
 
 def _zero(motion: Motion, belief: Belief, context: Context) -> Found:
     if context.robot.sensor is None:
-        raise Unresolvable(f"robot '{context.robot.type}' has no force-torque sensor, which '{motion.name}' needs")
+        raise Unresolvable(f"robot '{context.robot.type}' has no force-torque sensor, which '{motion.name}' needs", blocking=())
     yield Grounding(
         (ZeroSensor(origin=motion.name, comment=motion.reason),), "tare the sensor standing still", key="zero"
     )

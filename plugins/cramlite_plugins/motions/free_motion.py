@@ -52,7 +52,8 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
             speed=speed, acceleration=acceleration,
         )  # fmt: skip
         if isinstance(found, Refusal):
-            raise Unresolvable(f"no path to {motion.to}: {found.reason}")  # where the arm starts matters too
+            said = f"no path to {motion.to}: {found.reason}"
+            raise Unresolvable(said, blocking=found.blocking)  # where the arm starts matters too
         end = found.points[-1]
         step = MoveJoints(
             found.points[1:], speed, acceleration, found.radii, origin=motion.name, comment=motion.reason
@@ -73,6 +74,7 @@ def _pace(motion: Motion, context: Context) -> tuple[float, float]:
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:
     """Free joint positions at the stand-off from which a straight line leads on to the place."""
     from ..kinematics.kinematics import inverse, reach_shortfall
+    from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
 
     if motion.to is not None and motion.to.relation == "home":
@@ -82,12 +84,15 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     free = [q for q in solutions if scene.free(q)]
     goals = list(islice((q for q in free if not why_no_straight_line(q, place, context, around)), GOALS))
     if not goals:
+        lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
             miss = reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there"
         else:
-            miss = why_no_straight_line(free[0], place, context, around) if free else scene.why(solutions[0])
+            miss = lines[0].reason if lines else scene.why(solutions[0])
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
-        raise Unresolvable(f"{count}, none leads straight on to it; the nearest: {miss}", because(motion, context))
+        blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
+        said = f"{count}, none leads straight on to it; the nearest: {miss}"
+        raise Unresolvable(said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)))
     return goals
 
 

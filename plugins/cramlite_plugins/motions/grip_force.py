@@ -102,7 +102,7 @@ def grip_force(grip: Grip, asked: float, context: Context, of_thing: tuple[str, 
     limit, why = _limit(grip, context, (*of_thing, *within))
     if asked and not low <= asked <= high:
         reason = f"a grip force of {asked:g} N is outside {low:g} .. {high:g} N of gripper '{grip.gripper.type}'"
-        raise Unresolvable(reason, within, {"force_N": asked, "least_N": low, "most_N": high})
+        raise Unresolvable(reason, within, {"force_N": asked, "least_N": low, "most_N": high}, blocking=())
     if not asked and grip.least > limit:
         raise _too_weak(grip, limit, why, (*of_thing, *within))
     wanted = asked or max(low, grip.wanted)
@@ -129,16 +129,16 @@ def _limit(grip: Grip, context: Context, because: tuple[str, ...]) -> tuple[floa
     limit, why = min(limits, key=lambda x: x[0])
     if limit < low:
         reason = f"the gripper presses with {low:.0f} N at least, more than {limit:g} N: {why}"
-        raise Unresolvable(reason, because, {"least_N": low, "limit_N": limit})
+        raise Unresolvable(reason, because, {"least_N": low, "limit_N": limit}, blocking=())
     return limit, why
 
 
 def _too_weak(grip: Grip, limit: float, why: str, because: tuple[str, ...]) -> Unresolvable:
     numbers = {"weight_N": GRAVITY * grip.mass, "friction": grip.friction, "limit_N": limit}
     if math.isinf(grip.least):
-        return Unresolvable(f"no grip force holds {grip}; {limit:g} N is {why}", because, numbers)
+        return Unresolvable(f"no grip force holds {grip}; {limit:g} N is {why}", because, numbers, blocking=())
     reason = (
         f"{grip} needs {grip.least:.0f} N on each pad, with a margin of {MARGIN:g} and {ACCELERATION:g} m/s2 of the arm,"
         f" > {limit:g} N, {why}"
     )
-    return Unresolvable(reason, because, {**numbers, "needed_N": grip.least})
+    return Unresolvable(reason, because, {**numbers, "needed_N": grip.least}, blocking=())

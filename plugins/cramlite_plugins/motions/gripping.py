@@ -135,7 +135,7 @@ def _payload(motion: Motion, belief: Belief, context: Context) -> Found:
         load_of = [n for n, v in context.bindings.items() if belief.held and v == belief.held.thing]
         reason = f"{mass:.2f} kg on the flange, gripper included, > {context.robot.payload:g} kg that '{context.robot.type}' carries"
         because = (*load_of, *enclosing_names(motion.name)) if load_of else ()  # places and grasps change no mass
-        raise Unresolvable(reason, because, {"load_kg": mass, "payload_kg": context.robot.payload})
+        raise Unresolvable(reason, because, {"load_kg": mass, "payload_kg": context.robot.payload}, blocking=())
     center = (float(moment[0] / mass), float(moment[1] / mass), float(moment[2] / mass))
     step = SetPayload(mass, center, origin=motion.name, comment=motion.reason)
     yield Grounding((step,), f"{mass:.2f} kg on the flange", key=f"{mass:.3f}")

@@ -33,7 +33,8 @@ def _tilt(motion: Motion, belief: Belief, context: Context) -> Iterator[Groundin
     for pose in poses:
         part = plan_straight_line(scene, context.robot, points[-1], pose)
         if isinstance(part, Refusal):
-            raise Unresolvable(f"'{motion.name}' about the rim: {part.reason}", (motion.to.name if motion.to else "",))
+            said, about = f"'{motion.name}' about the rim: {part.reason}", (motion.to.name if motion.to else "",)
+            raise Unresolvable(said, about, blocking=part.blocking)
         points.append(part.points[-1])
     angle = sum(a.distance(b)[1] for a, b in pairwise(path))
     turned = sum(leading(a, b) for a, b in pairwise(points))

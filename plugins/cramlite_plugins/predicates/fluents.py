@@ -26,6 +26,7 @@ from cramlite.plugin import (
 )
 
 from ..shapes.bounds import corners
+from ..shapes.surfaces import resting_height
 
 PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
 HAND = "soma:Gripper"
@@ -103,7 +104,7 @@ def _carried(scene: SymbolicWorld) -> Iterator[tuple[Thing, str]]:
     for thing in scene.world.things:
         below = _hanger(thing, scene) or inside.get(thing.name)
         if below is None and thing.movable and thing.joint is None:
-            below = _stacked(thing, boxes) or _below(thing, scene)
+            below = _stacked(thing, scene, boxes) or _below(thing, scene)
         if below is not None:
             yield thing, below
 
@@ -135,14 +136,15 @@ def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
     return [(t.name, p.min(axis=0), p.max(axis=0)) for t, p in zip(movable, points, strict=True)]
 
 
-def _stacked(thing: Thing, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
-    """The thing that can be moved itself, on top of which another stands; None where there is none."""
-    x, y, _ = thing.pose.position
-    for low in (low[2] for name, low, _ in boxes if name == thing.name):
-        for name, (x0, y0, _), (x1, y1, top) in boxes:
-            if name != thing.name and abs(low - top) < STANDS_WITHIN and x0 <= x <= x1 and y0 <= y <= y1:
-                return name
-    return None
+def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
+    """The thing that can be moved itself, and whose surface is what another stands on; None where there is none."""
+    (low, high) = next(((low, high) for name, low, high in boxes if name == thing.name), (None, None))
+    if low is None or high is None:
+        return None
+    around = (n for n, a, b in boxes if n != thing.name and all(a[:2] <= high[:2]) and all(low[:2] <= b[:2]) and a[2] <= low[2])
+    below = [scene.world.thing(n) for n in around]
+    height, owner = resting_height(thing, thing.pose, [(b, b.pose) for b in below])
+    return owner if abs(low[2] - height) < STANDS_WITHIN else None
 
 
 def _hanger(thing: Thing, scene: SymbolicWorld) -> str | None:

@@ -27,7 +27,7 @@ def empty_hand(belief: Belief) -> None:
         Unresolvable: something is; earlier tasks are to blame.
     """
     if belief.held is not None:
-        raise Unresolvable.because_of_earlier_tasks(f"the gripper already holds '{belief.held.thing}'")
+        raise Unresolvable.because_of_earlier_tasks(f"the gripper already holds '{belief.held.thing}'", blocking=())
 
 
 def what_is_held(belief: Belief, to_be: str) -> Held:
@@ -40,7 +40,7 @@ def what_is_held(belief: Belief, to_be: str) -> Held:
         Unresolvable: nothing is; earlier tasks are to blame.
     """
     if belief.held is None:
-        raise Unresolvable.because_of_earlier_tasks(f"nothing is held that could be {to_be}")
+        raise Unresolvable.because_of_earlier_tasks(f"nothing is held that could be {to_be}", blocking=())
     return belief.held
 
 

@@ -53,7 +53,9 @@ class Collision(Value):
         when = f"at {candidate.rollout.times[worst.sample]:.1f} s" + (f" in {task}" if task else "")
         said = worst.why or whose
         reason = f"'{worst.one}' hit '{worst.other}' with {worst.force:.0f} N {when}; {said}"
-        yield Finding(self.name, False, reason, worst.force, worst.limit, "N", task)
+        there = {t.name for t in candidate.world.things}
+        hit = tuple(n for n in map(thing_of, (worst.one, worst.other)) if n in there)
+        yield Finding(self.name, False, reason, worst.force, worst.limit, "N", task, blocking=hit)
 
 
 def bumps(candidate: Candidate) -> Iterator[Bump]:

@@ -18,15 +18,18 @@ from properties import examples
 
 from cramlite import Engine
 from cramlite.model import Belief, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
-from cramlite.plugin import Context, Grounding, Unresolvable
+from cramlite.plugin import Context, Grounding, Refused, Unresolvable
+from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.place_filters import Spot, Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
+from cramlite_plugins.motion_planning.space import Refusal
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.surfaces import Surface, surfaces
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
+from cramlite_plugins.simulation.objects.vessels import bowl
 
 MOUNT = RobotMount("arm", "ur5e")
 HELD = Held("it", Pose((0.0, 0.0, 0.03)), 0.04)
@@ -99,8 +102,23 @@ def test_reachable_asks_the_arm_alone() -> None:
 def test_collision_free_names_what_is_in_the_way() -> None:
     tin = block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))
     wanted = _wanted(_belief(tin))
-    assert "'tin'" in place_filters.collision_free(_spot((0.46, -0.34, 0.25)), wanted)
+    refused = place_filters.collision_free(_spot((0.46, -0.34, 0.25)), wanted)
+    assert isinstance(refused, Refusal) and "'tin'" in refused.reason and refused.blocking == ("tin",)
     assert not place_filters.collision_free(_spot((0.45, -0.23, 0.25)), _wanted(_belief()))
+
+
+def test_a_thing_is_let_go_of_where_the_fingers_can_open() -> None:
+    """Beside a thing of 50 mm in a bowl of 130 mm the closed fingers fit, 85 mm apart only over the rim."""
+    bowl_ = bowl("shelf", Pose((0.45, -0.3, 0.2)), 0.065)
+    it = block("it", Pose((0.4, 0.3, 0.5)), (0.05, 0.05, 0.05))
+    held = Held("it", Pose((0, 0, 0.0), Pose.from_axes((0, 0, 0), (0, 0, -1), (0, 1, 0)).quaternion), 0.05)
+    down = inverse(UR5E, Pose.from_axes((0.45, 0.0, 0.45), (0, 0, -1), (0, 1, 0)), seed=UR5E.home)[0]
+    belief = initial_belief(World((bowl_, it), (MOUNT,)), "arm", down, 0.05).grasped(held)
+    answers = list(itertools.islice(set_down.resolve_location(Location("in(shelf)", "in", "shelf"), belief, _context(belief)) or (), 40))
+    refused = [a for a in answers if isinstance(a, Refused) and "not free to open: with open fingers" in a.reason]
+    place = next(a.value for a in answers if isinstance(a, Grounding))
+    lowest = set_down.OFF_FLOOR - bowl_.feature("cram:Cavity").size["height"]  # type: ignore[union-attr]
+    assert refused and place.values["height_m"] > lowest + set_down.RISE / 2
 
 
 def test_visible_means_that_others_do_not_hide_it() -> None:

@@ -1,0 +1,96 @@
+"""Blockings in PDDL: how far along its track each thing is, as facts that actions change, and the tasks that this bars."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from ..interpretation.fluents import EFFECTOR, Fluents
+from ..model.entity_name import BETWEEN
+from .action_schema import ActionSchema
+from .blocking import Blocking
+from .handling import Done, Handling, Stage, Track, handled
+
+ENTITY = "entity"
+"""The type of all objects."""
+
+
+class BlockingText:
+    """Blockings of a domain as derived predicates. A thing is at one stage of a track; at none once it has another history.
+
+    Args:
+        atom: writes a predicate and its terms.
+        object_of: name of an entity in PDDL.
+        entities: that the problem has. Tasks with others cannot be done in it.
+    """
+
+    def __init__(
+        self, blocked: Sequence[Blocking], atom: Callable[[str, Sequence[str]], str], object_of: Callable[[str], str],
+        entities: frozenset[str],
+    ) -> None:  # fmt: skip
+        self.blocked = [b for b in blocked if entities.issuperset(e for _, e in b.task[1])]
+        self.tracks = list(dict.fromkeys(t for b in self.blocked for t in b.tracks))
+        self.atom, self.object_of, self.entities = atom, object_of, entities
+
+    @property
+    def named(self) -> set[str]:
+        """Entities that conditions and effects name."""
+        tasks = [*(b.task for b in self.blocked), *(one for t in self.tracks for one in t.past)]
+        return {t.thing for t in self.tracks} | {e for task in tasks for _, e in task[1]}
+
+    def initial(self) -> Iterator[str]:
+        """Generate the facts that hold at first: nothing has been done to anything."""
+        yield from (self._at(track, (0, "")) for track in self.tracks)
+
+    def conditions(self, schema: ActionSchema) -> Iterator[str]:
+        """Generate the precondition of an action that blockings are about."""
+        if any(b.task[0] == schema.task for b in self.blocked):
+            terms = [schema.terms[r] for r in sorted(schema.rule.roles)]
+            yield f"(not {self.atom(_name(schema.task), [t for t in terms if t != EFFECTOR])})"
+
+    def derived(self) -> Iterator[str]:
+        """Generate the derived predicates: a task is blocked with these things while all of a blocking's things are as they were."""
+        for task in dict.fromkeys(b.task[0] for b in self.blocked):
+            alternatives = [b for b in self.blocked if b.task[0] == task]
+            roles = [r for r, e in alternatives[0].task[1] if e != EFFECTOR]
+            name = self.atom(_name(task), [f"?{r}" for r in roles]).strip("()").split()[0]
+            head = " ".join([name, *(f"?{r} - {ENTITY}" for r in roles)])
+            yield f"(:derived ({head}) (or {' '.join(map(self._stands, alternatives))}))"
+
+    def _stands(self, blocking: Blocking) -> str:
+        same = [f"(= ?{r} {self.object_of(e)})" for r, e in blocking.task[1] if e != EFFECTOR]
+        ends = (f"(or {' '.join(self._at(t, stage) for stage in t.at_its_end())})" for t in blocking.tracks)
+        return f"(and {' '.join([*same, *ends])})"
+
+    def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
+        """Generate how an action leads things along their tracks, or off them."""
+        change = schema.change
+        for term, how in handled(change.needs, change.adds, change.removes, fluents).items():
+            for track in self.tracks if term.startswith("?") else ():
+                if track.thing in self.entities:
+                    yield from (e for stage in track.stages() for e in self._step(schema, term, how, track, stage))
+
+    def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage) -> Iterator[str]:
+        """From one stage of a track to the next: with the fillers of its tasks, and with all others."""
+        here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
+        own = {self._same(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.task}
+        own = {same: after for same, after in own.items() if same and after != otherwise}
+        rest = {} if here in own else {" ".join([here, *(f"(not (and {same}))" for same in own)]): otherwise}
+        cases = {**own, **rest}
+        for case, after in cases.items():
+            if after != stage:
+                more = f" {self._at(track, after)}" if after is not None else ""
+                yield f"(when (and {case} {self._at(track, stage)}) (and (not {self._at(track, stage)}){more}))"
+
+    def _same(self, schema: ActionSchema, task: Done) -> str:
+        """That an action is a task that was done; "" where it cannot be in this problem."""
+        if not self.entities.issuperset(e for _, e in task[1]):
+            return ""
+        roles = ((schema.terms[r].rpartition(BETWEEN)[2], e) for r, e in task[1] if e != EFFECTOR)
+        return " ".join(f"(= {term} {self.object_of(e)})" for term, e in roles)
+
+    def _at(self, track: Track, stage: Stage) -> str:
+        return self.atom(f"track {self.tracks.index(track)} stage {stage[0]} {stage[1]}", ())
+
+
+def _name(task: str) -> str:
+    return f"blocked {task}"

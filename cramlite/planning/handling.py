@@ -1,0 +1,118 @@
+"""Handling of things by tasks: by which tasks a thing came to be where it is and as it is held, by what their rules say.
+
+How the hand holds a thing is settled when it is taken, where it lies when it is let go of, and how far a joint is open by the task
+that changes it. What happens in between, while it is in the hand, makes no difference; nor does a grasp that ends where it began.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+from ..base.value import Value
+from ..interpretation.fluents import EFFECTOR, Fact, Fluents, Pattern
+from .operators import Operator
+
+Done = tuple[str, tuple[tuple[str, str], ...]]
+"""A task that was done: its class, and the entity of each role."""
+
+Stage = tuple[int, Literal["", "taken", "other"]]
+"""How many tasks of a track were done; and whether it was then taken as the track says, or otherwise, and not moved since."""
+
+
+class Handling(Value):
+    """What a task does to a thing.
+
+    Args:
+        takes, lets_go: whether it begins, or ends, to be held.
+        displaces: whether it is elsewhere, or its joint at another value, afterwards.
+        holds: whether it is in the hand at some time of the task.
+    """
+
+    takes: bool
+    lets_go: bool
+    displaces: bool
+    holds: bool
+
+
+def handled(needs: Iterable[Fact], adds: Iterable[Fact], removes: Iterable[Pattern], fluents: Fluents) -> dict[str, Handling]:
+    """Return what a task does to each thing, or parameter, by its preconditions and effects.
+
+    Held is what a fluent ``in_hand`` is about; it is displaced where a relation to anything but the hand begins or ends. What is
+    not held is where a state of it alone ends, such as that a joint is closed.
+    """
+    needs, adds, removes = frozenset(needs), frozenset(adds), frozenset(removes)
+    grips = {f for f in needs | adds | removes if fluents[f[0]].in_hand}
+    holds = {str(f[-1]) for f in grips if f[-1] is not None}
+    takes = {str(f[-1]) for f in grips & (adds - needs)}
+    ends = {f[-1] for f in grips & removes}
+    lets_go = (holds - takes) & {h for h in holds if h in ends or None in ends}
+    new = [p for p in removes | (adds - fluents.implied(needs, holds)) if p not in grips and EFFECTOR not in p]
+    alone = {str(p[1]) for p in new if len(p) == 2 and p[1] is not None and (p in removes or fluents[p[0]].excludes)}
+    moved = alone | {str(e) for p in new for e in p[1:] if e in holds}
+    return {e: Handling(e in takes, e in lets_go, e in moved, e in holds) for e in sorted(holds | alone)}
+
+
+def done(step: Operator) -> Done:
+    """Return an operator as a task that was done."""
+    return step.task, tuple(sorted(step.roles.items()))
+
+
+def said(task: Done) -> str:
+    """Format a task that was done for people: "Placing(tin, shelf)"."""
+    return f"{task[0].split(':')[-1]}({', '.join(e for _, e in task[1] if e != EFFECTOR)})"
+
+
+def history(steps: Iterable[Operator], thing: str) -> tuple[Done, ...]:
+    """Return the tasks that made a thing what it is, in order; () while it is as it was at the start."""
+    past, taken = list[Done](), list[Done]()
+    for step in steps:
+        how = handled(step.needs, step.adds, step.removes, step.fluents).get(thing)
+        if how is None:
+            continue
+        taken = [done(step)] if how.takes else taken
+        if how.displaces:
+            past, taken = past + (taken if how.holds else [done(step)]), []
+        if how.lets_go:
+            past, taken = past + ([] if taken else [done(step)]), []
+    return (*past, *taken)
+
+
+class Track(Value):
+    """History of a thing that is followed step by step.
+
+    Args:
+        thing: its name.
+        past: the history, as ``history`` gives it.
+    """
+
+    thing: str
+    past: tuple[Done, ...]
+
+    def stages(self) -> list[Stage]:
+        """Return all that a thing may be at while it can still come to this history."""
+        return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]
+
+    def after(self, stage: Stage, how: Handling, task: Done | None) -> Stage | None:
+        """Return the stage after a task; None where the thing has another history then.
+
+        Args:
+            task: None for any that is not of this track.
+        """
+        number, taken = stage
+        if how.takes:
+            taken = "taken" if self.past[number : number + 1] == (task,) else "other"
+        if how.displaces and taken == "other":
+            return None
+        if how.displaces and (taken or not how.holds):
+            if not taken and self.past[number : number + 1] != (task,):
+                return None
+            number, taken = number + 1, ""
+        if how.lets_go and not taken:
+            return (number + 1, "") if self.past[number : number + 1] == (task,) else None
+        return (number, "" if how.lets_go else taken)
+
+    def at_its_end(self) -> list[Stage]:
+        """Return the stages at which the thing has this history."""
+        ends: list[Stage] = [(len(self.past), "")]
+        return [*ends, (len(self.past) - 1, "taken")] if self.past else ends

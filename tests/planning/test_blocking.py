@@ -1,0 +1,153 @@
+"""Blockings: what a refusal rules out of symbolic plans, and that it rules out no more."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from properties import examples
+
+from cramlite import Engine, Goal, Trace, planning_problem, read_scenario
+from cramlite.planning.blocking import Blocking
+from cramlite.planning.handling import Done, Handling, Track
+from cramlite.planning.plan_stream import task_plans
+from cramlite.planning.planning_problem import PlanningProblem
+from cramlite.planning.refutation import ANY, AsItIs, InTask, Refutation, refutation
+
+ENGINE = Engine()
+SCENE = """
+scenario: blocks
+goal: [prize on tray]
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: tray, model: table, at: {position: [0.45, -0.35, 0.15]}, with: {size: [0.25 m, 0.25 m, 20 mm]}}
+  - {name: prize, model: block, at: {position: [0.5, 0.15, 31 mm]}}
+  - {name: other, model: block, at: {position: [0.5, 0.23, 31 mm]}}
+"""
+
+
+@pytest.fixture(scope="module")
+def problem(tmp_path_factory: pytest.TempPathFactory) -> PlanningProblem:
+    path = tmp_path_factory.mktemp("blocks") / "blocks.yaml"
+    path.write_text(SCENE)
+    setting = ENGINE.setting(read_scenario(path))
+    return planning_problem(Goal(("prize on tray",)), setting.symbolic(ENGINE.knowledge.taxonomy), ENGINE.knowledge)
+
+
+def replanned(problem: PlanningProblem, *refuted: Refutation) -> tuple[list[str], Trace]:
+    """The plans that come one after another if each is refuted in turn, as texts."""
+    trace, found = Trace(), list[str]()
+    for number, plan in enumerate(task_plans(problem, trace=trace), 1):
+        found.append(" ".join(map(str, plan.steps)))
+        if number > len(refuted):
+            break
+        trace.candidate = number
+        trace.refuted("", refuted[number - 1])
+    return found, trace
+
+
+def test_what_is_in_the_way_is_moved_and_put_down_elsewhere_first(problem: PlanningProblem) -> None:
+    (first, second), trace = replanned(problem, Refutation((1,), ("other",)))
+    assert first.startswith("Grasping(Patient=prize)")
+    assert second.startswith("Grasping(Patient=other) PickingUp(Locatum=other, Relatum=floor) Placing(Locatum=other")
+    assert second.endswith(first)
+    said = [e.reason for e in trace.entries if e.kind == "goal" and e.outcome == "refused"]
+    assert said == ["no Grasping(prize) with 'other' as it was and 'prize' as it was"]
+
+
+def test_a_grasp_that_ends_where_it_began_moves_nothing(problem: PlanningProblem) -> None:
+    (_, second), _ = replanned(problem, Refutation((1,), ("other",)))
+    assert "Releasing" not in second
+
+
+def test_what_does_not_fit_as_it_is_held_is_set_down_and_taken_again(problem: PlanningProblem) -> None:
+    plans, _ = replanned(problem, Refutation((1, 3), ()), Refutation((1, 3), ()))
+    assert "Placing(Locatum=prize, Relatum=tray)" not in plans[1]  # another task for the same, with the same grasp
+    assert plans[2].count("Grasping(Patient=prize)") == 2 and plans[2].endswith("Placing(Locatum=prize, Relatum=tray)")
+
+
+def test_what_fails_whatever_is_moved_leaves_no_plan(problem: PlanningProblem) -> None:
+    plans, _ = replanned(problem, Refutation((1,), ()), *[Refutation((1,), ())] * 9)
+    assert len(plans) == 1 or all("prize" in p for p in plans)
+    assert not any(p.startswith("Grasping(Patient=prize)") for p in plans[1:])
+
+
+def test_where_nobody_says_what_it_depends_on_anything_may_help(problem: PlanningProblem) -> None:
+    steps = next(task_plans(problem)).steps
+    known, unknown = (problem.blocking(steps, Refutation((1,), things)) for things in (("other",), None))
+    assert known is not None and known == unknown
+    assert problem.blocking(steps, Refutation((), None)) is None  # no task was refused
+
+
+def test_a_blocking_bars_a_task_only_while_its_things_are_as_they_were(problem: PlanningProblem) -> None:
+    steps = next(task_plans(problem)).steps
+    blocking = problem.blocking(steps, Refutation((1, 3), ()))
+    assert blocking is not None and blocking.task[0] == "soma:Placing"
+    grasp, lift, place = steps
+    assert blocking.bars((grasp, lift), place) and blocking.bars((grasp,), place)  # how the arm moved makes no difference
+    assert not blocking.bars((grasp, lift, place, grasp, lift), place)
+    assert not blocking.bars((grasp, lift), lift)
+
+
+def test_a_conflict_set_says_tasks_and_things() -> None:
+    assert refutation({"grasp(x)", InTask(3), InTask(1), AsItIs("b"), AsItIs("a")}) == Refutation((1, 3), ("a", "b"))
+    assert refutation({InTask(1), AsItIs("a"), AsItIs(ANY)}).things is None
+
+
+# The track of a thing in PDDL is at its end exactly if its history is that of the track
+
+TASKS: dict[str, Handling] = {
+    "take": Handling(takes=True, lets_go=False, displaces=False, holds=True),
+    "lift": Handling(takes=False, lets_go=False, displaces=True, holds=True),
+    "drop": Handling(takes=False, lets_go=True, displaces=False, holds=True),
+    "place a": Handling(takes=False, lets_go=True, displaces=True, holds=True),
+    "place b": Handling(takes=False, lets_go=True, displaces=True, holds=True),
+    "open": Handling(takes=False, lets_go=False, displaces=True, holds=False),
+}
+
+
+def legal(names: Sequence[str]) -> list[str]:
+    """The tasks that can follow one another: what is held is not taken, and what is not held is not let go of."""
+    held, found = False, []
+    for name in names:
+        how = TASKS[name]
+        if held == (how.holds and not how.takes):
+            found.append(name)
+            held = (held or how.takes) and not how.lets_go
+    return found
+
+
+def past_of(names: Sequence[str]) -> tuple[Done, ...]:
+    """The history, told as the rule is written down: what was taken counts once it is moved, or while it is in the hand."""
+    past, taken = list[str](), ""
+    for name in names:
+        how = TASKS[name]
+        if how.takes:
+            taken = name
+        if how.displaces:
+            past += [taken] if taken else [] if how.holds else [name]
+            taken = ""
+        if how.lets_go:
+            past += [] if taken else [name]
+            taken = ""
+    return tuple((name, ()) for name in (*past, *([taken] if taken else [])))
+
+
+@given(st.lists(st.sampled_from(sorted(TASKS)), max_size=9), st.lists(st.sampled_from(sorted(TASKS)), max_size=9))
+@examples(400)
+def test_a_track_ends_where_the_history_is_its_own(one: list[str], other: list[str]) -> None:
+    track = Track("thing", past_of(legal(one)))
+    for names in (legal(one), legal(other)):
+        stage = (0, "")
+        for name in names:
+            stage = track.after(stage, TASKS[name], (name, ())) if stage is not None else None  # type: ignore[assignment,arg-type]
+        assert (stage in track.at_its_end()) == (past_of(names) == track.past)
+
+
+def test_a_blocking_is_said_with_what_was_done() -> None:
+    done: Done = ("soma:Grasping", (("Patient", "tin"),))
+    said = str(Blocking(("soma:Placing", (("Locatum", "tin"), ("Relatum", "shelf"))), (Track("cup", ()), Track("tin", (done,)))))
+    assert said == "no Placing(tin, shelf) with 'cup' as it was and 'tin' after Grasping(tin)"
