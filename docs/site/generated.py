@@ -8,8 +8,9 @@ import inspect
 import json
 import re
 from collections.abc import Callable, Iterator
+from functools import cached_property
 from itertools import pairwise
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any, get_args
 
 import cramlite
@@ -80,7 +81,9 @@ def described(module: ModuleType, name: str) -> list[str]:
         return [f"### {name}", "", f"`{constant_text(value)}`", "", plain(constant_doc(module, name))]
     found = [f"### {name}", "", *signature(name, value), "", plain(inspect.getdoc(value) or "")]
     found += attributes(value)
-    for method, function in methods(value):
+    for property_, function in members(value, PROPERTIES):
+        found += ["", f"**`{property_}: {returned(function)}`** (property)", "", plain(inspect.getdoc(function) or "")]
+    for method, function in members(value, METHODS):
         found += ["", f"**`{method}{signature_of(function)}`**", "", plain(inspect.getdoc(function) or "")]
     return found
 
@@ -98,14 +101,22 @@ def attributes(value: Any) -> list[str]:
     return ["", "**Attributes**", "", *lines] if lines else []
 
 
-def methods(value: Any) -> list[tuple[str, Any]]:
-    """Public methods that a class defines itself and documents."""
+PROPERTIES, METHODS = (property, cached_property), (FunctionType, classmethod, staticmethod)
+
+
+def members(value: Any, kinds: tuple[type, ...]) -> list[tuple[str, Any]]:
+    """Public methods, or properties, that a class defines itself and documents, each with its function."""
     if not inspect.isclass(value):
         return []
     protocol = getattr(value, "_is_protocol", False)
-    own = [(n, getattr(f, "__func__", f)) for n, f in vars(value).items() if not n.startswith("_")]
-    own = [(n, getattr(f, "fget", getattr(f, "func", f))) for n, f in own]
-    return [(n, f) for n, f in own if inspect.isfunction(f) and (protocol or inspect.getdoc(f))]
+    own = [(n, member) for n, member in vars(value).items() if not n.startswith("_") and isinstance(member, kinds)]
+    found = [(n, getattr(m, "fget", getattr(m, "func", getattr(m, "__func__", m)))) for n, m in own]
+    return [(n, f) for n, f in found if protocol or inspect.getdoc(f)]
+
+
+def returned(function: Any) -> str:
+    """The type that a property has."""
+    return str(inspect.signature(function).return_annotation).strip("'")
 
 
 def signature(name: str, value: Any) -> list[str]:

@@ -1,0 +1,54 @@
+"""Pictures of pages for README and docs, taken in a headless Chromium (which must be installed).
+
+    python docs/site/pictures.py RECORDING
+
+Writes docs/assets/report.png (the report of fetch_from_hanger) and docs/assets/reading.png (what ``cramlite interpret --html``
+says of a recording, e.g. one of a person in virtual reality).
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+DOCS = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
+
+from headless import Browser, chromium  # noqa: E402
+
+WIDTH, COLOURS = 1100, 128
+"""Pixels, and colours of what is kept."""
+
+
+def cramlite(*words: object) -> None:
+    """Run a command of this checkout."""
+    subprocess.run([sys.executable, "-m", "cramlite", *map(str, words)], check=True, stdout=subprocess.DEVNULL)
+
+
+def take(page: Path, out: Path, height: int) -> None:
+    """Take the upper part of a page."""
+    browser = chromium()
+    assert browser is not None, "install Chromium first"
+    with Browser(browser) as found:
+        found.look(WIDTH, height)
+        found.open(page.as_uri())
+        found.screenshot(out)
+    Image.open(out).convert("RGB").quantize(COLOURS).save(out, optimize=True)
+
+
+def main(recording: str) -> None:
+    """Take both pictures."""
+    with tempfile.TemporaryDirectory() as folder:
+        run, reading = Path(folder) / "run", Path(folder) / "reading.html"
+        cramlite("resolve", "fetch_from_hanger", "--out", run)
+        take(run / "report.html", DOCS / "assets" / "report.png", 1400)
+        cramlite("interpret", recording, "--html", reading)
+        take(reading, DOCS / "assets" / "reading.png", 900)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
