@@ -29,7 +29,7 @@ def plan(episode: Episode) -> Plan:
     engine = Engine()
     sequence = next(iter(engine.interpret(episode).sequences()))
     calls = [TaskCall(task_type(engine.knowledge.tasks, m.task), m.roles) for m in sequence.matches]
-    return plan_from_episode("fetch", calls, episode)
+    return plan_from_episode("fetch", calls, episode, engine.knowledge.taxonomy)
 
 
 def _leaves(node: Any) -> list[Any]:
