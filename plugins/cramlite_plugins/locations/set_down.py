@@ -277,7 +277,7 @@ def _check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
         Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may do.
     """
     held, (turn, context) = wanted.belief.held, (now.inverse() * asked, wanted.context)
-    if held is None or not any(turn.rotvec):
+    if held is None or math.hypot(*turn.rotvec) < SAME:  # rounding turns nothing
         return
     if wanted.thing.filling is not None:
         raise Unresolvable(f"'{wanted.thing.name}' holds something that would be spilled", (wanted.entity,))
