@@ -93,7 +93,8 @@ class Backend(Protocol):
     """Code generator for one robot language. ``executable`` says whether a simulator here runs that text.
 
     A backend may also have ``remark``, a clause about its text that every result repeats, e.g. what was not checked; and
-    ``typed_stands_in``: where its text cannot be run, the typed program runs on the controller model in its place.
+    ``typed_stands_in``: where its text cannot be run, the typed program runs on the controller model in its place. One with
+    ``drive`` is a ``Driver``, too.
     """
 
     @property
@@ -106,6 +107,18 @@ class Backend(Protocol):
         ...
     def emit(self, program: Program, robot: Robot) -> Code:
         """Generate the text of a program for a robot."""
+        ...
+
+
+class Driver(Backend, Protocol):
+    """Backend that also drives a robot with its text: by a process that answers for the robot."""
+
+    def drive(self, text: str, robot: Robot, command: Sequence[str]) -> Rollout:
+        """Start a process by its command, run a text on its robot, and return what the robot felt; no thing is in the rollout's world.
+
+        Raises:
+            UserError: the text cannot be driven, or the process does not answer as it must.
+        """
         ...
 
 
