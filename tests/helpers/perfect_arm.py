@@ -19,7 +19,7 @@ WRONG = {
     "huge": json.dumps(state | {"opening": 1e999}),
     "few": json.dumps(state | {"joints": [0.0]}),
     "list": "[]",
-    "long": "0" * 100_000,
+    "long": "0" * (1 << 22),
     "old": json.dumps(hello | state | {"protocol": 0}),
     "other": json.dumps(hello | state | {"robot": "another"}),
     "slow": json.dumps(hello | state | {"rate": 0}),

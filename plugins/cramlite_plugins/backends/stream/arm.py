@@ -22,12 +22,16 @@ ARRIVAL = 3.0
 """How long the arm may take to come near enough after a motion should have ended [s]."""
 ASTRAY = 0.10
 """A tool that is further off its path than this has left it [m]; at 0.3 m/s, an arm with a lag of 0.16 s is 50 mm behind."""
+SLOWEST, FASTER = 0.1, 1.2
+"""Motions that want larger deltas than the process takes go on at a lower pace, at least this share, which grows so much a period."""
 BEYOND = 0.02
 """How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is."""
 
 
 class StreamedArm(CommandedArm):
     """Arm that is sent one action a period: joint positions, or deltas of the end effector.
+
+    Motions slow down on their path where the process would have to clip a delta.
 
     Args:
         hello: what the process said of it.
@@ -38,6 +42,8 @@ class StreamedArm(CommandedArm):
         super().__init__(robot, np.array(hello.joints), 1.0 / hello.rate)
         self.hello, self.step, self.state = hello, step, State(joints=hello.joints, opening=hello.opening, wrench=hello.wrench)
         self.gripper = GripperOrder(robot.gripper)
+        self.gripper.tolerance = hello.fingers or self.gripper.tolerance
+        self.gripper.patience = hello.hesitation
         self.gripper.opening = self.gripper.goal = self.gripper.command = hello.opening
         self.force_gain = min(1.0, CYCLE / self.period)
         self.watch = SafetyWatch(Safety(), robot, np.ones(len(robot.joints)), self.period)
@@ -108,7 +114,9 @@ class StreamedArm(CommandedArm):
         way = np.subtract(target.position, here.position)
         turn = np.array(here.rotate((here.inverse() * target).rotvec))
         if self.hello.most is not None:
-            way, turn = (v * min(1.0, m / max(float(np.linalg.norm(v)), 1e-12)) for v, m in zip((way, turn), self.hello.most, strict=True))
+            fit = min(m / max(float(np.linalg.norm(v)), 1e-12) for v, m in zip((way, turn), self.hello.most, strict=True))
+            self.pace = max(SLOWEST, fit * self.pace) if fit < 1.0 else min(1.0, FASTER * self.pace)
+            way, turn = min(1.0, fit) * way, min(1.0, fit) * turn
         x, y, z, rx, ry, rz = np.concatenate([way, turn]).round(9).tolist()
         return x, y, z, rx, ry, rz
 

@@ -48,6 +48,8 @@ class Hello(State, kw_only=True):
         lag: how long it stays behind what it is told while it moves [s]; actions are that much ahead.
         most: largest delta that it takes at once, translation [m] and rotation [rad]; None for no limit.
         tolerance: how near to a target it comes to rest, translation [m] and rotation [rad].
+        fingers: how near they come to an opening [m]; None for 1.2 % of their stroke.
+        hesitation: how long they may stand still before they move [s]; those that rest longer have been stopped.
     """
 
     protocol: int
@@ -57,6 +59,8 @@ class Hello(State, kw_only=True):
     lag: float = 0.0
     most: tuple[float, float] | None = None
     tolerance: tuple[float, float] = (0.002, 0.01)
+    fingers: float | None = None
+    hesitation: float = 0.08
 
 
 class AskHello(Value, tag_field="ask", tag="hello", kw_only=True):

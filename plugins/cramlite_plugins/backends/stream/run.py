@@ -34,7 +34,7 @@ from ...simulation.typed_program.machine import ProgramMachine, load_program
 from ...simulation.urscript.interpreter import Halted
 from .arm import StreamedArm
 from .messages import Action, Hello, State
-from .process import PATIENCE, RobotProcess
+from .process import PATIENCE, LineProcess, RobotProcess
 
 
 class RobotConnection(Protocol):
@@ -53,6 +53,7 @@ class RobotConnection(Protocol):
 
 FEELING = MoveUntilContact | ForceMove | SpiralSearch | ForceInsert | ForceExtract | CompliantSlide
 """Steps that end by what is felt."""
+PAGE = "docs/how-to/drive_a_robot.md"
 LONGEST = 600.0
 """A program that still runs then is stopped [s]."""
 
@@ -75,7 +76,8 @@ def drive(text: str, robot: Robot, command: Sequence[str], patience: float = PAT
             its robot lacks what the program needs.
     """
     loaded = load_program(text, robot)
-    with RobotProcess(command, robot.type, len(robot.joints), patience) as process:
+    lines = LineProcess("robot process", command, PAGE)
+    with RobotProcess(lines, robot.type, len(robot.joints), patience) as process:
         return stream(loaded, robot, process)
 
 
@@ -98,7 +100,7 @@ def _refuse(program: Program, hello: Hello, name: str) -> None:
             raise UserError(f"Step '{label}' drives a platform, and a stream of actions moves an arm only.")
         if hello.wrench is None and (isinstance(step, FEELING) or (isinstance(step, Monitor) and step.force is not None)):
             raise UserError(
-                f"Step '{label}' ends by the force that it feels, and the robot process '{name}' tells none. Answer with 'wrench', "
+                f"Step '{label}' ends by the force that it feels, and the {name} tells none. Answer with 'wrench', "
                 "or let the scenario's tasks do without contact."
             )
 

@@ -38,6 +38,7 @@ class CommandedArm(ABC):
         self.q = q
         self.motion: Motion | None = None
         self.time = 0.0
+        self.pace = 1.0  # of motions: a share of the speed that they were planned with
         self.force_mode: ForceMode | None = None
         self.force_gain = 1.0
         self.nominal = self.kinematics.forward(self.q)
@@ -145,7 +146,7 @@ class CommandedArm(ABC):
         """Where the arm should be at the end of this cycle."""
         place: Floats | Pose | None = None
         if self.motion is not None:
-            self.time += self.period
+            self.time += self.pace * self.period
             place = self.motion.at(self.time)
             if self.time >= self.motion.duration:
                 self.motion = None

@@ -26,6 +26,7 @@ class GripperOrder:
         self.opening = self.goal = self.command = self.widest
         self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
         self.still = 0.0
+        self.tolerance, self.patience = TOLERANCE * self.stroke, PATIENCE
 
     def move(self, opening: float, speed: float, force: float) -> None:
         """Order an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
@@ -45,9 +46,9 @@ class GripperOrder:
     def state(self) -> State:
         """Return whether the fingers move, have arrived, or were stopped by an object."""
         rest = self.opening - self.goal
-        if abs(rest) <= TOLERANCE * self.stroke:
+        if abs(rest) <= self.tolerance:
             return "there"
-        if self.still < PATIENCE:
+        if self.still < self.patience:
             return "moving"
         return "stopped closing" if rest > 0 else "stopped opening"
 
@@ -58,5 +59,5 @@ class GripperOrder:
         step = self.speed * period
         self.command += max(-step, min(step, self.goal - self.command))
         # The order has to be well ahead of the fingers before their rest means anything.
-        ahead = abs(self.command - self.opening) > TOLERANCE * self.stroke
+        ahead = abs(self.command - self.opening) > self.tolerance
         self.still = self.still + period if ahead and not fast else 0.0
