@@ -22,6 +22,8 @@ from cramlite_plugins.simulation.typed_program.machine import load_program
 HERE = Path(__file__).parent
 BUDGETS = {"libero_spatial": 220, "libero_object": 280, "libero_goal": 300, "libero_10": 520, "libero_90": 400}
 """Actions of an episode in the published protocol."""
+SEARCH = {"sequences": 3, "proofs": 4}
+"""Work that an episode's search may take: less than usual (12 and 8), so that a refusal takes a minute or two."""
 REST = 20
 """Actions that do nothing, after which things are at rest: 1 s."""
 
@@ -96,7 +98,7 @@ def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, t
         raise UserError(f"The robot's base is turned by the quaternion {turn}; all of LIBERO's stand straight.")
     spec: dict[str, Any] = {
         "scenario": "episode", "robot": {"type": "libero_panda", "at": {"position": [x, y, z]}},
-        "world": {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state"},
+        "world": {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state"}, "budget": SEARCH,
     }  # fmt: skip
     setting = engine.setting(read_scenario(spec | {"tasks": []}), twins=twins)
     goal = goal_sentences(scene, (t.name for t in setting.world.things))
