@@ -23,6 +23,7 @@ WRONG = {
     "old": json.dumps(hello | state | {"protocol": 0}),
     "other": json.dumps(hello | state | {"robot": "another"}),
     "slow": json.dumps(hello | state | {"rate": 0}),
+    "loose": json.dumps(hello | state | {"tolerance": [0, 1]}),
     "numb": json.dumps(hello | {k: v for k, v in state.items() if k != "wrench"}),
     "stop": json.dumps(state | {"stop": "the emergency stop is pressed"}),
 }

@@ -123,7 +123,8 @@ def test_a_platform_and_another_robot_are_refused() -> None:
         ("garbage", 4, "'MOTOR OK', which is no state message"), ("bytes", 4, "which is no state message"),
         ("nan", 4, "which is no state message"), ("huge", 4, "no state message"), ("few", 4, "with 1 joints; the robot has 6"),
         ("list", 4, "no state message"), ("long", 4, "no state message"), ("old", 0, "speaks protocol 0, cramlite speaks 1"),
-        ("other", 0, "drives a 'another', and the program is for a 'ur5e'"), ("slow", 0, "a rate outside 1 .. 1000 Hz"),
+        ("loose", 0, "says a tolerance of 0, which is too small"),
+        ("other", 0, "drives a 'another', and the program is for a 'ur5e'"), ("slow", 0, "says a rate of 0 Hz, outside 1 .. 1000"),
     ],
 )  # fmt: skip
 def test_what_is_no_answer_is_explained(what: str, when: int, said: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 import subprocess
 import tempfile
@@ -136,9 +137,8 @@ class RobotProcess:
             raise self.lines.wrong(f"speaks protocol {said.protocol}, cramlite speaks {PROTOCOL}")
         if said.robot != self.robot:
             raise self.lines.wrong(f"drives a '{said.robot}', and the program is for a '{self.robot}'")
-        positive = (*said.tolerance, *(said.most or ()), *([] if said.fingers is None else [said.fingers]))
-        if not (1 <= said.rate <= 1000 and 0 <= said.lag <= 1 and 0 <= said.hesitation <= 10 and min(positive) > 0):
-            raise self.lines.wrong("says a rate outside 1 .. 1000 Hz, a lag outside 0 .. 1 s, a hesitation outside 0 .. 10 s, or a limit or tolerance that is not positive")
+        if wrong := _out_of_range(said):
+            raise self.lines.wrong(f"says a {wrong}")
         return said
 
     def step(self, action: Action) -> State:
@@ -155,3 +155,16 @@ class RobotProcess:
             return understood(line, kind, self.joints)
         except UserError as error:
             raise self.lines.wrong(str(error)) from None
+
+
+def _out_of_range(hello: Hello) -> str:
+    """Which number of a robot makes no sense, as a clause; "" if all do."""
+    ranges = {
+        "rate": (hello.rate, 1.0, 1000.0, "Hz"), "lag": (hello.lag, 0.0, 1.0, "s"), "hesitation": (hello.hesitation, 0.0, 10.0, "s"),
+        "tolerance": (min(hello.tolerance), 1e-6, math.inf, ""), "largest delta": (min(hello.most or (1.0,)), 1e-6, math.inf, ""),
+        "tolerance of the fingers": (1.0 if hello.fingers is None else hello.fingers, 1e-6, math.inf, "m"),
+    }  # fmt: skip
+    for name, (value, low, high, unit) in ranges.items():
+        if not low <= value <= high:
+            return f"{name} of {value:g} {unit}".strip() + (f", outside {low:g} .. {high:g}" if high < math.inf else ", which is too small")
+    return ""
