@@ -506,7 +506,7 @@ def _held(box: Thing) -> Pose:
 def test_what_is_put_on_a_plate_may_stick_out_over_its_rim() -> None:
     """A cup whose foot fits on a plate's flat middle, and whose mouth is wider than that; not so one that is as wide all the way down."""
     along, across = (0.01, 0.05, 0.012), (0.05, 0.01, 0.012)
-    rim = [Geom("box", along, Pose((s * 0.04, 0.0, 0.0))) for s in (1, -1)] + [Geom("box", across, Pose((0.0, s * 0.04, 0.0))) for s in (1, -1)]
+    rim = [Geom("box", half, Pose(at)) for s in (0.04, -0.04) for half, at in ((along, (s, 0.0, 0.0)), (across, (0.0, s, 0.0)))]
     plate = Thing("plate", "soma:Plate", Pose((0.45, -0.35, 0.2)), (Geom("box", (0.05, 0.05, 0.002)), *rim))
     foot, mouth = Geom("cylinder", (0.018, 0.02), Pose((0.0, 0.0, -0.02))), Geom("cylinder", (0.045, 0.02), Pose((0.0, 0.0, 0.02)))
     belief = _belief(plate)
