@@ -119,7 +119,8 @@ class Check(Value):
             return None
         wanted = MARGIN * self.most
         digits = 1 - math.floor(math.log10(wanted)) if wanted > 0 else 0
-        return min(self.limit, math.ceil(wanted * 10**digits - 1e-9) / 10**digits)
+        rounded: float = math.ceil(wanted * 10.0**digits - 1e-9) / 10.0**digits
+        return min(self.limit, rounded)
 
 
 def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
