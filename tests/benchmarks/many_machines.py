@@ -2,11 +2,12 @@
 
     python tests/benchmarks/many_machines.py [--trials 100 1000 10000] [--tables FILE] [--measure [--repeats N]]
 
-With ``--measure`` it runs a small experiment (recording, interpretation, a budget that leaves no room for programs) on a Dask cluster of
-one and of two workers here, in turn, and measures what the scheduler takes for a task: some 100 s of CPU time, a minute or two where nothing
-else runs. It prints each run as it ends. Where something else runs it says so: what two workers gain cannot be told then. The simulation takes CPU times of whole trials as they
-were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables FILE``), puts their tasks on workers, first come first served, and lets
-the one scheduler handle one task after another. Where there are fewer trials than workers, a trial's twins are tasks of their own.
+With ``--measure`` it runs a small experiment (recording, interpretation, a budget that leaves no room for programs) on a Dask cluster
+of one and of two workers here, in turn, and measures what the scheduler takes for a task: some 100 s of CPU time, a minute or two
+where nothing else runs. It prints each run as it ends. Where something else runs it says so: what two workers gain cannot be told
+then. The simulation takes CPU times of whole trials as they were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables
+FILE``), puts their tasks on workers, first come first served, and lets the one scheduler handle one task after another. Where there
+are fewer trials than workers, a trial's twins are tasks of their own.
 """
 
 from __future__ import annotations
