@@ -16,14 +16,14 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
 
-from cramlite.model import Floats, Pose
+from cramlite.model import Floats, ImportedRobot, Pose, Stated
 from cramlite.plugin import UserError
 from cramlite.testing.plugin_checks import check_robot
 from cramlite_plugins.kinematics.kinematics import flange, forward, inverse
 from cramlite_plugins.robots.dh_arm import forward as dh_forward
 from cramlite_plugins.simulation.robot_files.chain import Chain, find_chain, pose_of
 from cramlite_plugins.simulation.robot_files.dh_table import table_of
-from cramlite_plugins.simulation.robot_files.robot_file import RobotFile, Stated, read_robot
+from cramlite_plugins.simulation.robot_files.robot_file import read_robot
 from cramlite_plugins.simulation.scenes.source import read_source
 
 DATA = Path(__file__).parent / "robots_data"
@@ -39,7 +39,8 @@ from cramlite.plugin import hookimpl
 
 @hookimpl
 def robots():
-    from cramlite_plugins.simulation.robot_files.robot_file import Stated, read_robot
+    from cramlite.model import Stated
+    from cramlite_plugins.simulation.robot_files.robot_file import read_robot
     return [read_robot({path!r}, "mine", {stated}).robot]
 """
 
@@ -119,10 +120,10 @@ def test_the_robot_keeps_the_contract_and_inverts(path: Path) -> None:
 
 
 def test_a_urdf_states_speeds_and_torques() -> None:
-    found: RobotFile = read_robot(SIX, "mine", replace(WITH[SIX], sensor=""))
+    found: ImportedRobot = read_robot(SIX, "mine", replace(WITH[SIX], sensor=""))
     assert found.robot.velocity == (2.0, 2.0, 2.5, 4.0, 4.0, 6.0)
     assert mujoco.MjModel.from_xml_string(found.robot.mjcf()).actuator("elbow").forcerange[1] == 120.0
-    said = "; ".join(found.notes)
+    said = "; ".join((*found.found, *found.notes))
     assert "no speed" not in said
     assert "tools are bolted to body 'tool0'" in said
     assert "no force sensor is in the file" in said
@@ -130,7 +131,8 @@ def test_a_urdf_states_speeds_and_torques() -> None:
 
 
 def test_what_is_missing_is_said_with_what_says_it() -> None:
-    said = "; ".join(read_robot(SEVEN, "mine", WITH[SEVEN]).notes)
+    read = read_robot(SEVEN, "mine", WITH[SEVEN])
+    said = "; ".join((*read.found, *read.notes))
     assert "no speed is stated for j1, j2, j3, j4, j5, j6, j7: 2 rad/s; 'speed' says another" in said
     assert "home is the file's keyframe 'home'" in said
 
@@ -197,7 +199,7 @@ def test_any_row_of_hinges_has_a_table(
 
 @pytest.mark.parametrize(("path", "at"), [(SEVEN, ", at: {position: [100 mm, 0, 0]}"), (SIX, "")], ids=["seven", "six"])
 def test_a_program_is_proven(path: Path, at: str, run: Callable[..., Any], tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text(PLUGIN.format(path=str(path), stated=WITH[path]).replace("mappingproxy", ""))
+    (tmp_path / "mine.py").write_text(PLUGIN.format(path=str(path), stated=WITH[path]))
     scenario = tmp_path / "place.yaml"
     scenario.write_text(SCENARIO.read_text().replace(LINE, f"robot: {{type: mine{at}}}"))
     options = ("--plugin", tmp_path / "mine.py", "--out", tmp_path / "run", "--no-report", "--twins", "0")

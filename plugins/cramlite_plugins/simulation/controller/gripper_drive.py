@@ -10,8 +10,8 @@ import numpy as np
 from cramlite.model import Gripper
 
 from ..model.index import RobotIndex
+from .jaws import COUNTS, jaws_of
 
-COUNTS = 255  # of the actuator: 0 open, 255 closed
 TOLERANCE = 3 / COUNTS  # share of the stroke within which an opening is reached: 1 mm of a 2F-85
 STILL = 0.004  # fingers slower than this have stopped [m/s]
 PATIENCE = 0.08  # for this long [s], before an object counts as found
@@ -30,14 +30,13 @@ class GripperDrive:
     """
 
     def __init__(self, gripper: Gripper, index: RobotIndex, model: Any) -> None:
-        self.gripper, self.index, self.model = gripper, index, model
+        self.gripper, self.index = gripper, index
         low, self.widest = gripper.opening
         self.stroke = self.widest - low
         self.opening = self.goal = self.command = self.widest
         self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
-        self.still, self.strength, self.limit = 0.0, 1.0, math.nan  # limit: as the actuator has it [N]
-        fingers = [(a, np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.fingers]
-        self.fingers = [(a, self.stroke / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
+        self.still, self.strength, self.limit = 0.0, 1.0, math.nan  # limit: of the grip force, as the actuators have it [N]
+        self.jaws = jaws_of(gripper, index, model)
 
     def begin_as(self, data: Any) -> None:
         """Initialize the order from the fingers' state before the first cycle."""
@@ -45,8 +44,7 @@ class GripperDrive:
 
     def measured(self, data: Any) -> float:
         """Return the measured opening [m]."""
-        qpos = data.qpos
-        return self.widest - sum([scale * float(qpos[a]) for a, scale in self.fingers])  # a generator would take twice as long
+        return self.jaws.measured(data)
 
     def move(self, opening: float, speed: float, force: float) -> None:
         """Order an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
@@ -82,9 +80,8 @@ class GripperDrive:
         # The order has to be well ahead of the fingers before their rest means anything.
         ahead = abs(self.command - self.opening) > TOLERANCE * self.stroke
         self.still = self.still + period if ahead and not fast else 0.0
-        # The tendon pulls both pads: twice the grip force of one (robots/parallel_gripper.py).
-        force = self.strength * 2 * self.force
-        if force != self.limit:
+        force = self.strength * self.force
+        if force != self.limit or self.index.linkage is not None:  # a linkage's leverage changes with its opening
             self.limit = force
-            self.model.actuator_forcerange[self.index.gripper] = (-force, force)
-        data.ctrl[self.index.gripper] = COUNTS * (self.widest - self.command) / self.stroke
+            self.jaws.limit(force, opening)
+        self.jaws.order(data, self.command)
