@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
-    from ..scenario.scenario import PoseSpec, Scenario
+    from ..scenario.scenario import Scenario
+    from ..scenario.spec_base import PoseSpec
     from .setting import Setting
 
 FAR = 20.0

@@ -70,7 +70,7 @@ class LinkageIndex(Value):
     def opening(self, qpos: Floats) -> Floats:
         """Return the distance between the pads (...) [m]; ``qpos`` (nq, ...) is of the whole model."""
         reading = sum(w * qpos[a] for a, w in zip(self.joints, self.measured, strict=True))
-        return np.interp(reading, self.readings, self.openings)
+        return np.asarray(np.interp(reading, self.readings, self.openings))
 
     def put(self, data: Data, opening: float) -> None:
         """Set joints and orders to an opening [m] without any physics."""
