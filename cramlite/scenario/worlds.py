@@ -119,13 +119,14 @@ def _completed(
     scenario: Scenario, things: tuple[Thing, ...], imported: ImportedScene | None, knowledge: Knowledge
 ) -> World:
     """The world of things with the scenario's robot, camera and physics; those of a scene file and of a gripper's pads stand below."""
-    mount, robot = mount_of(scenario), imported_robot(scenario, knowledge)
+    mount, read = mount_of(scenario), imported_robot(scenario, knowledge)
+    robot = read.robot if read else knowledge.robots.get(mount.type)
     written = scenario.spec.physics.model_dump(exclude_unset=True)
-    pads = {"pad_friction": robot.robot.gripper.friction} if robot and robot.robot.gripper.friction is not None else {}
+    pads = {"pad_friction": robot.gripper.friction} if robot and robot.gripper.friction is not None else {}
     physics = Physics(**{**(imported.physics if imported else {}), **pads, **written})
     camera = camera_of(scenario)
     cameras = () if camera is None else (camera,)
-    notes = (*(robot.notes if robot else ()), *(imported.notes if imported else ()))
+    notes = (*(read.notes if read else ()), *(imported.notes if imported else ()))
     return World(things, (mount,), physics, cameras=cameras, notes=notes)
 
 

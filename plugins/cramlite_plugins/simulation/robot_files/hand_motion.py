@@ -20,7 +20,7 @@ SAMPLES = 33  # along the stroke: 2.7 mm of a 2F-85, between which openings are 
 STILL, PATIENCE = 1e-4, 2000  # speed of joints at rest [rad/s, m/s]; steps until then at most
 NEAR = 0.001  # fingers that come as near meet [m]
 LEAST = 0.005  # a gripper opens at least so far [m]
-FAR = 1.0  # of distances between geoms, none is longer [m]
+FAR = 1.0  # a hand is smaller [m]
 
 
 class Driven(Value):
@@ -49,6 +49,7 @@ def driven(where: Path, spec: Any, fingers: Sequence[Sequence[int]] | None = Non
         UserError: nothing opens or closes.
     """
     model = _alone(spec)
+    _check_size(where, model)
     names = tuple(a.name for a in spec.actuators)
     orders = [np.array(c) for c in itertools.product(*(model.actuator(n).ctrlrange for n in names))]
     states = [settled(model, order)[0] for order in orders]
@@ -78,6 +79,15 @@ def stroke(hand: Driven) -> tuple[Floats, Floats, Floats]:
         q, data = settled(hand.model, order, data)
         rows.append((q, data.actuator_length.copy()))
     return orders, np.array([q for q, _ in rows]), np.array([length for _, length in rows])
+
+
+def _check_size(where: Path, model: Any) -> None:
+    far = float(np.linalg.norm(at(model, model.qpos0).geom_xpos, axis=1).max(initial=0.0))
+    if far > FAR:
+        raise UserError(
+            f"{where}: a shape of the hand is {far:.3g} m from the flange; files are in metres. If this one is in millimetres, scale its "
+            "lengths and meshes by 0.001; if it is mounted elsewhere, 'at' of 'gripper' says where."
+        )
 
 
 def _alone(spec: Any) -> Any:
