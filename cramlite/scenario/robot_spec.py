@@ -45,7 +45,7 @@ class RobotSpec(Spec):
     type: str | None = None
     at: PoseSpec = PoseSpec()
     file: str | None = None
-    gripper: str | GripperSpec = "robotiq_2f85"
+    gripper: GripperSpec | str = "robotiq_2f85"
     payload: Mass | None = Field(None, gt=0)
     flange: str = ""
     home: tuple[Angle, ...] = ()
