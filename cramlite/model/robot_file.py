@@ -57,7 +57,12 @@ class Stated(Value):
 
 
 class RobotFile(Value):
-    """File of an arm, and what is stated beside it."""
+    """File of an arm, and what is stated beside it.
+
+    Args:
+        path: of an MJCF or URDF file.
+        stated: what a data sheet says and the file does not.
+    """
 
     path: str
     stated: Stated = Stated()
