@@ -32,6 +32,7 @@ from cramlite import Budget, Engine, TaskSpec, data_folder, read_scenario
 from cramlite.base.quantities import Force, Time
 from cramlite.cli.main import main, parser
 from cramlite.cli.texts import tasks_json
+from cramlite.model import Pose
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
 from cramlite.scenario import error_spec, scenario
@@ -281,7 +282,7 @@ def test_every_object_model_is_documented() -> None:
             f"the table of model '{name}'",
         )
         if all(p.default is not p.empty for p in own):
-            assert function("x", scenario.Pose()).type in page
+            assert function("x", Pose()).type in page
 
 
 def test_every_task_is_documented() -> None:
