@@ -74,7 +74,7 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
         UserError: the text cannot run at all, a goal is none, or no line leads to a task of the plan.
     """
     candidate, remarks = _candidate(text, world, purpose, knowledge)
-    rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
+    rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
     ran = replace(candidate, rollout=rollout, episode=episode)

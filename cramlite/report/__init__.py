@@ -76,7 +76,7 @@ class Finished(Value):
     def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
         """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
         knowledge = self.engine.knowledge
-        return knowledge.simulator.collision_picture(self.setting.world, knowledge.robots, collision, size)
+        return knowledge.simulator.collision_picture(self.setting.world, knowledge.robots_of(self.setting.world), collision, size)
 
     def scene(self, samples: Sequence[int]) -> Scene:
         """Return the shapes of the run, and their poses at some samples."""
