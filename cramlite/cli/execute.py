@@ -66,7 +66,7 @@ def execute_program(
         rollout = judged.rollout
     else:
         with naming(program):
-            rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
+            rollout = knowledge.simulator.execute(text, place, knowledge.robots_of(place), mount=place.robots[0].name, seed=seed)
     if out is not None:
         _write(out, rollout, program.stem, knowledge, episode=episode)
     _print(rollout, judged, json_output=json_output)
@@ -242,7 +242,7 @@ def serve_controller(
     limits = {"seconds": seconds, "idle": idle}
     mount = place.robots[0].name
     ended = knowledge.simulator.serve(
-        place, knowledge.robots, mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
+        place, knowledge.robots_of(place), mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
     )
     print(f"The controller was closed: {ended}.")
     return 0

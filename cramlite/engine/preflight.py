@@ -134,7 +134,7 @@ def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
         verdict = json.decode((run / "verdict.json").read_bytes(), type=Verdict)
     except (OSError, DecodeError) as error:
         raise UserError(f"'{run / 'verdict.json'}' cannot be read: {error}. Run 'cramlite resolve' again.") from error
-    robot = pick("robot", knowledge.robots, intent.program.robot_type)
+    robot = pick("robot", knowledge.robots_of(intent.kept.world), intent.program.robot_type)
     if not (run / "rollout.npz").is_file():
         raise UserError(
             f"'{run}' has no recorded run, since the text of its robot cannot be run here; so nothing was measured that could be "
@@ -166,9 +166,9 @@ def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> 
         UserError: it cannot run at all.
     """
     mount = world.robots[0]
-    rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=mount.name, seed=seed)
+    rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=mount.name, seed=seed)
     typed = read_program(text).program if is_program_text(text) else None
-    return Flight(pick("robot", knowledge.robots, mount.type), Code("", text, {}, ""), rollout, typed)
+    return Flight(pick("robot", knowledge.robots_of(world), mount.type), Code("", text, {}, ""), rollout, typed)
 
 
 def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
@@ -188,7 +188,7 @@ def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, se
     program = slowed(flight.program, share)
     code = _written(program, flight, knowledge)
     if flight.intent is None:
-        rollout = knowledge.simulator.execute(code.text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
+        rollout = knowledge.simulator.execute(code.text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
         return replace(flight, text=code, rollout=rollout, program=program, speed=share)
     kept = replace(flight.intent.kept, text=code.text, origins=tuple(sorted(code.origins.items())))
     purpose = Purpose(intent=replace(flight.intent, kept=kept, program=program))

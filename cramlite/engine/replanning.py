@@ -23,6 +23,7 @@ from ..model.steps import MoveJoints, SetGripper, walk
 from ..planning.diagnosis import failure_text
 from ..planning.task_sequences import LISTED
 from ..planning.trace import Trace
+from ..scenario.robots import robot_of
 from .setting import Setting
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, mos
 
 def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
     knowledge, name = engine.knowledge, attempt.world.robots[0].name
-    rollout = knowledge.simulator.execute(attempt.code.text, attempt.world, knowledge.robots, mount=name, seed=seed)
+    rollout = knowledge.simulator.execute(attempt.code.text, attempt.world, knowledge.robots_of(attempt.world), mount=name, seed=seed)
     return Round(attempt, rollout)
 
 
@@ -140,7 +141,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     path = way_back(done.rollout.joints)
     if not path:
         return done
-    robot = engine.knowledge.robots[program.robot_type]
+    robot = engine.knowledge.robots_of(world)[program.robot_type]
     step = MoveJoints(path, SLOW, 1.0, origin="0.Back", comment="the way it came")
     back = replace(program, steps=(step,), sections=(), snapshots=(), late=(), start=world.robots[0].joints)
     code = engine.knowledge.backends[robot.backend].emit(back, robot)
@@ -242,7 +243,7 @@ def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: 
         UserError: the text is not that of the program, or the plan is none of the scenario.
     """
     knowledge = engine.knowledge
-    robot = knowledge.robots[program.robot_type]
+    robot = robot_of(scenario, knowledge)
     code = next((c for c in _codes(program, robot, engine) if c.text == text), None)
     if code is None:
         raise UserError(
@@ -273,6 +274,6 @@ def _furniture(scenario: Scenario, engine: Engine, seed: int) -> Setting:
 
     spec, knowledge = scenario.spec, engine.knowledge
     world, _ = build_world(scenario, spec.things, spec.vary, knowledge, seed)
-    robot = knowledge.robots[spec.robot.type]
+    robot = robot_of(scenario, knowledge)
     fixed = replace(world, things=tuple(t for t in world.things if not t.movable))
     return Setting(scenario.name, fixed, (), robot, knowledge.backends[robot.backend], seed, force_limit=spec.force_limit)

@@ -16,8 +16,10 @@ from ..model.geometry import Pose
 if TYPE_CHECKING:
     from ..interpretation.rules import Rule
     from ..interpretation.timeline import Predicate
+    from ..model.imported_robot import ImportedRobot
     from ..model.robot import Robot
-    from ..model.world import Thing
+    from ..model.robot_file import RobotFile
+    from ..model.world import Thing, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks
@@ -39,6 +41,7 @@ class Knowledge:
     def __init__(self, registry: Registry, ontologies: Iterable[Path] = (), rules: Path | None = None) -> None:
         self.registry = registry
         self._ontologies, self._rules = tuple(ontologies), rules
+        self._read: dict[object, ImportedRobot] = {}
 
     @cached_property
     def task_owners(self) -> Mapping[str, str]:
@@ -64,6 +67,33 @@ class Knowledge:
     def robots(self) -> Mapping[str, Robot]:
         """Type -> robot model."""
         return self.registry.named("robots", "type")
+
+    def robots_of(self, world: World) -> Mapping[str, Robot]:
+        """Return type -> robot model, with those that robots of a world are read from files of.
+
+        Raises:
+            UserError: a file cannot be used.
+        """
+        files = {m.type: self.read_robot(m.file).robot for m in world.robots if m.file is not None}
+        return {**self.robots, **files} if files else self.robots
+
+    def read_robot(self, file: RobotFile) -> ImportedRobot:
+        """Read a robot with the first plugin that knows its file's format; its type is the file's name. Read once, until it changes.
+
+        Raises:
+            UserError: no plugin does, or it cannot be used.
+            PluginError: the one that should have read it failed.
+        """
+        path = Path(file.path)
+        key = (file, path.stat().st_mtime_ns if path.is_file() else 0)
+        if key not in self._read:
+            found = self.registry.first("read_robot", file=file, name=path.name)
+            if found is None:
+                nobody = f"'{path}' is in no format that a plugin reads as a robot (MJCF, URDF); see 'cramlite plugins'."
+                failed = [str(f) for f in self.registry.faults if f.hook == "read_robot"]
+                raise PluginError(f"{nobody} Failed: {'; '.join(failed)}.") if failed else UserError(nobody)
+            self._read[key] = found
+        return self._read[key]
 
     @cached_property
     def models(self) -> Mapping[str, ModelMaker]:

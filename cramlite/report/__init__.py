@@ -69,18 +69,20 @@ class Finished(Value):
 
     def picture(self, sample: int, size: tuple[int, int]) -> Any:
         """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
-        knowledge = self.engine.knowledge
-        return knowledge.simulator.picture(self.solution.candidate.rollout, sample, knowledge.robots, size)  # type: ignore[arg-type]
+        knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
+        assert rollout is not None
+        return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size)
 
     def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
         """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
         knowledge = self.engine.knowledge
-        return knowledge.simulator.collision_picture(self.setting.world, knowledge.robots, collision, size)
+        return knowledge.simulator.collision_picture(self.setting.world, knowledge.robots_of(self.setting.world), collision, size)
 
     def scene(self, samples: Sequence[int]) -> Scene:
         """Return the shapes of the run, and their poses at some samples."""
-        knowledge = self.engine.knowledge
-        return knowledge.simulator.scene(self.solution.candidate.rollout, knowledge.robots, samples)  # type: ignore[arg-type]
+        knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
+        assert rollout is not None
+        return knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), samples)
 
 
 class Part(Value):

@@ -10,7 +10,8 @@ import numpy as np
 from cramlite.model import Gripper
 
 from ..model.index import RobotIndex
-from .gripper_order import COUNTS, GripperOrder
+from .gripper_order import GripperOrder
+from .jaws import jaws_of
 
 
 class GripperDrive(GripperOrder):
@@ -25,10 +26,8 @@ class GripperDrive(GripperOrder):
 
     def __init__(self, gripper: Gripper, index: RobotIndex, model: Any) -> None:
         super().__init__(gripper)
-        self.index, self.model = index, model
-        self.strength, self.limit = 1.0, math.nan  # limit: as the actuator has it [N]
-        fingers = [(a, np.flatnonzero(model.jnt_qposadr == a)[0]) for a in index.fingers]
-        self.fingers = [(a, self.stroke / len(fingers) / float(model.jnt_range[j, 1])) for a, j in fingers]
+        self.index, self.jaws = index, jaws_of(gripper, index, model)
+        self.strength, self.limit = 1.0, math.nan  # limit: of the grip force, as the actuators have it [N]
 
     def begin_as(self, data: Any) -> None:
         """Initialize the order from the fingers' state before the first cycle."""
@@ -36,15 +35,14 @@ class GripperDrive(GripperOrder):
 
     def measured(self, data: Any) -> float:
         """Return the measured opening [m]."""
-        qpos = data.qpos
-        return self.widest - sum([scale * float(qpos[a]) for a, scale in self.fingers])  # a generator would take twice as long
+        return self.jaws.measured(data)
 
     def advance(self, data: Any, period: float) -> None:
         """Advance by a control cycle: read the fingers, move the order on, and command the actuator."""
-        self.follow(self.measured(data), period)
-        # The tendon pulls both pads: twice the grip force of one (robots/parallel_gripper.py).
-        force = self.strength * 2 * self.force
-        if force != self.limit:
+        opening = self.measured(data)
+        self.follow(opening, period)
+        force = self.strength * self.force
+        if force != self.limit or self.index.linkage is not None:  # a linkage's leverage changes with its opening
             self.limit = force
-            self.model.actuator_forcerange[self.index.gripper] = (-force, force)
-        data.ctrl[self.index.gripper] = COUNTS * (self.widest - self.command) / self.stroke
+            self.jaws.limit(force, opening)
+        self.jaws.order(data, self.command)
