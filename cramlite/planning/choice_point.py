@@ -105,11 +105,12 @@ class ChoicePoint(Struct):
             return made & {o.name for o in item.roles.values()}
         return {n for n in made if n not in self.state.motions} if isinstance(item, Location) else made
 
-    def about(self, things: Collection[str]) -> set[str]:
+    def about(self, things: Collection[str | Collection[str]]) -> set[str]:
         """Return the choices of the domain that settled where some things are, where the asked one is, and what is held."""
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
-        meant = {*things, thing_of(str(own)), *([held.thing] if held else [])}
+        named = (t for one in things for t in ([one] if isinstance(one, str) else one))
+        meant = {*named, thing_of(str(own)), *([held.thing] if held else [])}
         opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
         known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
         return {n for n in self.domain if _is_about(n, meant, self.state.bindings, known)}

@@ -102,7 +102,8 @@ class Trace(Struct):
 
     def refuted(self, plan: str, found: Refutation) -> None:
         """Append an entry that every grounding of the task sequence that is being tried failed."""
-        things = "it was not said of what" if found.things is None else ", ".join(f"'{t}'" for t in found.things) or "no other thing"
+        sets = [" or ".join(f"'{t}'" for t in any_of) for any_of in found.things or ()]
+        things = "it was not said of what" if found.things is None else ", ".join(sets) or "no other thing"
         said = f"it depends on tasks {', '.join(map(str, found.tasks)) or 'none'}, and on {things}"
         number = self.add(0, "sequence", plan, "failed", "engine", said, kind="sequence")
         self.entries[number - 1] = replace(self.entries[number - 1], refutation=found)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import field
 
-from ..base.errors import checked_numbers
+from ..base.errors import InTheWay, checked_numbers
 from ..base.value import Value
 from ..model.belief import Belief
 from ..model.designators import Designator
@@ -48,9 +48,9 @@ class Refused(Value):
         because: designators whose choices are to blame, beyond those that the asked one refers to: without them the
             search would not go back and change them.
         numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
-        blocking: names of the things that stand in the way, closed or full, so that it may do once a task has changed one of
-            them; () where it does not depend on what other things do, None where that is not known. Then the search goes back to
-            all that was chosen before, else to what settled where these things, the asked one and the held one are.
+        blocking: what stands in the way, closed or full (``InTheWay``), so that it may do once a task has changed it. Where that
+            is not known the search goes back to all that was chosen before, else to what settled where these things, the asked
+            one and the held one are.
     """
 
     value: str
@@ -58,7 +58,7 @@ class Refused(Value):
     passed: int = 0
     because: tuple[str, ...] = ()
     numbers: Mapping[str, float] = field(default_factory=dict)
-    blocking: tuple[str, ...] | None = None
+    blocking: InTheWay = None
 
     def __post_init__(self) -> None:
         checked_numbers(self.numbers)

@@ -144,7 +144,7 @@ def plan_straight_line(
         reason = joint_speed_excess(robot, points, _ways(begin, goals), speed)
         if reason:
             reason = f"straight motion at {speed:.3f} m/s needs {reason}"
-    ways, blocking = _ways(begin, goals), tuple[str, ...]()
+    ways, blocking = _ways(begin, goals), tuple[tuple[str, ...], ...]()
     if scene is not None:
         clear, why, blocking = _clear(scene, points)
         if why:
@@ -190,12 +190,12 @@ def _singular(robot: Robot, q: Joints) -> str:
     return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {LEAST} is kept)"
 
 
-def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str, tuple[str, ...]]:
-    """How many points are reached without a collision, what stops it, and the thing that must be moved before it does not."""
+def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str, tuple[tuple[str, ...], ...]]:
+    """How many points are reached without a collision, what stops it, and the things that must be moved before it does not."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         part = eased.blocked(a, b)
         if part is not None:
             at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]
-            return k + 1, eased.why(at), eased.blocking(at)[:1]
+            return k + 1, eased.why(at), tuple(filter(None, [eased.blocking(at)]))
     return len(points), "", ()

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cramlite.model import Floats, Value
+from cramlite.plugin import InTheWay
 
 Joints = tuple[float, ...]
 
@@ -46,11 +47,11 @@ class Refusal(Value):
         samples: tree extensions that were spent.
         truncated: the wall clock ended the search: another run may find a path.
         fraction: of a straight motion, how much of it was reached.
-        blocking: names of the movable things that are in the way; None where that is not known.
+        blocking: the movable things that are in the way; None where that is not known.
     """
 
     reason: str
     samples: int = 0
     truncated: bool = False
     fraction: float = 0.0
-    blocking: tuple[str, ...] | None = ()
+    blocking: InTheWay = ()
