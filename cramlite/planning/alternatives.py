@@ -100,14 +100,14 @@ class Alternatives(Value):
     def _accepted(self, plugin: str, answers: Iterable[Any] | Unresolvable, point: ChoicePoint) -> Iterator[Alternative]:
         """One plugin's answers. What they are depends on the item's domain, unless the plugin itself says on what."""
         made = {name for name, _ in point.state.choices}
+        earlier = point.domain if isinstance(point.item, Motion) else made
         try:
             if isinstance(answers, Unresolvable):
                 raise answers
             said_any = False
             for answer in answers:
                 said_any = True
-                exact = isinstance(answer, Refused) and answer.blocking is not None
-                point.conflict |= point.about(answer.blocking) if exact else point.domain
+                point.conflict |= point.blamed(answer)
                 if isinstance(answer, Refused):
                     point.conflict |= made & set(answer.because) | as_they_are(answer.blocking)
                     point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed, numbers=answer.numbers)
@@ -120,7 +120,7 @@ class Alternatives(Value):
         except Unresolvable as impossible:
             point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers)
             said = {*impossible.because, *(point.state.opened if impossible.earlier_tasks else ())}
-            point.conflict |= ((made & said) if said else made) | as_they_are(impossible.blocking)
+            point.conflict |= ((made & said) if said else earlier) | as_they_are(impossible.blocking)
 
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:
         """The task type's own decompositions."""

@@ -16,6 +16,7 @@ from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
 from ..model.entity_name import thing_of
+from ..plugin.grounding import Grounding, Refused
 from .refutation import AsItIs, InTask
 from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
@@ -103,7 +104,18 @@ class ChoicePoint(Struct):
             return made & ({part_of} if part_of else set())
         if isinstance(item, Action):
             return made & {o.name for o in item.roles.values()}
-        return {n for n in made if n not in self.state.motions} if isinstance(item, Location) else made
+        if isinstance(item, Location):
+            return made - self.state.motions - self.state.passed
+        return made - (self.state.passed - {item.to.name if isinstance(item, Motion) and item.to else ""})
+
+    def blamed(self, answer: Grounding | Refused) -> set[str]:
+        """Return the choices of the domain that an answer depends on."""
+        if isinstance(answer, Refused) and answer.blocking is not None:
+            return self.about(answer.blocking)
+        if isinstance(answer, Grounding) and answer.anew:
+            place = self.item.to.name if isinstance(self.item, Motion) and self.item.to else ""
+            return self.domain - self.state.led - (self.state.reached - {place})
+        return self.domain
 
     def about(self, things: Collection[str | Collection[str]]) -> set[str]:
         """Return the choices of the domain that settled where some things are, where the asked one is, and what is held."""
@@ -113,7 +125,8 @@ class ChoicePoint(Struct):
         meant = {*named, thing_of(str(own)), *([held.thing] if held else [])}
         opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
         known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
-        return {n for n in self.domain if _is_about(n, meant, self.state.bindings, known)}
+        settled = self.domain - self.state.passed - self.state.reached  # where the arm is led settles nothing of things
+        return {n for n in settled if _is_about(n, meant, self.state.bindings, known)}
 
     @property
     def asked_by(self) -> set[str]:

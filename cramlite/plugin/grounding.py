@@ -29,6 +29,8 @@ class Grounding(Value):
         cost: alternatives of one plugin come best first; costs of different plugins are compared.
         belief: the belief after a motion; None when nothing changed.
         key: identifies the alternative among its siblings; text of the value if empty.
+        anew: of a location: whether it is where it is wherever the arm comes from; of a motion: whether it ends where it does then.
+            What fails later does not depend on the motions before such a one, nor on the places that they only led through.
     """
 
     value: Any
@@ -36,6 +38,7 @@ class Grounding(Value):
     cost: float = 0.0
     belief: Belief | None = None
     key: str = ""
+    anew: bool = False
 
 
 class Refused(Value):
