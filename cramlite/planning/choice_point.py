@@ -17,13 +17,13 @@ from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
 from ..model.entity_name import thing_of
 from ..plugin.grounding import Grounding, Refused
-from .refutation import AsItIs, InTask
+from .refutation import AsItIs, Capped, InTask
 from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
-Conflict = frozenset[str | InTask | AsItIs]
+Conflict = frozenset[str | InTask | AsItIs | Capped]
 """What a failure depends on: names of choices, by which the search goes back; tasks, and things as they are, which no choice of
-this plan changes."""
+this plan changes; and whether alternatives were left out."""
 
 
 class Nogoods(Struct):
@@ -46,15 +46,23 @@ class Nogoods(Struct):
     def remember(self, conflict: Conflict, choices: tuple[Choice, ...]) -> None:
         """Record that the choices in a conflict set do not go together."""
         nogood = frozenset(c for c in choices if c[0] in conflict)
-        self.beside.setdefault(nogood, frozenset(c for c in conflict if not isinstance(c, str)))
+        beside = frozenset(c for c in conflict if not isinstance(c, str))
+        if Capped() in self.beside.setdefault(nogood, beside) and Capped() not in beside:
+            self.beside[nogood] = beside
         for choice in nogood:
             self.known.setdefault(choice, []).append(nogood)
+
+    def lasting(self) -> Nogoods:
+        """Return those that a wider round need not try again: in which no alternatives were left out."""
+        beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
+        known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
+        return Nogoods(known, beside)
 
 
 Choice = tuple[str, str]
 """The name of a designator, and the key of the alternative that was taken."""
 CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
-"""How many alternatives of a designator are tried."""
+"""How many alternatives of a designator are tried in the first round."""
 KINDS: dict[type, Kind] = {
     Action: "action", Compound: "compound", Object: "object", Late: "object", Location: "location", Motion: "motion",
 }  # fmt: skip
@@ -69,6 +77,7 @@ class ChoicePoint(Struct):
         state: in which it is asked, without it on the agenda.
         trace: where what is found out goes, below ``node``.
         node: the trace's entry of the question.
+        breadth: how many times as many alternatives are tried as in the first round.
         conflict: what its failure depends on, so far.
     """
 
@@ -76,7 +85,8 @@ class ChoicePoint(Struct):
     state: State
     trace: Trace
     node: int
-    conflict: set[str | InTask | AsItIs] = field(default_factory=set)
+    breadth: int = 1
+    conflict: set[str | InTask | AsItIs | Capped] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.conflict |= {f.compound.name for f in self.state.frames}  # without them it would not be asked for
@@ -84,16 +94,18 @@ class ChoicePoint(Struct):
             self.conflict.add(self.state.stand)
 
     @classmethod
-    def asked(cls, item: Designator, state: State, trace: Trace, parent: int, numbers: Mapping[str, int]) -> ChoicePoint:
+    def asked(
+        cls, item: Designator, state: State, trace: Trace, parent: int, numbers: Mapping[str, int], breadth: int = 1
+    ) -> ChoicePoint:
         """Make the choice point of a designator, and record it in the trace below the entry ``parent``."""
         what = item.wanted if isinstance(item, Object) else str(item)
         node = trace.add(parent, item.name, what, "asked", "engine", "", kind=KINDS[type(item)], numbers=numbers)
-        return cls(item, state, trace, node)
+        return cls(item, state, trace, node, breadth)
 
     @property
     def cap(self) -> int:
         """Largest number of alternatives that are tried; all branches of a compound."""
-        return len(self.item.branches) if isinstance(self.item, Compound) else CAPS[type(self.item)]
+        return len(self.item.branches) if isinstance(self.item, Compound) else self.breadth * CAPS[type(self.item)]
 
     @property
     def domain(self) -> set[str]:

@@ -23,6 +23,10 @@ class AsItIs(Value):
     things: frozenset[str]
 
 
+class Capped(Value):
+    """Part of a conflict set: alternatives were left out, so that a wider round may have more to say."""
+
+
 class Refutation(Value):
     """Failure of every grounding of a task sequence, as far as the budget and the caps let them be tried.
 

@@ -18,6 +18,7 @@ from .refutation import Refutation
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven", "survived"]
 Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "twin", "proof", "budget", "stop"]
 STOPPED = "stopped by the caller"
+KNOWN = "answered before"
 
 
 class Entry(Value):
@@ -85,6 +86,10 @@ class Trace(Struct):
             Entry(number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite)
         )
         return number
+
+    def answered_before(self, number: int) -> None:
+        """Say of the entry of a question that plugins were not asked, since the answers are known."""
+        self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
 
     def spent(self, budget: str, limit: int, reason: str) -> None:
         """Append an entry that a budget is used up.

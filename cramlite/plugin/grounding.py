@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from msgspec import field
@@ -90,7 +90,7 @@ class Context(Value):
     mount: RobotMount
     bindings: Mapping[str, Any]
     taxonomy: Taxonomy
-    agenda: tuple[Designator, ...] = ()
+    agenda: Sequence[Designator] = ()
     seed: int = 0
     samples: int = 4000
     camera: Camera | None = None
