@@ -69,8 +69,9 @@ class CandidateSequence(Value, eq=False):
         self.trace.candidate = self.number
         wider = f", {self.effort.breadth} times as many alternatives as at first" if self.effort.breadth > 1 else ""
         self.progress(f"candidate {self.number}: {self.plan}{wider}")
-        search = search_in(self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop)
-        search.answers, search.effort = self.answers, self.effort
+        search = search_in(
+            self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop, self.answers, self.effort
+        )
         made = attempts(search, self.plan, self.setting, self.knowledge, group)
         for candidate, verdict in made:
             yield Solution(
@@ -85,11 +86,13 @@ class CandidateSequence(Value, eq=False):
 
 def search_in(
     setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress = lambda _: None,
-    stop: Callable[[], bool] = lambda: False,
+    stop: Callable[[], bool] = lambda: False, answers: Answers | None = None, effort: Effort | None = None,
 ) -> Search:  # fmt: skip
     """Return a search in a setting that has not begun."""
-    context = _context(setting, knowledge, budget)
-    return Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace, budget, progress, stop)
+    return Search(
+        knowledge.registry, knowledge.tasks, knowledge.task_owners, _context(setting, knowledge, budget), trace, budget, progress,
+        stop, answers or Answers(), effort or Effort(),
+    )  # fmt: skip
 
 
 def attempts(
