@@ -4,9 +4,9 @@ Run: python tests/benchmarks/geometric_feedback.py kitchens [--seeds 10] [NAME .
      python tests/benchmarks/geometric_feedback.py curve [--most 6]
 
 ``kitchens`` resolves the scenarios whose goals need tasks that no rule asks for, proven nominally, and prints how many of the seeds
-were proven, and why the sibling of each is not. ``curve`` counts the questions about places and motions until a block that stands
-between 1 to 6 others is on a tray (what is answered from memory is not counted): with the planner told what was in the way, and with every set of the others put aside in turn, the
-smallest first, without their orders.
+were proven, and why the sibling of each is not. ``curve`` counts the questions about places and motions that plugins are asked until a
+block that stands between 1 to 6 others is on a tray: with the planner told what was in the way, and with every set of the others put
+aside in turn, the smallest first, without their orders.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -16,13 +15,14 @@ from cramlite.planning.trace import KNOWN
 
 Asked = list[tuple[str, Any, Any, dict[str, Any]]]
 BUDGET = Budget(expansions=40, samples=400, sequences=2)
-"""Sequences take and lift the tin, and put it down in one of two ways; as it stands between walls it cannot be taken so that it fits under the roof."""
+"""Sequences take and lift the tin, and put it down in one of two ways. Between the walls only its top can be gripped, and so it does
+not fit under the roof."""
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Engine, Asked]]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> tuple[Engine, Asked]:
     """An engine of few alternatives in the first round, and the questions about places and motions that reach its plugins."""
-    engine, found, monkey = Engine(), Asked(), monkeypatch
+    engine, found = Engine(), Asked()
     ask = engine.registry.alternatives
 
     def recorded(hook: str, designator: Any, **arguments: Any) -> Any:
@@ -31,10 +31,10 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Engine, Asked]]:
             found.append((hook, designator, arguments["belief"], dict(getattr(bound, "now", bound))))
         return ask(hook, designator, **arguments)
 
-    monkey.setattr(engine.registry, "alternatives", recorded)
+    monkeypatch.setattr(engine.registry, "alternatives", recorded)
     for kind in (Location, Motion):
-        monkey.setitem(choice_point.CAPS, kind, 1)
-    yield engine, found
+        monkeypatch.setitem(choice_point.CAPS, kind, 1)
+    return engine, found
 
 
 def tried(engine: Engine, keeps: bool) -> Trace:
@@ -56,6 +56,7 @@ def repeated(asked: Asked) -> list[str]:
     ]
 
 
+@pytest.mark.heavy
 def test_no_question_comes_twice(asked: tuple[Engine, Asked]) -> None:
     engine, questions = asked
     trace = tried(engine, keeps=True)
@@ -66,6 +67,7 @@ def test_no_question_comes_twice(asked: tuple[Engine, Asked]) -> None:
     assert known, "what comes up again is answered without asking"
 
 
+@pytest.mark.heavy
 def test_without_what_is_kept_they_do(asked: tuple[Engine, Asked]) -> None:
     engine, questions = asked
     tried(engine, keeps=False)
