@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..interpretation.goal_literal import GoalLiteral
     from ..interpretation.rules import Rule
     from ..model.belief import Belief
+    from ..model.collision import Collision
     from ..model.designators import Action
     from ..model.episode import Episode
     from ..model.geometry import Pose
@@ -153,6 +154,15 @@ class Simulator(Protocol):
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
         """Render one sample of a rollout: (height, width, 3) uint8."""
+        ...
+
+    def collision_picture(
+        self, world: World, robots: Mapping[str, Robot], collision: Collision, size: tuple[int, int]
+    ) -> Any:
+        """Render a state that planning refused, both bodies marked: (height, width, 3) uint8.
+
+        ``world`` is as it is at the start; the collision says what is elsewhere.
+        """
         ...
 
     def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:

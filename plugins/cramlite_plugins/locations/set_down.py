@@ -148,8 +148,8 @@ def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refus
     for passed, (name, objects) in enumerate(filters.items()):
         no = objects(spot, wanted)
         if no:
-            why, blocking = (no.reason, no.blocking) if isinstance(no, Refusal) else (no, standing_there(wanted))
-            return Refused(spot.name, f"not {name}: {why}", passed, blocking=blocking)
+            why = no if isinstance(no, Refusal) else Refusal(no, blocking=standing_there(wanted))
+            return replace(why, reason=f"not {name}: {why.reason}").refused(spot.name, passed)
     return None
 
 
