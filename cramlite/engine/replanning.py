@@ -121,9 +121,10 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     trace = Trace()
     from ..planning.budget import budget_of
-    from .candidates import attempts
+    from .candidates import attempts, search_in
 
-    found = attempts(plan, setting, engine.knowledge, budget_of(scenario), trace)
+    search = search_in(setting, engine.knowledge, budget_of(scenario), trace)
+    found = attempts(search, plan, setting, engine.knowledge)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")

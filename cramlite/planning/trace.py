@@ -19,6 +19,7 @@ from .refutation import Refutation
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven", "survived"]
 Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "twin", "proof", "budget", "stop"]
 STOPPED = "stopped by the caller"
+KNOWN = "answered before"
 
 
 class Entry(Value):
@@ -90,6 +91,10 @@ class Trace(Struct):
         )
         return number
 
+    def answered_before(self, number: int) -> None:
+        """Say of the entry of a question that plugins were not asked, since the answers are known."""
+        self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
+
     def spent(self, budget: str, limit: int, reason: str) -> None:
         """Append an entry that a budget is used up.
 
@@ -106,7 +111,8 @@ class Trace(Struct):
 
     def refuted(self, plan: str, found: Refutation) -> None:
         """Append an entry that every grounding of the task sequence that is being tried failed."""
-        things = "it was not said of what" if found.things is None else ", ".join(f"'{t}'" for t in found.things) or "no other thing"
+        sets = [" or ".join(f"'{t}'" for t in any_of) for any_of in found.things or ()]
+        things = "it was not said of what" if found.things is None else ", ".join(sets) or "no other thing"
         said = f"it depends on tasks {', '.join(map(str, found.tasks)) or 'none'}, and on {things}"
         number = self.add(0, "sequence", plan, "failed", "engine", said, kind="sequence")
         self.entries[number - 1] = replace(self.entries[number - 1], refutation=found)

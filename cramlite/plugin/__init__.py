@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
-    from ..base.errors import CramliteError, Unresolvable, UserError, did_you_mean, nearest
+    from ..base.errors import CramliteError, InTheWay, Unresolvable, UserError, did_you_mean, nearest
     from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
     from ..base.yaml_file import explain_validation, load_yaml
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from .task_type import Decomposition, Parameter, Role, TaskType
 
 _HOMES = {
-    "..base.errors": "CramliteError Unresolvable UserError did_you_mean nearest",
+    "..base.errors": "CramliteError InTheWay Unresolvable UserError did_you_mean nearest",
     "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "explain_validation load_yaml",
@@ -113,6 +113,7 @@ __all__ = [
     "GoalPhrase",
     "Grounding",
     "Hand",
+    "InTheWay",
     "Inputs",
     "Interpreted",
     "Judged",

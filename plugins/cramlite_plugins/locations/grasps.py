@@ -121,6 +121,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             f" normals {math.degrees(grip.slant):.0f} deg off, {100 * grip.coverage:.0f} % of the pad",
             grip.cost,
             key=grip.name,
+            anew=True,
         )
 
 

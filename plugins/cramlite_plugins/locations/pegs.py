@@ -104,7 +104,7 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             corners[-1], corners[0], approach=(float(axis[0]), float(axis[1]), float(axis[2])), path=tuple(corners[1:]),
             thing=belief.held.thing if belief.held else "", values=values,
         )  # fmt: skip
-        yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side)
+        yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side, anew=True)
     if no is not None:
         said = f"the hole cannot be led onto the peg: {no.reason}"
         raise Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)

@@ -130,7 +130,7 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
             values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
-            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
+            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return
         yield replace(reason, value=spot.name)
         blocked = spot.before if ABOVE_IT in reason.reason else None

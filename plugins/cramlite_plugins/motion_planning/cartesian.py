@@ -191,11 +191,12 @@ def _singular(robot: Robot, q: Joints) -> str:
 
 
 def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refusal] | None:
-    """How many points are reached before a collision, which one it is, and the thing that must be moved before it is none."""
+    """How many points are reached before a collision, which one it is, and the things that must be moved before there is none."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         part = eased.blocked(a, b)
         if part is not None:
             at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]
-            return k + 1, Refusal(eased.why(at), blocking=eased.blocking(at)[:1], collision=eased.collision(at))
+            blocking = tuple(filter(None, [eased.blocking(at)]))
+            return k + 1, Refusal(eased.why(at), blocking=blocking, collision=eased.collision(at))
     return None

@@ -107,13 +107,11 @@ def start_blocked(scene: Space, start: Joints) -> Refusal | None:
     return Refusal(said, blocking=in_the_way(eased, [start]), collision=eased.collision(start))
 
 
-def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[str, ...]:
-    """Return things of which one must be moved before any of some blocked joint positions can be free; few, but not the fewest."""
-    found = dict[str, None]()
-    for things in filter(None, map(scene.blocking, positions)):
-        if found.keys().isdisjoint(things):
-            found[things[0]] = None
-    return tuple(found)
+def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[tuple[str, ...], ...]:
+    """Return of each blocked joint position, that moving things can free, the things that must be moved: none is free while of each
+    set one is left. Sets that have another one in them say nothing more, and are left out."""
+    found = set(filter(None, map(scene.blocking, positions)))
+    return tuple(sorted(one for one in found if not any(set(other) < set(one) for other in found)))
 
 
 def _joints(q: Sequence[float]) -> Joints:

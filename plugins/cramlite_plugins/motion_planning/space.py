@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cramlite.model import Collision, Floats, Value
-from cramlite.plugin import Refused
+from cramlite.plugin import InTheWay, Refused
 
 Joints = tuple[float, ...]
 
@@ -50,7 +50,7 @@ class Refusal(Value):
         samples: tree extensions that were spent.
         truncated: the wall clock ended the search: another run may find a path.
         fraction: of a straight motion, how much of it was reached.
-        blocking: names of the movable things that are in the way; None where that is not known.
+        blocking: the movable things that are in the way; None where that is not known.
         collision: the state that the reason speaks of, where that is a collision.
     """
 
@@ -58,7 +58,7 @@ class Refusal(Value):
     samples: int = 0
     truncated: bool = False
     fraction: float = 0.0
-    blocking: tuple[str, ...] | None = ()
+    blocking: InTheWay = ()
     collision: Collision | None = None
 
     def refused(self, value: str, passed: int = 0) -> Refused:

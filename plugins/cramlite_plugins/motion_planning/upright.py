@@ -100,7 +100,7 @@ def _over(
     about: str,
 ) -> Iterator[Grounding]:  # fmt: skip
     """Straight lines of the tcp, the first way that is free."""
-    nearest, blocking = Refusal("none"), dict[str, None]()
+    nearest, blocking = Refusal("none"), dict[str | tuple[str, ...], None]()
     for lift in LIFTS:
         for around in (False, True):
             corners = waypoints_over(*ends, carry.up, lift, around)

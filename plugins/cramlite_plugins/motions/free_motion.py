@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import Any
 
@@ -46,11 +46,16 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     if not turned and (upright := load(belief, context)) is not None:
         yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
         return
-    while goals:
+    again = list[Any]()
+    while goals or again:
+        goals, again = (goals, again) if goals else (again, [])
         found = plan(
             scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples,
             speed=speed, acceleration=acceleration,
         )  # fmt: skip
+        if isinstance(found, Refusal) and again:
+            goals = []
+            continue
         if isinstance(found, Refusal):
             said = f"no path to {motion.to}: {found.reason}"
             raise Unresolvable(said, blocking=found.blocking, collision=found.collision)  # where the arm starts matters too
@@ -61,8 +66,15 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         stops = sum(r == 0 for r in found.radii)
         corners = f"{len(found.radii)} corners, {stops} of them stops, " if found.radii else "one line, "
         reason = f"{corners}{found.duration:.1f} s, {found.samples} samples, clearance kept{noted(motion)}"
-        yield Grounding((step,), reason, attempt + found.duration / 100, belief.moved(end), key=f"{attempt}:{end}")
-        goals, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
+        cost, key = attempt + found.duration / 100, f"{attempt}:{end}"
+        yield Grounding((step,), reason, cost, belief.moved(end), key=key, anew=True)
+        left, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
+        goals, again = [g for g in left if not _turned(g, end)], again + [g for g in left if _turned(g, end)]
+
+
+def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two joint positions are the same but for whole turns: what fails at one mostly fails at the other, which is tried last."""
+    return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 
 def _pace(motion: Motion, context: Context) -> tuple[float, float]:
