@@ -33,7 +33,7 @@ def import_scene(arguments: argparse.Namespace) -> int:
     pick("robot", knowledge.robots, robot, "--robot")
     packages = dict(_package(p) for p in arguments.package)
     scene = read_scene_file(arguments.scene, packages, arguments.keyframe, knowledge)
-    classes = {t.name: propose(t, scene.names.get(t.name, ()), {}, knowledge.taxonomy) for t in scene.things}
+    classes = {t.name: propose(t, scene, {}, knowledge.taxonomy) for t in scene.things}
     print("\n".join(_report(arguments.scene, scene, classes)))
     if out is not None:
         out.write_text(_scenario(arguments, packages, robot, classes), encoding="utf-8")

@@ -17,6 +17,7 @@ class ImportedScene(Value):
         physics: settings that the file states, by the names of ``Physics``.
         found: what each thing is taken for and why, with its features, for people.
         notes: what was changed, left out or not understood, for people.
+        mounts: jointed thing -> what it is mounted in.
     """
 
     things: tuple[Thing, ...]
@@ -24,3 +25,4 @@ class ImportedScene(Value):
     physics: dict[str, float | int | str] = field(default_factory=dict)
     found: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    mounts: dict[str, str] = field(default_factory=dict)

@@ -26,12 +26,14 @@ class Group(Value):
         bodies: all of them.
         kind: how it moves.
         parent: root of what it is mounted in; 0 for nothing.
+        carrier: all bodies of that.
     """
 
     root: int
     bodies: tuple[int, ...]
     kind: Literal["fixed", "joint", "free"]
     parent: int = 0
+    carrier: tuple[int, ...] = ()
 
 
 class Grouped(Value):
@@ -63,7 +65,7 @@ def grouped(model: Any) -> Grouped:
         if own:
             kinds[body] = (kind, carrier)
     members = {root: tuple(b for b, r in of.items() if r == root) for root in kinds}
-    return Grouped(tuple(Group(r, members[r], k, p) for r, (k, p) in kinds.items()), tuple(notes))
+    return Grouped(tuple(Group(r, members[r], k, p, members.get(p, ())) for r, (k, p) in kinds.items()), tuple(notes))
 
 
 def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:

@@ -58,7 +58,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
     physics, stated = _physics(source.model)
     return ImportedScene(
         tuple(replace(m.thing, notes=m.notes) for m in made), {m.thing.name: m.names for m in made}, physics,
-        {m.thing.name: m.found for m in made}, (*notes, *said, *stated),
+        {m.thing.name: m.found for m in made}, (*notes, *said, *stated), {m.thing.name: m.carrier for m in made if m.carrier},
     )  # fmt: skip
 
 
@@ -75,6 +75,8 @@ def _things(source: Any, groups: tuple[Group, ...]) -> tuple[list[Made], list[st
     names = {g.root: _named(called[g.root], taken, notes) for g in solid}
     for group in solid:
         found = make(source, group, names[group.root], _mounted(source, group, names))
+        if found is not None and group.kind == "joint":
+            found = replace(found, carrier=names.get(group.parent, ""))
         if found is None:
             notes.append(f"'{names[group.root]}' has no shape that things can have; left out")
         else:
@@ -111,8 +113,9 @@ def _mounted(source: Any, group: Group, names: Mapping[int, str]) -> str:
     model, data = source.model, source.data
     if group.kind != "joint" or not group.parent:
         return ""
-    excluded = any(int(s) in (_pair(group.root, group.parent), _pair(group.parent, group.root)) for s in model.exclude_signature)
-    inside = any(_between(model, data.contact[c].geom, group, group.parent) and data.contact[c].dist < -0.002 for c in range(data.ncon))
+    both = [(a, b) for a in group.bodies for b in group.carrier]
+    excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
+    inside = any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
     return names.get(group.parent, "") if excluded or inside else ""
 
 
@@ -120,9 +123,9 @@ def _pair(a: int, b: int) -> int:
     return (a << 16) + b
 
 
-def _between(model: Any, geoms: Any, group: Group, parent: int) -> bool:
+def _between(model: Any, geoms: Any, group: Group) -> bool:
     bodies = {int(model.geom_bodyid[g]) for g in geoms}
-    return bool(bodies & set(group.bodies)) and parent in bodies
+    return bool(bodies & set(group.bodies)) and bool(bodies & set(group.carrier))
 
 
 def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:
