@@ -5,6 +5,7 @@ from __future__ import annotations
 from msgspec import field
 
 from ..base.value import Value
+from .geometry import Pose
 from .world import Thing
 
 
@@ -18,6 +19,7 @@ class ImportedScene(Value):
         found: what each thing is taken for and why, with its features, for people.
         notes: what was changed, left out or not understood, for people.
         mounts: jointed thing -> what it is mounted in.
+        stands: robot of the file, which is left out -> where its base is.
     """
 
     things: tuple[Thing, ...]
@@ -26,3 +28,4 @@ class ImportedScene(Value):
     found: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     mounts: dict[str, str] = field(default_factory=dict)
+    stands: dict[str, Pose] = field(default_factory=dict)

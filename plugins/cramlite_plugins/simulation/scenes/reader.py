@@ -43,6 +43,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
 
     import_mujoco()
     from .bodies import grouped
+    from .geoms import pose_of
     from .source import read_source
 
     source = read_source(path, packages, keyframe)
@@ -56,9 +57,10 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
         raise UserError(f"{path}:1: the scene has no thing that collides; {'; '.join(notes + said) or 'its worldbody is empty'}.")
     made.sort(key=lambda m: (m.thing.movable, m.thing.joint is None))
     physics, stated = _physics(source.model)
+    stands = {source.model.body(b).name: pose_of(source.data.xpos[b], source.data.xmat[b]) for b in groups.robots}
     return ImportedScene(
         tuple(replace(m.thing, notes=m.notes) for m in made), {m.thing.name: m.names for m in made}, physics,
-        {m.thing.name: m.found for m in made}, (*notes, *said, *stated), {m.thing.name: m.carrier for m in made if m.carrier},
+        {m.thing.name: m.found for m in made}, (*notes, *said, *stated), {m.thing.name: m.carrier for m in made if m.carrier}, stands,
     )  # fmt: skip
 
 
