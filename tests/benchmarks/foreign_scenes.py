@@ -1,7 +1,7 @@
 """What is found in scenes that others made, how long reading takes, and what their state checks cost.
 
-    python tests/benchmarks/scenes.py FOLDER            # every .xml and .urdf below it that is a scene of its own
-    python tests/benchmarks/scenes.py FOLDER --checks   # and state checks with a UR5e where the scene's first robot stood
+    python tests/benchmarks/foreign_scenes.py FOLDER            # every .xml and .urdf below it that is a scene of its own
+    python tests/benchmarks/foreign_scenes.py FOLDER --checks   # and state checks with a UR5e where the scene's first robot stood
 
 A file with keyframes is read in the first one that has a name. Times are CPU seconds of this one process, the file's hulls
 not kept from before (``--kept``: as they are). A state check is a planning scene's ``free`` at random joint positions; the
