@@ -84,7 +84,8 @@ def main() -> None:
     options = parser.parse_args()
     if not options.kept:
         os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp()
-    print("| scene | things | shapes | joints | handles | surfaces | cavities | seconds |\n|---|---|---|---|---|---|---|---|")
+    more = " state check | raw | ratio |" if options.checks else ""
+    print("| scene | things | shapes | joints | handles | surfaces | cavities | seconds |" + more + "\n|---|---|---|---|---|---|---|---|" + "---|" * more.count("|"))
     for path in sorted(p for kind in ("*.xml", "*.urdf") for p in options.folder.rglob(kind)):
         try:
             scene, seconds = read(path)
@@ -92,8 +93,9 @@ def main() -> None:
             print(f"{path.stem}: {error}")
             continue
         if scene is not None:
-            ours, raw = checks(scene) if options.checks else (0.0, 0.0)
-            print(row(path.stem, scene, seconds) + (f" {ours:.0f} us | {raw:.0f} us | {ours / raw:.1f} |" if options.checks else ""), flush=True)
+            ours, raw = checks(scene) if options.checks else (0.0, 1.0)
+            cost = f" {ours:.0f} us | {raw:.0f} us | {ours / raw:.1f} |" if options.checks else ""
+            print(row(path.stem, scene, seconds) + cost, flush=True)
 
 
 if __name__ == "__main__":

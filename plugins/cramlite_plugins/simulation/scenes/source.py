@@ -185,6 +185,7 @@ def _said(reason: str) -> str:
     hints = {
         "Error opening file": "put the file there, or correct its name or 'meshdir'",
         "mass and inertia of moving bodies": "give the body a mass, or a geom with one",
+        "number of faces": "simplify the mesh to some 20,000 faces",
         "already included": "a file includes itself; take one 'include' out",
         "XML": "correct the XML",
     }
