@@ -85,7 +85,10 @@ def main() -> None:
     if not options.kept:
         os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp()
     more = " state check | raw | ratio |" if options.checks else ""
-    print("| scene | things | shapes | joints | handles | surfaces | cavities | seconds |" + more + "\n|---|---|---|---|---|---|---|---|" + "---|" * more.count("|"))
+    print(
+        "| scene | things | shapes | joints | handles | surfaces | cavities | seconds |" + more
+        + "\n|---|---|---|---|---|---|---|---|" + "---|" * more.count("|")
+    )
     for path in sorted(p for kind in ("*.xml", "*.urdf") for p in options.folder.rglob(kind)):
         try:
             scene, seconds = read(path)
