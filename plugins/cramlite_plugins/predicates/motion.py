@@ -27,9 +27,8 @@ TILTED = np.deg2rad(30.0)
 """[rad] from the attitude in which it was first seen: the usual angle of repose of granular material."""
 CLOSED, OPENED = 0.25, 0.75
 """Share of the widest opening that counts as closed, and as open."""
-JOINT_CLOSED, JOINT_OPEN = 0.10, 0.20
-"""Share of a joint's range up to which a door counts as closed, as it does for the planner: some begin a little before their stop;
-and from which as open."""
+JOINT_CLOSED, JOINT_OPEN = 0.05, 0.20
+"""Share of a joint's range up to which a door counts as closed, and from which as open."""
 SWUNG, SWING = 0.016, 1.0
 """[m] from one turn to the next, three times what trackers err, and the longest time that it may take [s]."""
 TREMOR = 0.1

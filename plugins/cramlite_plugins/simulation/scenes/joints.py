@@ -16,6 +16,9 @@ from .bodies import SLIDE, Group, joints
 COMPACT = 0.95
 """Where the box around a jointed thing and what it is mounted in has at most this share of its volume at the other end, it is closed."""
 
+PLAY = 0.1
+"""A joint that starts within this share of its range of its closed end is closed: some drawers of others begin 10 mm before their stop."""
+
 
 def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
     """Return the joint of a group with its closed end at the lower value, and what was changed in it.
@@ -40,6 +43,9 @@ def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
         axis = -axis
         low, high, value = -high, -low, -value
         notes.append(f"joint '{name}' is closed at its upper end; its axis is turned round")
+    if 0.0 < value - low <= PLAY * (high - low):
+        notes.append(f"joint '{name}' starts {value - low:.3f} {'m' if slide else 'rad'} from its stop: closed, no further in")
+        low = value
     notes += _left_out(model, j, dof, name)
     x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
