@@ -38,15 +38,16 @@ class Unresolvable(Exception):
         numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
         blocking: names of the things that stand in the way, closed or full, so that it may be possible once a task has changed
             one of them; () where it does not depend on what other things do, None where that is not known.
+        collision: the ``cramlite.model.Collision`` that is to blame, to be drawn in the report; None where there is none.
     """
 
     def __init__(
         self, reason: str, because: tuple[str, ...] = (), numbers: Mapping[str, float] | None = None,
-        *, blocking: tuple[str, ...] | None = None,
+        *, blocking: tuple[str, ...] | None = None, collision: object = None,
     ) -> None:  # fmt: skip
         super().__init__(reason)
         self.reason, self.because, self.numbers = reason, because, checked_numbers(numbers or {})
-        self.blocking, self.earlier_tasks = blocking, False
+        self.blocking, self.collision, self.earlier_tasks = blocking, collision, False
 
     @classmethod
     def because_of_earlier_tasks(

@@ -110,7 +110,7 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
         raise UserError(f"{path}: {error}") from error
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
-    print(f"{path}: {len(text.splitlines())} lines, nothing is wrong, {len(doubts) or 'no'} doubts")
+    print(f"{path}: {len(text.splitlines())} lines, nothing is wrong, {len(doubts) or 'no'} doubt{'' if len(doubts) == 1 else 's'}")
     return 0
 
 

@@ -12,6 +12,7 @@ from ..base.lazy_names import LazyNames
 if TYPE_CHECKING:
     from ..base.value import Value, replace
     from .belief import Belief, Estimate, Held, Relation, initial_belief
+    from .collision import Collision
     from .control_flow import Compound, choose, fallback, monitor, parallel, repeat, retry, sequence, try_all
     from .designator_name import enclosing_names, is_part_of, part_name, task_of
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "..base.value": "Value replace",
     ".belief": "Belief Estimate Held Relation initial_belief",
+    ".collision": "Collision",
     ".control_flow": "Compound choose fallback monitor parallel repeat retry sequence try_all",
     ".designators": "Action Designator Late Location Motion Object Place Stand",
     ".designator_name": "enclosing_names part_name is_part_of task_of",
@@ -117,6 +119,7 @@ __all__ = [
     "Belief",
     "Camera",
     "Code",
+    "Collision",
     "CompliantSlide",
     "Compound",
     "Contact",

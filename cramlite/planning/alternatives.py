@@ -14,6 +14,7 @@ from ..base.errors import Unresolvable, nearest
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.belief import Belief
+from ..model.collision import Collision
 from ..model.control_flow import Compound, Mark, ways
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
@@ -110,7 +111,10 @@ class Alternatives(Value):
                 point.conflict |= point.about(answer.blocking) if exact else point.domain
                 if isinstance(answer, Refused):
                     point.conflict |= made & set(answer.because) | as_they_are(answer.blocking)
-                    point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed, numbers=answer.numbers)
+                    point.say(
+                        "refused", plugin, answer.reason, answer.value,
+                        passed=answer.passed, numbers=answer.numbers, collision=answer.collision,
+                    )  # fmt: skip
                     continue
                 if wrong := wrong_with(answer, point.item):
                     self.registry.fault(plugin, HOOKS[type(point.item)], point.item.name, WrongAnswer(wrong))
@@ -118,7 +122,8 @@ class Alternatives(Value):
                 yield plugin, answer
             point.conflict |= set() if said_any else point.domain | as_they_are(None)
         except Unresolvable as impossible:
-            point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers)
+            collision = impossible.collision if isinstance(impossible.collision, Collision) else None
+            point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers, collision=collision)
             said = {*impossible.because, *(point.state.opened if impossible.earlier_tasks else ())}
             point.conflict |= ((made & said) if said else made) | as_they_are(impossible.blocking)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 from msgspec import Struct, field
 
+from ..model.collision import Collision
 from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
@@ -121,13 +122,13 @@ class ChoicePoint(Struct):
 
     def say(
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,
-        numbers: Mapping[str, float] | None = None,
-    ) -> int:  # fmt: skip
+        numbers: Mapping[str, float] | None = None, collision: Collision | None = None,
+    ) -> int:  # fmt: skip  # fmt: skip
         """Record in the trace the outcome of the designator, or of the alternative that ``text`` stands for."""
         text = str(self.item) if text is None else text
         kind = KINDS[type(self.item)]
         return self.trace.add(
-            self.node, self.item.name, text, outcome, plugin, reason, cost, passed, kind=kind, numbers=numbers
+            self.node, self.item.name, text, outcome, plugin, reason, cost, passed, kind=kind, numbers=numbers, collision=collision
         )
 
     def exhausted(self, tried: int) -> None:

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.run_directory import read_json
 from ..base.value import Value
+from ..model.collision import Collision
 from .refutation import Refutation
 
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven", "survived"]
@@ -46,6 +47,7 @@ class Entry(Value):
             was. Of a failed proof: what was measured, and the limits. Of what plugins refuse: what they say, e.g.
             {"reach_m": 0.91, "limit_m": 0.85}.
         refutation: of a "sequence" that failed: what that depends on.
+        collision: of what was refused since two bodies would be too near one another: that state.
     """
 
     number: int
@@ -61,6 +63,7 @@ class Entry(Value):
     passed: int = 0
     numbers: Mapping[str, int | float] = field(default_factory=dict)
     refutation: Refutation | None = None
+    collision: Collision | None = None
 
 
 class Trace(Struct):
@@ -77,12 +80,13 @@ class Trace(Struct):
     def add(
         self, parent: int, designator: str, text: str, outcome: Outcome, plugin: str, reason: str,
         cost: float | None = None, passed: int = 0, *, kind: Kind, numbers: Mapping[str, float] | None = None,
+        collision: Collision | None = None,
     ) -> int:  # fmt: skip
         """Append an entry and return its number; numbers that are not finite are left out, as JSON has none."""
         number = len(self.entries) + 1
         finite = {k: v for k, v in (numbers or {}).items() if math.isfinite(v)}
         self.entries.append(
-            Entry(number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite)
+            Entry(number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite, None, collision)
         )
         return number
 

@@ -41,7 +41,17 @@ if TYPE_CHECKING:
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
-    from .protocols import Backend, Candidate, EpisodeRepair, Exporter, ModelMaker, ReportSection, Simulator, Validator
+    from .protocols import (
+        Backend,
+        Candidate,
+        Driver,
+        EpisodeRepair,
+        Exporter,
+        ModelMaker,
+        ReportSection,
+        Simulator,
+        Validator,
+    )
     from .task_type import Decomposition, Parameter, Role, TaskType
 
 _HOMES = {
@@ -65,7 +75,7 @@ _HOMES = {
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
-    ".protocols": "Backend Candidate EpisodeRepair Exporter ModelMaker ReportSection Simulator Validator",
+    ".protocols": "Backend Candidate Driver EpisodeRepair Exporter ModelMaker ReportSection Simulator Validator",
     ".task_type": "Decomposition Parameter Role TaskType",
 }
 _NAMES = LazyNames(__name__, _HOMES)
@@ -91,6 +101,7 @@ __all__ = [
     "Cost",
     "CramliteError",
     "Decomposition",
+    "Driver",
     "EpisodeRepair",
     "Expert",
     "Exporter",

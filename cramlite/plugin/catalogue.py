@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from msgspec.structs import replace
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks
     from .expert import Expert
-    from .protocols import Backend, Exporter, ModelMaker, Simulator, Validator
+    from .protocols import Backend, Driver, Exporter, ModelMaker, Simulator, Validator
     from .registry import Registry
     from .task_type import TaskType
 
@@ -84,6 +84,14 @@ class Knowledge:
     def backends(self) -> Mapping[str, Backend]:
         """Name -> backend."""
         return self.registry.named("backends", "name")
+
+    @cached_property
+    def driver(self) -> Driver:
+        """First backend that drives robots of other processes."""
+        for backend in self.backends.values():
+            if callable(getattr(backend, "drive", None)):
+                return cast("Driver", backend)
+        raise UserError("No plugin drives robots of other processes; see 'cramlite plugins'.")
 
     @cached_property
     def exporters(self) -> Mapping[str, Exporter]:

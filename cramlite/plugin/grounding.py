@@ -10,6 +10,7 @@ from msgspec import field
 from ..base.errors import checked_numbers
 from ..base.value import Value
 from ..model.belief import Belief
+from ..model.collision import Collision
 from ..model.designators import Designator
 from ..model.robot import Robot
 from ..model.world import RobotMount
@@ -51,6 +52,7 @@ class Refused(Value):
         blocking: names of the things that stand in the way, closed or full, so that it may do once a task has changed one of
             them; () where it does not depend on what other things do, None where that is not known. Then the search goes back to
             all that was chosen before, else to what settled where these things, the asked one and the held one are.
+        collision: the state to blame where two bodies would be too near one another; the report draws it.
     """
 
     value: str
@@ -59,6 +61,7 @@ class Refused(Value):
     because: tuple[str, ...] = ()
     numbers: Mapping[str, float] = field(default_factory=dict)
     blocking: tuple[str, ...] | None = None
+    collision: Collision | None = None
 
     def __post_init__(self) -> None:
         checked_numbers(self.numbers)

@@ -54,7 +54,7 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide, open {1000 * opening:.0f} mm", 0.1 * k, key=name)
             break
         else:
-            yield Refused(name, refused[-1].reason, blocking=refused[-1].blocking)
+            yield refused[-1].refused(name)
 
 
 def _across(joint: Joint, handle: Feature, turn: float) -> Pose:

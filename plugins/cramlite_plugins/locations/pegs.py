@@ -97,7 +97,7 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
         no = _unreachable(location, belief, context, corners)
         if no is not None:
-            yield Refused(name, no.reason, blocking=no.blocking)
+            yield no.refused(name)
             continue
         axis = -peg.axis
         place = Place(
@@ -106,7 +106,8 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         )  # fmt: skip
         yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side)
     if no is not None:
-        raise Unresolvable(f"the hole cannot be led onto the peg: {no.reason}", causes(location, context), blocking=no.blocking)
+        said = f"the hole cannot be led onto the peg: {no.reason}"
+        raise Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)
 
 
 def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:

@@ -53,7 +53,7 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         )  # fmt: skip
         if isinstance(found, Refusal):
             said = f"no path to {motion.to}: {found.reason}"
-            raise Unresolvable(said, blocking=found.blocking)  # where the arm starts matters too
+            raise Unresolvable(said, blocking=found.blocking, collision=found.collision)  # where the arm starts matters too
         end = found.points[-1]
         step = MoveJoints(
             found.points[1:], speed, acceleration, found.radii, origin=motion.name, comment=motion.reason
@@ -76,6 +76,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     from ..kinematics.kinematics import inverse, reach_shortfall
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
+    from ..motion_planning.space import Refusal
 
     if motion.to is not None and motion.to.relation == "home":
         return [context.robot.home]
@@ -86,13 +87,13 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     if not goals:
         lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
-            miss = reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there"
+            miss = Refusal(reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there")
         else:
-            miss = lines[0].reason if lines else scene.why(solutions[0])
+            miss = lines[0] if lines else Refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
-        said = f"{count}, none leads straight on to it; the nearest: {miss}"
-        raise Unresolvable(said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)))
+        said = f"{count}, none leads straight on to it; the nearest: {miss.reason}"
+        raise Unresolvable(said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision)
     return goals
 
 
