@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 from pathlib import Path
@@ -33,10 +34,10 @@ def import_scene(arguments: argparse.Namespace) -> int:
     pick("robot", knowledge.robots, robot, "--robot")
     packages = dict(_package(p) for p in arguments.package)
     scene = read_scene_file(arguments.scene, packages, arguments.keyframe, knowledge)
-    classes = {t.name: propose(t, scene.names.get(t.name, ()), {}, knowledge.taxonomy) for t in scene.things}
+    classes = {t.name: propose(t, scene, {}, knowledge.taxonomy) for t in scene.things}
     print("\n".join(_report(arguments.scene, scene, classes)))
     if out is not None:
-        out.write_text(_scenario(arguments, packages, robot, classes), encoding="utf-8")
+        out.write_text(_scenario(arguments, packages, robot + _stand(scene), classes), encoding="utf-8")
         print(f"Written: {out}. Put tasks into it, correct the classes, then 'cramlite check {out}'.")
     return 0
 
@@ -77,6 +78,16 @@ def _scenario(arguments: argparse.Namespace, packages: dict[str, Path], robot: s
     lines += [f"    {n}: {c.type}  # {c.reason}" for n, c in classes.items()]
     lines += [f"robot: {{type: {robot}}}", "# What is to be done, such as {task: TASK, Patient: THING}; see 'cramlite tasks'.", "tasks: []"]
     return "\n".join(lines) + "\n"
+
+
+def _stand(scene: ImportedScene) -> str:
+    """Where ours stands, for the scenario: in the place of the file's first robot, if that is upright."""
+    pose = next(iter(scene.stands.values()), None)
+    if pose is None or pose.rotate((0.0, 0.0, 1.0))[2] < 0.999:
+        return ""
+    x, y, z = (round(v, 4) for v in pose.position)
+    ahead = pose.rotate((1.0, 0.0, 0.0))
+    return f", at: {{position: [{x:g}, {y:g}, {z:g}], yaw: {math.degrees(math.atan2(ahead[1], ahead[0])):g} deg}}"
 
 
 def _quoted(text: str) -> str:

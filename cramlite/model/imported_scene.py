@@ -5,6 +5,7 @@ from __future__ import annotations
 from msgspec import field
 
 from ..base.value import Value
+from .geometry import Pose
 from .world import Thing
 
 
@@ -17,6 +18,8 @@ class ImportedScene(Value):
         physics: settings that the file states, by the names of ``Physics``.
         found: what each thing is taken for and why, with its features, for people.
         notes: what was changed, left out or not understood, for people.
+        mounts: jointed thing -> what it is mounted in.
+        stands: robot of the file, which is left out -> where its base is.
     """
 
     things: tuple[Thing, ...]
@@ -24,3 +27,5 @@ class ImportedScene(Value):
     physics: dict[str, float | int | str] = field(default_factory=dict)
     found: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    mounts: dict[str, str] = field(default_factory=dict)
+    stands: dict[str, Pose] = field(default_factory=dict)

@@ -14,6 +14,9 @@ ROLE = "dul:Role"
 OBJECT = "dul:PhysicalObject"
 """What every thing is of which nothing more is known."""
 
+AGENT = "dul:Agent"
+"""Who acts, which no thing does."""
+
 ACTION = "soma:PhysicalAction"
 """An event of which nothing is known but that somebody acts."""
 

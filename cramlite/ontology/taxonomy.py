@@ -23,7 +23,7 @@ from msgspec import field
 
 from ..base.errors import UserError, nearest
 from ..base.value import Value
-from .foundation import OBJECT
+from .foundation import AGENT, OBJECT
 from .prefixes import PREFIXES, curie, local_name
 
 _CACHE_FORMAT = "3"
@@ -122,7 +122,7 @@ class Taxonomy(Value, dict=True):
             for start in range(len(words) - count, -1, -1):  # what a thing is stands last: a black bowl is a bowl
                 label = words[start : start + count]
                 found = self.labels.get(label)
-                if found and self.is_a(found, OBJECT):  # words for features and the like say nothing of a thing
+                if found and self.is_a(found, OBJECT) and not self.is_a(found, AGENT):  # nor is a thing a feature
                     return found, " ".join(label)
         return None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING
@@ -10,6 +11,7 @@ from msgspec.structs import replace
 
 from ..base.errors import PluginError, UserError, nearest
 from ..base.value import Value
+from ..ontology.taxonomy import words_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -75,26 +77,31 @@ def imported_world(scenario: Scenario, knowledge: Knowledge) -> ImportedScene | 
 
 
 def _classed(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxonomy: Taxonomy) -> Thing:
-    found = propose(thing, scene.names.get(thing.name, ()), types, taxonomy)
+    found = propose(thing, scene, types, taxonomy)
     said = f"taken for {found.type}, because {found.reason}; {scene.found.get(thing.name, '')}".rstrip("; ")
     return replace(thing, type=found.type, notes=(said, *thing.notes))
 
 
-def propose(thing: Thing, names: tuple[str, ...], types: Mapping[str, str], taxonomy: Taxonomy) -> Proposal:
+def propose(thing: Thing, scene: ImportedScene, types: Mapping[str, str], taxonomy: Taxonomy) -> Proposal:
     """Propose the class of an imported thing.
 
-    A pattern of the scenario comes first, then the longest label of the ontology in its own name or else in those of its
-    parts, then what its reader takes it for by how it moves.
+    A pattern of the scenario comes first, then the longest label of the ontology in its own name, then the one that at least half
+    of the names of its parts have, then what its reader takes it for by how it moves. Words that a jointed thing shares
+    with what it is mounted in say what that is: a cabinet's drawer is no cabinet.
 
     Args:
-        names: what else the file calls it.
+        scene: that it is of.
         types: pattern of names -> class.
     """
     for pattern, name in types.items():
         if fnmatchcase(thing.name, pattern):
             return Proposal(name, f"the scenario says so of '{pattern}'")
-    for name in (thing.name, *names):
-        if named := taxonomy.thing_named(name):
-            return Proposal(named[0], f"'{name}' has its label '{named[1]}'")
+    shared = words_of(scene.mounts.get(thing.name, ""))
+    own, *parts = ("_".join(w for w in words_of(n) if w not in shared) for n in (thing.name, *scene.names.get(thing.name, ())))
+    if named := taxonomy.thing_named(own):
+        return Proposal(named[0], f"'{thing.name}' has its label '{named[1]}'")
+    labels = Counter(named for name in parts if (named := taxonomy.thing_named(name)))
+    if labels and 2 * (most := labels.most_common(1)[0])[1] >= len(parts):
+        return Proposal(most[0][0], f"{most[1]} of the {len(parts)} names of its parts have its label '{most[0][1]}'")
     how = "can be moved" if thing.joint is None and thing.movable else "is mounted on a joint" if thing.joint else "is fixed"
     return Proposal(thing.type, f"it {how} and no label of the ontology is in its names")

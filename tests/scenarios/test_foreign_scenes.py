@@ -73,6 +73,27 @@ def test_its_drawer_opens(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert code == 0 and "joint_rises" in said, said
 
 
+def _bar(folder: Path, pitch: float) -> None:
+    """Put a bar above the handle of the drawer, so far from it [m], as that of another drawer is; its front ends below that."""
+    file = folder / "scene" / "kitchen.xml"
+    bar = f'<geom class="wood" type="box" size=".006 .05 .006" pos="-.213 0 {0.1 + pitch}"/>'
+    text = file.read_text().replace('size="0.008 0.17 0.06"', 'size="0.008 0.17 0.012"')
+    file.write_text(text.replace('<body name="drawer_1"', f'{bar}<body name="drawer_1"'))
+
+
+@pytest.mark.heavy
+def test_its_drawer_opens_beside_another_by_fingers_that_open_no_wider(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _bar(kitchen, 0.050)
+    code, said = _resolve(kitchen, "  - {task: Opening, Patient: drawer_1}", capsys)
+    assert code == 0 and "joint_rises" in said, said
+
+
+def test_its_drawer_stays_closed_where_no_finger_fits_beside_its_handle(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _bar(kitchen, 0.022)
+    code, said = _resolve(kitchen, "  - {task: Opening, Patient: drawer_1}", capsys)
+    assert code == 1 and "handle(drawer_1)" in said, said
+
+
 def test_own_things_stand_in_a_foreign_scene_and_what_the_scenario_says_holds(
     kitchen: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

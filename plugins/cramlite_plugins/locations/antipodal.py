@@ -25,6 +25,7 @@ PALM = 0.0375  # radius of the palm [m]
 SAMPLES = 0.10  # how far behind the pinch point the swept fingers are looked at [m]
 STEP = 0.005  # along the fingers [m]
 TIPS = 0.008  # of the pads, in a grasp by the tips [m]
+THIN = 0.6  # share of a thin thing's thickness that they overlap: hands stay off what it lies on
 BEFORE, INTO = 0.003, 0.004  # a shallow grasp: tips before the far side, pinch point behind the near one [m]
 DEEP = 0.004  # what stays between the palm and the near side [m]
 ANGLES = 8  # side grasps around a cylinder
@@ -96,11 +97,14 @@ def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
 
 
 def by_tips(geom: Geom, pose: Pose, gripper: Gripper) -> tuple[Pose, float] | None:
-    """The pose drawn back until the pads overlap the geom by twice ``TIPS``, and how far before it the contacts then are;
-    None where it is as far back already. A rim above a floor is gripped so."""
+    """The pose drawn back until the pads overlap the geom by twice ``TIPS``, of a thin one by ``THIN`` of its thickness, and how far
+    before it the contacts then are; None where it is as far back already. A rim above a floor, or a box that lies flat, is gripped so."""
     met = next(spans(body([geom]), np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0))), None)
-    ahead = gripper.pad[1] / 2 - TIPS
-    back = met[0] + TIPS - ahead if met is not None else 0.0
+    if met is None:
+        return None
+    overlap = min(TIPS, THIN / 2 * (met[1] - met[0]))
+    ahead = gripper.pad[1] / 2 - overlap
+    back = met[0] + overlap - ahead
     return (pose * Pose((0.0, 0.0, back)), ahead) if back < -0.002 else None
 
 

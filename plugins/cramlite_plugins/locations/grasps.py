@@ -39,6 +39,7 @@ PARALLEL = math.radians(1)
 """Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
 MARGIN = 0.004  # pads end this far inside a face's edge [m]
 AGAIN = 0.008  # [m]
+MANY = 3  # parts of a thing; more give many grasps that are alike, of which one is enough
 SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
 
 
@@ -148,7 +149,8 @@ def _ranked(
 ) -> tuple[Grip, ...]:
     shape, middle, cone = rays.body(geoms), np.asarray(centre), max(math.atan(friction), PARALLEL)
     proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper, cone))
-    found = (_checked(shape, middle, grip, gripper, cone) for grip in proposed)
+    seen: set[tuple[float, ...]] | None = set() if len(geoms) > MANY else None
+    found = (_checked(shape, middle, grip, gripper, cone, seen) for grip in proposed)
     best = sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
     return tuple(_varied(best))
 
@@ -220,18 +222,34 @@ def _thinnest(geom: Geom) -> float:
     return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
 
 
-def _checked(shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float) -> Grip | None:
-    """The candidate on the whole shape; None where it does not fit, slips or is obstructed."""
+def _checked(
+    shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float, seen: set[tuple[float, ...]] | None
+) -> Grip | None:
+    """The candidate on the whole shape; None where it does not fit, slips or is obstructed, or one like it was seen.
+
+    Args:
+        seen: grasps that were looked at, to which it is added; None to look at each.
+    """
     found = antipodal.pinch(shape, grip.pose * Pose((0.0, 0.0, grip.ahead)))
     if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:
         return None
     pose = found.pose * Pose((0.0, 0.0, -grip.ahead))
+    if seen is not None:
+        if (like := _cell(pose)) in seen:
+            return None
+        seen.add(like)
     if not antipodal.clear(shape, pose, min(found.width + SLACK, gripper.opening[1]), gripper):
         return None
     off = pose.inverse().apply(centre)
     lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
     covered = antipodal.coverage(shape, pose, found.width, gripper)
     return Grip(pose, found.width, lever, grip.name, found.slant, covered, grip.ahead)
+
+
+def _cell(pose: Pose) -> tuple[float, ...]:
+    """Equal for poses of the hand within ``AGAIN`` and some 7 deg of each other."""
+    z, y = pose.rotate((0.0, 0.0, 1.0)), pose.rotate((0.0, 1.0, 0.0))
+    return (*np.round(np.asarray(pose.position) / AGAIN).tolist(), *np.round(8 * z).tolist(), *np.round(8 * y).tolist())
 
 
 def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:

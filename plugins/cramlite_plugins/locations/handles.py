@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Belief, Location, Place, Pose
+from cramlite.model import Belief, Feature, Joint, Location, Place, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 STANDOFF = 0.08  # in front of the handle [m]: the fingers, open, are clear of the bar
-SLACK = 0.05  # how much wider than the bar the fingers open [m]: what is behind it may be off by half of that
+SLACK = (0.05, 0.03, 0.016, 0.01)
+"""How much wider than the bar the fingers open [m]: it may be off by half of that. The widest that nothing beside it forbids."""
+TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 STEPS = 0.03, math.radians(5)  # between two corners of a path [m, rad]: a chord is then off its arc by under 0.3 mm
 CLOSED = 0.005  # share of the range that a joint is closed to: what friction leaves
 
@@ -35,24 +38,31 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
         raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
     width = 2 * handle.size["radius"]
-    opening = min(width + SLACK, context.robot.gripper.opening[1])
-    near, free = make_scene(belief, context, [thing.name], opening), make_scene(belief, context, (), opening)
-    upright = thing.joint.kind == "hinge"
-    for k, turn in enumerate((0.0, 180.0)):
-        # the handle's z comes out, its x is up: the tool's z goes in, its y across the bar
-        across = handle.pose.rotate((0, 1, 0) if upright else (1, 0, 0))
-        into = handle.pose.rotate((0, 0, -1))
-        at = belief.pose(thing.name) * Pose.from_axes(handle.pose.position, into, np.cross(across, into))
-        at = at * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
-        name, before = f"across the handle, turned {turn:.0f} deg", at * Pose((0, 0, -STANDOFF))
-        there = collision_free_ik(near, context, at, belief.joints)
-        off = collision_free_ik(free, context, before, there) if not isinstance(there, Refusal) else there
-        if isinstance(off, Refusal):
-            yield off.refused(name)
-            continue
-        place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": width})
-        yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide", 0.1 * k, key=name)
+    openings = dict.fromkeys(min(width + s, context.robot.gripper.opening[1]) for s in SLACK)
+    scenes = [(o, make_scene(belief, context, [thing.name], o), make_scene(belief, context, (), o)) for o in openings]
+    for k, (turn, back) in enumerate(itertools.product((0.0, 180.0), (0.0, TIPS))):
+        at = belief.pose(thing.name) * _across(thing.joint, handle, turn) * Pose((0, 0, -back))
+        name, before, refused = f"across the handle, turned {turn:.0f} deg", at * Pose((0, 0, -STANDOFF)), list[Refusal]()
+        name += ", by the tips" if back else ""
+        for opening, near, free in scenes:
+            there = collision_free_ik(near, context, at, belief.joints)
+            off = collision_free_ik(free, context, before, there) if not isinstance(there, Refusal) else there
+            if isinstance(off, Refusal):
+                refused.append(off)
+                continue
+            place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": width})
+            yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide, open {1000 * opening:.0f} mm", 0.1 * k, key=name)
+            break
+        else:
+            yield refused[-1].refused(name)
 
+
+def _across(joint: Joint, handle: Feature, turn: float) -> Pose:
+    """The TCP at a handle, in its thing's frame: z into it, y across its bar, turned about z [deg]."""
+    # the handle's z comes out, and its x is along the bar of a door, across that of a drawer
+    across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
+    into = handle.pose.rotate((0, 0, -1))
+    return Pose.from_axes(handle.pose.position, into, np.cross(across, into)) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
 
 
 def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -35,7 +35,6 @@ from .pairs import Pairs, movers, required_distances
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
-Near = list[tuple[int, int, float]]
 
 HORIZON = 0.05  # distances above this are not told apart [m]
 CLEARANCE = 0.005  # asked for on planned paths [m]: with none, 6 of 200 rechecked paths clip
@@ -227,14 +226,18 @@ class PlanningScene(Value):
     def _inside(self, q: Position) -> bool:
         return all(low <= value <= high for value, (low, high) in zip(q, self.limits, strict=True))
 
-    def _look(self, q: Position, level: Inflated) -> Near:
-        """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it."""
+    def _look(self, q: Position, level: Inflated) -> Iterator[tuple[int, int, float]]:
+        """The pairs (one, other, distance) that may not touch and are within a level's distance; some are beyond it.
+
+        Each is measured when it is asked for: the first one that is too close ends most checks of blocked positions.
+        """
         model, data, address = self.compiled.model, self.data, self.index.joints[0]
         data.qpos[address : address + len(self.index.joints)] = q
         mujoco.mj_kinematics(model, data)
         self.checks[0] += 1
-        measure, need = mujoco.mj_geomDistance, self.need
-        return [(g, h, measure(model, data, g, h, FAR, None)) for g, h in level.near(data) if need[g, h] > -np.inf]
+        for g, h in level.near(data):
+            if self.need.item(g, h) > -math.inf:
+                yield g, h, mujoco.mj_geomDistance(model, data, g, h, FAR, None)
 
     def _needed(self, q: Position, g: int, h: int) -> float:
         need: float = self.need.item(g, h)

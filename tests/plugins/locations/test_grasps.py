@@ -57,6 +57,24 @@ def test_a_hanging_product_is_gripped_as_before_and_never_by_its_tab() -> None:
     assert all(g.width > 0.04 for g in found)
 
 
+@pytest.mark.parametrize(("height", "overlap"), [(0.018, 0.6 * 0.018), (0.06, 0.016)])
+def test_what_is_thin_is_taken_by_its_upper_part(height: float, overlap: float) -> None:
+    box = Geom("box", (0.04, 0.02, height / 2))
+    down = Pose.from_axes((0, 0, 0), (0, 0, -1), (1, 0, 0))
+    found = antipodal.by_tips(box, down, GRIPPER)
+    assert found is not None
+    ends = found[0].position[2] - GRIPPER.pad[1] / 2
+    assert height / 2 - ends == pytest.approx(overlap, abs=1e-6)
+
+
+def test_of_grasps_alike_of_many_parts_one_is_enough() -> None:
+    sides = [Pose.from_rotvec((0, 0, 0), (0, 0, math.pi * k / 8)) for k in range(8)]
+    parts = tuple(Geom("box", (0.03, 0.0062, 0.05), p) for p in sides)
+    found = grasps.ranked(Thing("can", "cram:Product", Pose(), parts, mass=0.1), GRIPPER, 0.9)
+    cells = [grasps._cell(g.pose) for g in found]
+    assert found and len(cells) == len(set(cells))
+
+
 def test_too_wide_names_the_nearest_miss() -> None:
     big = block("crate", Pose(), (0.12, 0.2, 0.13))
     assert grasps.ranked(big, GRIPPER, 0.9) == []

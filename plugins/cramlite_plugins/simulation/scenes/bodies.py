@@ -26,12 +26,14 @@ class Group(Value):
         bodies: all of them.
         kind: how it moves.
         parent: root of what it is mounted in; 0 for nothing.
+        carrier: all bodies of that.
     """
 
     root: int
     bodies: tuple[int, ...]
     kind: Literal["fixed", "joint", "free"]
     parent: int = 0
+    carrier: tuple[int, ...] = ()
 
 
 class Grouped(Value):
@@ -40,15 +42,17 @@ class Grouped(Value):
     Args:
         groups: in the file's order.
         notes: for people.
+        robots: the lowest body of each robot, which is left out.
     """
 
     groups: tuple[Group, ...]
     notes: tuple[str, ...]
+    robots: tuple[int, ...] = ()
 
 
 def grouped(model: Any) -> Grouped:
     """Group the bodies of a model by what moves together."""
-    robots, notes = _robots(model)
+    robots, bases, notes = _robots(model)
     of: dict[int, int] = {}
     kinds: dict[int, tuple[Literal["fixed", "joint", "free"], int]] = {}
     for body in range(1, model.nbody):
@@ -63,7 +67,7 @@ def grouped(model: Any) -> Grouped:
         if own:
             kinds[body] = (kind, carrier)
     members = {root: tuple(b for b, r in of.items() if r == root) for root in kinds}
-    return Grouped(tuple(Group(r, members[r], k, p) for r, (k, p) in kinds.items()), tuple(notes))
+    return Grouped(tuple(Group(r, members[r], k, p, members.get(p, ())) for r, (k, p) in kinds.items()), tuple(notes), bases)
 
 
 def _kind(model: Any, body: int, carrier: str) -> tuple[Literal["fixed", "joint", "free"], str]:
@@ -88,10 +92,11 @@ def joints(model: Any, body: int) -> range:
     return range(first, first + int(model.body_jntnum[body])) if first >= 0 else range(0)
 
 
-def _robots(model: Any) -> tuple[frozenset[int], list[str]]:
-    """Bodies of arms, and a sentence for each arm."""
+def _robots(model: Any) -> tuple[frozenset[int], tuple[int, ...], list[str]]:
+    """Bodies of arms, the lowest one of each, and a sentence for each arm."""
     driven = {int(model.actuator_trnid[a, 0]) for a in range(model.nu) if int(model.actuator_trntype[a]) in (0, 1)}
     found: set[int] = set()
+    bases: list[int] = []
     notes: list[str] = []
     for body in range(1, model.nbody):
         if body in found or not len(joints(model, body)):
@@ -102,9 +107,10 @@ def _robots(model: Any) -> tuple[frozenset[int], list[str]]:
         if length >= CHAIN or (length >= DRIVEN and motors):
             base = _base(model, body, frozenset(tree))
             found.update(base)
+            bases.append(min(base))
             why = f"{length} joints in a row" + (", driven by motors" if motors else "")
             notes.append(f"'{model.body(min(base)).name}' is a robot ({why}): left out with {len(base)} bodies; 'robot' says who acts")
-    return frozenset(found), notes
+    return frozenset(found), tuple(bases), notes
 
 
 def _below(model: Any, body: int) -> Iterator[int]:

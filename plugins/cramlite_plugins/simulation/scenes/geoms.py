@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 
 HOLLOW = 0.1
 """A mesh whose hull adds more than this share of its volume is taken apart."""
-GROUND, THICK = 2.5, 0.05
-"""Half length and half thickness of the slab that stands for a plane without end [m]."""
+GROUND, BEYOND, THICK = 2.5, 1.0, 0.05
+"""Least half length of the slab that stands for a plane, how far it reaches beyond all bodies, and its half thickness [m]. MuJoCo's
+planes have no end, whatever size they are drawn in."""
 PLANE, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH = (
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{kind}"))
     for kind in ("PLANE", "SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX", "MESH")
@@ -68,7 +69,7 @@ def shaped(model: Any, data: Any, geom: int, frame: Pose) -> Shaped:
         shape, count = primitives[kind]
         return Shaped((Geom(shape, size[:count], at, **look),), name=name)  # type: ignore[arg-type]
     if kind == PLANE:
-        half = tuple(s or GROUND for s in size[:2])
+        half = _wide(data.xpos, data.geom_xpos[geom], data.geom_xmat[geom], size)
         slab = Geom("box", (*half, THICK), at * Pose((0, 0, -THICK)), **look)  # type: ignore[arg-type]
         said = f"the plane '{name}' is a slab of {2 * half[0]:g} x {2 * half[1]:g} m, {2000 * THICK:g} mm thick"
         return Shaped((slab,), (), (said,), name)
@@ -78,6 +79,12 @@ def shaped(model: Any, data: Any, geom: int, frame: Pose) -> Shaped:
         return _meshed(model, geom, at, look, name)
     said = f"'{name}' is a {mujoco.mjtGeom(kind).name.removeprefix('mjGEOM_').lower()}, which things cannot have; left out"
     return Shaped((), (), (said,), name)
+
+
+def _wide(bodies: Floats, at: Floats, matrix: Floats, drawn: tuple[float, ...]) -> tuple[float, float]:
+    """Half lengths of the slab that stands for a plane."""
+    out = np.abs((bodies - at) @ matrix.reshape(3, 3)[:, :2]).max(axis=0) + BEYOND
+    return (max(drawn[0] or GROUND, round(float(out[0]), 1)), max(drawn[1] or GROUND, round(float(out[1]), 1)))
 
 
 def _name(model: Any, geom: int) -> str:

@@ -18,6 +18,8 @@ SHARE = 0.5
 """A handle has at most this share of the area of its front, seen from outside."""
 SLIM = 0.06
 """What is thicker does not fit between fingers [m]."""
+MIDDLE = 0.5
+"""A hinge within the middle half of what it turns is that of a knob; a door's is at its edge."""
 
 
 class Handle(Value):
@@ -65,9 +67,15 @@ def _outward(geoms: Sequence[Geom], joint: Joint) -> list[Floats]:
     plate = max(geoms, key=lambda g: float(np.prod(g.half_extents)))
     thin = plate.pose.rotation[:, int(np.argmin(plate.half_extents))]
     way = np.cross(axis, np.asarray(plate.pose.position) - np.asarray(joint.pose.position))
-    if abs(float(thin @ axis)) > 0.7 or np.linalg.norm(way) < OUT:  # a knob turns about what it sticks out along
+    if abs(float(thin @ axis)) > 0.7 or np.linalg.norm(way) < OUT or _about(geoms, joint):  # a knob turns about what it sticks out along
         return [axis, -axis]
     return [thin, -thin] if thin @ way > 0 else [-thin, thin]
+
+
+def _about(geoms: Sequence[Geom], joint: Joint) -> bool:
+    """Whether a hinge goes through the middle of what it turns."""
+    low, high = _boxes(geoms, joint.pose)
+    return bool((np.abs(low + high)[:2] < MIDDLE * (high - low)[:2]).all())
 
 
 def _frame(out: Floats) -> Pose:

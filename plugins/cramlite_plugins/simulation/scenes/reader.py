@@ -43,6 +43,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
 
     import_mujoco()
     from .bodies import grouped
+    from .geoms import pose_of
     from .source import read_source
 
     source = read_source(path, packages, keyframe)
@@ -56,9 +57,10 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
         raise UserError(f"{path}:1: the scene has no thing that collides; {'; '.join(notes + said) or 'its worldbody is empty'}.")
     made.sort(key=lambda m: (m.thing.movable, m.thing.joint is None))
     physics, stated = _physics(source.model)
+    stands = {source.model.body(b).name: pose_of(source.data.xpos[b], source.data.xmat[b]) for b in groups.robots}
     return ImportedScene(
         tuple(replace(m.thing, notes=m.notes) for m in made), {m.thing.name: m.names for m in made}, physics,
-        {m.thing.name: m.found for m in made}, (*notes, *said, *stated),
+        {m.thing.name: m.found for m in made}, (*notes, *said, *stated), {m.thing.name: m.carrier for m in made if m.carrier}, stands,
     )  # fmt: skip
 
 
@@ -75,6 +77,8 @@ def _things(source: Any, groups: tuple[Group, ...]) -> tuple[list[Made], list[st
     names = {g.root: _named(called[g.root], taken, notes) for g in solid}
     for group in solid:
         found = make(source, group, names[group.root], _mounted(source, group, names))
+        if found is not None and group.kind == "joint":
+            found = replace(found, carrier=names.get(group.parent, ""))
         if found is None:
             notes.append(f"'{names[group.root]}' has no shape that things can have; left out")
         else:
@@ -111,8 +115,9 @@ def _mounted(source: Any, group: Group, names: Mapping[int, str]) -> str:
     model, data = source.model, source.data
     if group.kind != "joint" or not group.parent:
         return ""
-    excluded = any(int(s) in (_pair(group.root, group.parent), _pair(group.parent, group.root)) for s in model.exclude_signature)
-    inside = any(_between(model, data.contact[c].geom, group, group.parent) and data.contact[c].dist < -0.002 for c in range(data.ncon))
+    both = [(a, b) for a in group.bodies for b in group.carrier]
+    excluded = bool({_pair(*p) for a, b in both for p in ((a, b), (b, a))} & {int(s) for s in model.exclude_signature})
+    inside = any(_between(model, data.contact[c].geom, group) and data.contact[c].dist < -0.002 for c in range(data.ncon))
     return names.get(group.parent, "") if excluded or inside else ""
 
 
@@ -120,9 +125,9 @@ def _pair(a: int, b: int) -> int:
     return (a << 16) + b
 
 
-def _between(model: Any, geoms: Any, group: Group, parent: int) -> bool:
+def _between(model: Any, geoms: Any, group: Group) -> bool:
     bodies = {int(model.geom_bodyid[g]) for g in geoms}
-    return bool(bodies & set(group.bodies)) and parent in bodies
+    return bool(bodies & set(group.bodies)) and bool(bodies & set(group.carrier))
 
 
 def _physics(model: Any) -> tuple[dict[str, float | int | str], list[str]]:

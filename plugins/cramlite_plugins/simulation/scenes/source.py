@@ -57,6 +57,7 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
         spec = mujoco.MjSpec.from_string(_urdf(path, packages)) if urdf else mujoco.MjSpec.from_file(str(path))
         if urdf:
             _loosen(spec)
+        _drop_textures(spec)
         model = spec.compile()
     except ValueError as error:
         raise UserError(_explained(path, str(error))) from error
@@ -65,6 +66,14 @@ def read_source(path: Path, packages: Mapping[str, Path], keyframe: str = "") ->
     mujoco.mj_forward(model, data)
     _check_numbers(path, model, data)
     return Source(path, urdf, spec, model, data)
+
+
+def _drop_textures(spec: Any) -> None:
+    """Leave out pictures on surfaces, which take longer to read than all else; colours of materials stay."""
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    for texture in list(spec.textures):
+        spec.delete(texture)
 
 
 def _loosen(spec: Any) -> None:
@@ -176,6 +185,7 @@ def _said(reason: str) -> str:
     hints = {
         "Error opening file": "put the file there, or correct its name or 'meshdir'",
         "mass and inertia of moving bodies": "give the body a mass, or a geom with one",
+        "number of faces": "simplify the mesh to some 20,000 faces",
         "already included": "a file includes itself; take one 'include' out",
         "XML": "correct the XML",
     }

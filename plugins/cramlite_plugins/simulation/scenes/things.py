@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Feature, Floats, Inertia, Joint, Pose, Thing, Value
+from cramlite.model import Feature, Floats, Inertia, Pose, Thing, Value
 
-from .bodies import SLIDE, Group, joints
+from .bodies import Group
 from .geoms import Shaped, collides, pose_of, shaped
 from .handles import with_handle
+from .joints import joint_of
+from .sites import LARGE, NARROW, places
 
-CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door"}
+CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door", "knob": "cram:Knob"}
 """What a thing is taken for by how it moves, where its names say nothing."""
-LARGE = 0.0025
-"""A surface that is smaller bears nothing worth naming [m2]."""
-NARROW = 0.015
-"""Nor does one that is narrower, such as a rim [m]."""
 MOST = 6
 """Surfaces of one thing that become features."""
-HOLDS = re.compile(r"contain|inside|cavity|interior|_in$|region", re.IGNORECASE)
-BOX_SITE = 6
 
 
 class Made(Value):
@@ -36,12 +31,14 @@ class Made(Value):
         names: what else the file calls it.
         found: what it is taken for, in words.
         notes: what was changed or left out.
+        carrier: what a jointed one is mounted in.
     """
 
     thing: Thing
     names: tuple[str, ...]
     found: str
     notes: tuple[str, ...]
+    carrier: str = ""
 
 
 def make(source: Any, group: Group, name: str, parent: str) -> Made | None:
@@ -64,7 +61,7 @@ def make(source: Any, group: Group, name: str, parent: str) -> Made | None:
         mass, inertia = _inertia(model, data, group.bodies, frame)
         thing = replace(thing, mass=mass, inertia=inertia)
     if group.kind == "joint":
-        joint, said = _joint(model, data, group.root, parent)
+        joint, said = joint_of(source, group, parent)
         thing = replace(thing, joint=joint, type=CLASSES[joint.kind])
         notes += said
     names = (*(model.body(b).name for b in group.bodies), *(s.name for s in shapes))
@@ -103,55 +100,29 @@ def _inertia(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> tuple
     return float(masses.sum()), Inertia((x, y, z), (xx, yy, zz, xy, xz, yz))
 
 
-def _joint(model: Any, data: Any, body: int, parent: str) -> tuple[Joint, list[str]]:
-    """The joint with its closed end at the lower value: that end which it is nearer to at the start."""
-    j = joints(model, body)[0]
-    slide, dof = int(model.jnt_type[j]) == SLIDE, int(model.jnt_dofadr[j])
-    name, value, notes = model.joint(j).name or model.body(body).name, float(data.qpos[model.jnt_qposadr[j]]), []
-    low, high = (float(v) for v in model.jnt_range[j])
-    if not model.jnt_limited[j]:
-        low, high = (value - 1.0, value + 1.0) if slide else (value - math.pi, value + math.pi)
-        notes.append(f"joint '{name}' has no limits; it is taken for {low:.2f} to {high:.2f} {'m' if slide else 'rad'}")
-    axis = np.asarray(model.jnt_axis[j], dtype=float)
-    if value - low > high - value and not math.isclose(value - low, high - value):
-        axis = -axis
-        low, high, value = -high, -low, -value
-        notes.append(f"joint '{name}' is closed at its upper end; its axis is turned round")
-    if model.jnt_stiffness[j].max() > 0:
-        notes.append(f"joint '{name}' has a spring, which joints of things cannot have; left out")
-    if float(model.dof_armature[dof]) > 0:
-        notes.append(f"joint '{name}' has an armature of {float(model.dof_armature[dof]):g}, which is left out")
-    x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
-    pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
-    kind: Any = "slide" if slide else "hinge"
-    damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
-    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction), notes
-
-
 def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> tuple[Thing, str]:
     """With what sites say, else what geometry shows: openings, surfaces, a handle."""
-    sites = _sites(source.model, source.data, group.bodies, thing.pose)
-    found = {f.name: f for s in shapes for f in s.features} | {f.name: f for f in sites}
-    thing = replace(thing, features=tuple(found.values()))
-    thing, said = _surfaced(thing)
+    sites = places(source.model, source.data, group.bodies, thing)
+    found = {f.name: f for s in shapes for f in s.features} | {f.name: f for f in sites if f.type == "cram:Cavity"}
+    thing, said = _surfaced(replace(thing, features=tuple(found.values())))
+    areas = tuple(f for f in sites if f.type != "cram:Cavity")
+    thing = replace(thing, features=(*thing.features, *areas))
+    said += "".join(f", area '{f.name}'" for f in areas)
     if thing.joint is not None:
         names = [s.name for s in shapes for _ in s.geoms]
         thing, handle = with_handle(thing, names)
         said = f"{said}; {handle}"
+        thing = replace(thing, type=CLASSES["knob"]) if _turns_in_place(thing) else thing
     return thing, said
 
 
-def _sites(model: Any, data: Any, bodies: Iterable[int], frame: Pose) -> list[Feature]:
-    """Boxes that are called after what they contain become cavities."""
-    found = []
-    for s in range(model.nsite):
-        name = model.site(s).name
-        if int(model.site_bodyid[s]) in bodies and int(model.site_type[s]) == BOX_SITE and HOLDS.search(name):
-            at = frame.inverse() * pose_of(data.site_xpos[s], data.site_xmat[s])
-            x, y, z = (float(v) for v in model.site_size[s])
-            size = {"width": 2 * x, "depth": 2 * y, "height": 2 * z}
-            found.append(Feature("cavity", "cram:Cavity", at * Pose((0.0, 0.0, z)), size))
-    return found
+def _turns_in_place(thing: Thing) -> bool:
+    """Whether a hinge turns its handle about itself, as that of a knob."""
+    handle = thing.feature("cram:Handle")
+    if thing.joint is None or thing.joint.kind != "hinge" or handle is None:
+        return False
+    axis = thing.joint.pose.rotation[:, 2]
+    return abs(float(axis @ handle.pose.rotation[:, 2])) > math.cos(math.radians(30.0))
 
 
 def _surfaced(thing: Thing) -> tuple[Thing, str]:

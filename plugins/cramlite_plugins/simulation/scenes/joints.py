@@ -1,0 +1,97 @@
+"""Joints of a scene file: with their closed end at the lower value."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from cramlite.model import Floats, Joint, Pose
+
+from .bodies import SLIDE, Group, joints
+
+COMPACT = 0.95
+"""Where the box around a jointed thing and what it is mounted in has at most this share of its volume at the other end, it is closed."""
+
+PLAY = 0.1
+"""A joint that starts within this share of its range of its closed end is closed: some drawers of others begin 10 mm before their stop."""
+
+
+def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
+    """Return the joint of a group with its closed end at the lower value, and what was changed in it.
+
+    Closed is where it and its carrier take the least room: a drawer that starts open is still drawn out of its cabinet. Where
+    that tells nothing, as of a knob, it is the end that it starts nearer to.
+
+    Args:
+        source: a ``Source``.
+        parent: name of the thing that it does not collide with.
+    """
+    model, data = source.model, source.data
+    j = joints(model, group.root)[0]
+    slide, dof = int(model.jnt_type[j]) == SLIDE, int(model.jnt_dofadr[j])
+    name, value, notes = model.joint(j).name or model.body(group.root).name, float(data.qpos[model.jnt_qposadr[j]]), []
+    low, high = (float(v) for v in model.jnt_range[j])
+    if not model.jnt_limited[j]:
+        low, high = (value - 1.0, value + 1.0) if slide else (value - math.pi, value + math.pi)
+        notes.append(f"joint '{name}' has no limits; it is taken for {low:.2f} to {high:.2f} {'m' if slide else 'rad'}")
+    axis = np.asarray(model.jnt_axis[j], dtype=float)
+    if _closed_above(source, group, j, (low, high)):
+        axis = -axis
+        low, high, value = -high, -low, -value
+        notes.append(f"joint '{name}' is closed at its upper end; its axis is turned round")
+    if 0.0 < value - low <= PLAY * (high - low):
+        notes.append(f"joint '{name}' starts {value - low:.3f} {'m' if slide else 'rad'} from its stop: closed, no further in")
+        low = value
+    notes += _left_out(model, j, dof, name)
+    x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
+    pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
+    kind: Any = "slide" if slide else "hinge"
+    damping, friction = float(np.max(model.dof_damping[dof])), float(model.dof_frictionloss[dof])
+    return Joint(kind, pose, low, high, min(max(value, low), high), parent, damping, friction), notes
+
+
+def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:
+    notes = []
+    if model.jnt_stiffness[joint].max() > 0:
+        notes.append(f"joint '{name}' has a spring, which joints of things cannot have; left out")
+    if float(model.dof_armature[dof]) > 0:
+        notes.append(f"joint '{name}' has an armature of {float(model.dof_armature[dof]):g}, which is left out")
+    return notes
+
+
+def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, float]) -> bool:
+    """Whether a joint is closed at its upper end."""
+    low, high = ends
+    value = float(source.data.qpos[source.model.jnt_qposadr[joint]])
+    near = value - low > high - value and not math.isclose(value - low, high - value)
+    if not group.carrier:
+        return near
+    below, above = (_room(source, group, joint, at) for at in ends)
+    return near if min(below, above) > COMPACT * max(below, above) else above < below
+
+
+def _room(source: Any, group: Group, joint: int, value: float) -> float:
+    """Volume of the box, along the axes of what carries it, around a jointed thing at a value and that carrier [m3]."""
+    model, data = source.model, mujoco.MjData(source.model)
+    data.qpos[:] = source.data.qpos
+    data.qpos[model.jnt_qposadr[joint]] = value
+    mujoco.mj_kinematics(model, data)
+    frame = data.xmat[group.parent].reshape(3, 3)
+    points = np.concatenate([_corners(model, data, g) for g in _geoms(model, (*group.bodies, *group.carrier))]) @ frame
+    return float(np.prod(np.ptp(points, axis=0)))
+
+
+def _geoms(model: Any, bodies: Iterable[int]) -> list[int]:
+    return [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in set(bodies) and model.geom_contype[g] | model.geom_conaffinity[g]]
+
+
+def _corners(model: Any, data: Any, geom: int) -> Floats:
+    """Corners (8, 3) of the box around a geom, in the world [m]."""
+    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+    signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+    corners: Floats = data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T
+    return corners

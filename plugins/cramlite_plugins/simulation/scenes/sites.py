@@ -1,0 +1,92 @@
+"""Sites of a scene file that say where things go: boxes inside of a thing are its cavities, boxes upon it areas of its surface."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from cramlite.model import Feature, Floats, Pose, Thing
+
+from ...shapes import ray_casting as rays
+from ...shapes.bounds import box_around
+from ...shapes.cavities import DEEP
+from .geoms import pose_of
+
+PLACES = re.compile(r"contain|inside|cavity|interior|_in$|region", re.IGNORECASE)
+"""Words in the names of sites that things are put into or onto."""
+BOX_SITE = 6
+UPRIGHT = math.cos(math.radians(5.0))
+"""A site that leans more is no level place."""
+OVER = 0.01
+"""A cavity reaches above its walls by no more [m]."""
+UPON = 0.05
+"""A site this near above a face is upon it [m]."""
+LARGE, NARROW = 0.0025, 0.015
+"""An area that is smaller [m2] or narrower [m] bears nothing worth naming."""
+
+
+def places(model: Any, data: Any, bodies: Iterable[int], thing: Thing) -> tuple[Feature, ...]:
+    """Return the cavities and the areas of surfaces that the sites of some bodies mark, in the frame of their thing.
+
+    A site is what its box shows, whatever it is called: a table's "region" holds nothing, and is upon it.
+    """
+    inside = set(bodies)
+    sites = [s for s in range(model.nsite) if int(model.site_bodyid[s]) in inside and int(model.site_type[s]) == BOX_SITE]
+    named = [s for s in sites if PLACES.search(model.site(s).name)]
+    found = (_place(thing, _upright(thing, model, data, s), _own_name(model, s)) for s in named)
+    return tuple(f for f in found if f is not None)
+
+
+def _upright(thing: Thing, model: Any, data: Any, site: int) -> tuple[Pose, Floats] | None:
+    """The box of a site in its thing's frame, z the axis that is upright, with its half lengths; None if it leans."""
+    turned = pose_of(data.site_xpos[site], data.site_xmat[site])
+    half, heights = np.asarray(model.site_size[site], dtype=float), turned.rotation[2]
+    up = int(np.argmax(np.abs(heights)))
+    if abs(heights[up]) < UPRIGHT:
+        return None
+    across = (up + 1) % 3
+    z, x = math.copysign(1.0, heights[up]) * turned.rotation[:, up], turned.rotation[:, across]
+    pose = thing.pose.inverse() * Pose.from_axes(turned.position, z, x)
+    return pose, half[[across, 3 - up - across, up]]
+
+
+def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature | None:
+    if site is None:
+        return None
+    pose, (x, y, z) = site
+    low, high = box_around(thing.geoms)
+    top, middle = np.asarray(pose.apply((0.0, 0.0, z - OVER))), np.asarray(pose.position)
+    size = {"width": round(2 * float(x), 5), "depth": round(2 * float(y), 5)}
+    if 2 * z >= DEEP and ((low < middle) & (middle < high) & (low < top + OVER) & (top - OVER < high)).all() and _hollow(thing, middle):
+        return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, float(z))), {**size, "height": round(2 * float(z), 5)})
+    if 4 * x * y < LARGE or 2 * min(x, y) < NARROW:
+        return None
+    return _upon(thing, pose, float(z), name, size)
+
+
+def _hollow(thing: Thing, point: Floats) -> bool:
+    """Whether a point is in none of a thing's shapes."""
+    up = np.array([0.0, 0.0, 1.0])
+    return not any(low < 0.0 < high for low, high, _ in rays.spans(rays.body(thing.geoms), point, up))
+
+
+def _upon(thing: Thing, pose: Pose, half: float, name: str, size: dict[str, float]) -> Feature | None:
+    """The area on the face below a site; None where there is none near."""
+    above = half + UPON
+    down = -np.asarray(pose.rotate((0.0, 0.0, 1.0)))
+    met = [low for low, _, _ in rays.spans(rays.body(thing.geoms), np.asarray(pose.apply((0, 0, above))), down) if low >= 0]
+    if not met or min(met) > 2 * above:
+        return None
+    return Feature(name, "vrps:SurfaceFeature", pose * Pose((0.0, 0.0, above - min(met))), size)
+
+
+def _own_name(model: Any, site: int) -> str:
+    """The name of a site without the words that it begins with as the name of its body does."""
+    words, body = model.site(site).name.split("_"), model.body(int(model.site_bodyid[site])).name.split("_")
+    shared = next((k for k, (a, b) in enumerate(zip(words, body, strict=False)) if a != b), min(len(words), len(body)))
+    own = re.sub(r"\W", "_", "_".join(words[shared:]) or model.site(site).name, flags=re.ASCII)
+    return own if own[:1].isalpha() else f"place_{own}"
