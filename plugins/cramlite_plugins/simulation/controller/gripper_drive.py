@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from cramlite.model import Gripper
 
 from ..model.index import RobotIndex
