@@ -166,7 +166,8 @@ class _Run:
                 self.controller.cycle()
                 machine.remember()
                 self.observe(machine.main_line)
-            return "timeout", f"line {machine.main_line}: the program still ran after {self.data.time:.0f} s, of which {time_limit:g} s brought no further line"
+            ran = f"the program still ran after {self.data.time:.0f} s"
+            return "timeout", f"line {machine.main_line}: {ran}, of which {time_limit:g} s brought no further line"
         except Halted:
             said = [m.text.removeprefix("cramlite abort: ") for m in self.recorder.messages[-1:]]
             return "halted", said[0] if said else f"line {machine.main_line}: halt, without a message"
