@@ -294,10 +294,11 @@ def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
         return now
     up, axis = now.rotate((0.0, 0.0, 1.0)), {"upright": 1.0, "upside down": -1.0}[where["attitude"]]
     way = np.cross(up, (0.0, 0.0, axis))
-    sine, cosine = float(np.linalg.norm(way)), axis * float(up[2])
+    sine = float(np.linalg.norm(way))
+    angle = math.atan2(sine, axis * float(up[2]))
     if sine < SAME:  # half a turn is as short about any level axis
         way, sine = now.rotate((1.0, 0.0, 0.0)), 1.0
-    x, y, z = (way / sine * math.atan2(sine if cosine > SAME - 1 else 0.0, cosine)).tolist()
+    x, y, z = (way / sine * angle).tolist()
     turned = Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), now.quaternion)
     return Pose(now.position, turned.quaternion)
 

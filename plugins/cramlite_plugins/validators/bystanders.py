@@ -118,13 +118,13 @@ def _measured(rollout: Rollout, thing: str, points: Floats, first: int, last: in
     from scipy.spatial.transform import Rotation
 
     track = rollout.poses[thing][first:last]
-    turns, places = Rotation.from_quat(track[:, 3:], scalar_first=True), track[:, :3]
+    turns, places, vertical = Rotation.from_quat(track[:, 3:], scalar_first=True), track[:, :3], np.array([0.0, 0.0, 1.0])
     if frame:
         about = rollout.poses[frame][first:last]
         back = Rotation.from_quat(about[:, 3:], scalar_first=True).inv()
-        turns, places = back * turns, back.apply(places - about[:, :3])
+        turns, places, vertical = back * turns, back.apply(places - about[:, :3]), back[0].apply(vertical)
     ways = np.max([np.linalg.norm((p := turns.apply(c) + places) - p[0], axis=1) for c in points], axis=0)
-    up = turns.inv().apply(turns[0].apply([0.0, 0.0, 1.0]) if frame else [0.0, 0.0, 1.0])
+    up = turns.inv().apply(vertical)
     tilts = np.arccos(np.clip(up @ up[0], -1.0, 1.0))
     k, j = int(np.argmax(ways)), int(np.argmax(tilts))
     return Stay(float(ways[k]), first + k, float(tilts[j]), first + j, frame)

@@ -12,11 +12,11 @@ import shapely
 from msgspec.structs import replace
 from test_places import HELD, _belief, _context, _wanted
 
-from cramlite.model import Belief, Feature, Geom, Location, Place, Pose, Thing
+from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import set_down
 from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
-from cramlite_plugins.motion_planning.reach import held_pose, tcp
+from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes.surfaces import FLAT
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
@@ -385,3 +385,118 @@ def test_a_feature_may_say_how_large_the_place_is() -> None:
     context = replace(_context(belief), bindings={"box": "box/spot"})
     (answer,) = itertools.islice(set_down.resolve_location(on("box"), belief, context) or (), 1)
     assert isinstance(answer, Grounding) and placed(answer).position[:2] == pytest.approx((0.55, 0.35), abs=1e-6)
+
+
+# Attitudes that are asked for
+
+
+def angle(a: Any, b: Any) -> float:
+    return math.acos(float(np.clip(np.dot(a, b), -1.0, 1.0)))
+
+
+@pytest.mark.parametrize(("attitude", "z"), [("upright", 1.0), ("upside down", -1.0)])
+def test_it_is_turned_the_shortest_way(attitude: str, z: float) -> None:
+    for leaning in ((0.3, -0.5, 1.1), (2.0, 0.2, -0.4), (1.2, 1.4, 0.0), (0.0, 0.0, 0.7)):
+        now = Pose.from_rotvec((0.4, 0.3, 0.5), leaning)
+        asked = set_down.as_asked(now, {"attitude": attitude})
+        assert asked.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, z), abs=1e-9) and asked.position == now.position
+        assert now.distance(asked)[1] == pytest.approx(angle(now.rotate((0.0, 0.0, 1.0)), (0.0, 0.0, z)), abs=1e-6)
+        assert set_down.as_asked(now, {}) is now
+
+
+@pytest.mark.parametrize(("attitude", "over"), [("upright", math.pi), ("upside down", 0.0)])
+def test_half_a_turn_is_about_its_own_side(attitude: str, over: float) -> None:
+    """The x axis stays where it is: upside down it need not turn at all."""
+    turned = Pose.from_rotvec((0.4, 0.3, 0.5), (0.0, 0.0, 0.7)) * Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
+    asked = set_down.as_asked(turned, {"attitude": attitude})
+    assert turned.distance(asked)[1] == pytest.approx(over, abs=1e-9)
+    assert asked.rotate((1.0, 0.0, 0.0)) == pytest.approx(turned.rotate((1.0, 0.0, 0.0)))
+
+
+def palm(degrees: float) -> Belief:
+    """The block held upside down, so that upright the hand's approach goes up by an angle."""
+    lean = Pose.from_axes((0.0, 0.0, 0.0), (0.0, math.cos(math.radians(degrees)), math.sin(math.radians(degrees))), (1, 0, 0))
+    return _belief().grasped(replace(HELD, tcp_to_thing=(lean * Pose((0.0, 0.0, -0.03))).inverse()))
+
+
+@pytest.mark.parametrize(("degrees", "passes"), [(19.9, True), (20.1, False), (60.0, False)])
+def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool) -> None:
+    belief = palm(degrees)
+    grasp = Place(Pose(), Pose(), thing="it", values={"width_m": 0.04})
+    known = {"grasp": grasp, "other": replace(grasp, thing="tin"), "place": replace(grasp, values={}), "name": "it"}
+    context = replace(_context(belief), bindings={**_context(belief).bindings, **known})
+    wanted = replace(_wanted(belief), belief=belief, context=context)
+    if passes:
+        set_down._check_turn(Pose(), Pose(), wanted)
+        return set_down._check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
+    set_down._check_turn(Pose(), Pose(), wanted)  # it is as asked for already
+    with pytest.raises(Unresolvable) as none:
+        set_down._check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
+    assert none.value.because == ("grasp",)
+    assert none.value.reason == f"turned so, the hand would be under 'it' and reach up by {degrees:.0f} deg"
+
+
+def test_what_is_full_is_not_turned() -> None:
+    belief = _belief()
+    full = replace(_wanted(belief), thing=replace(belief.world.thing("it"), filling=Filling(3, 0.005, 0.001)))
+    set_down._check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (5e-7, 0, 0)), full)
+    with pytest.raises(Unresolvable, match="'it' holds something that would be spilled") as none:
+        set_down._check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1e-5, 0, 0)), full)
+    assert none.value.because == ("shelf",)
+    set_down._check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), replace(full, belief=replace(belief, held=None)))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 6.0, -6.0])
+def test_its_front_looks_to_what_it_shall_face(yaw: float) -> None:
+    belief = _belief(TIN)
+    wanted = _wanted(belief, where={"facing": "tin"})
+    spot = set_down._spot(wanted, Pose.from_rotvec((0.4, 0.3, 0.5), (0, 0, 0.4)), (0.05, 0.02), yaw, 0.02, 0.06)
+    ahead = spot.thing.rotate((1.0, 0.0, 0.0))
+    to = np.subtract((0.45, -0.45), (0.50, -0.33))
+    off = math.remainder(math.atan2(ahead[1], ahead[0]) - math.atan2(to[1], to[0]), 2 * math.pi)
+    assert math.degrees(off) == pytest.approx(yaw, abs=1e-6)
+
+
+def test_only_turns_that_still_face_it_are_tried() -> None:
+    found = turns(first(4, on("shelf", facing="tin"), _belief(replace(TIN, pose=Pose((0.45, -0.9, 0.19))))))
+    assert [t for _, t in found] == [0, 6, -6, 0]
+
+
+# Doubts, and heights
+
+
+def doubted(belief: Belief, sigma: float) -> Belief:
+    return replace(belief, poses={n: replace(e, sigma=sigma) if n == "tin" else e for n, e in belief.poses.items()})
+
+
+def test_more_is_kept_from_what_is_not_known_well() -> None:
+    lying, box = block("tin", Pose((0.4, -0.4, 0.05)), (0.05, 0.05, 0.08)), basket("box", Pose((0.4, -0.4, 0.0)), (0.4, 0.3, 0.1))
+    for belief, place in ((_belief(TIN), on("shelf")), (_belief(box, lying), into("box"))):
+        unsure = doubted(belief, 0.002)
+        more = uncertainty_margins(unsure)["tin"]
+        areas = [dict(set_down._targets(place, b, _context(b))[0].obstacles)["tin"].bounds for b in (belief, unsure)]
+        assert more > 0.001 and np.subtract(*areas) == pytest.approx((more, more, -more, -more))
+
+
+def test_each_height_above_the_lowest_costs_a_little() -> None:
+    """What lies in the opening is let pass by the filters of shapes, so that the hand has to stay over it."""
+    box = basket("box", Pose((0.4, -0.4, 0.0)), (0.2, 0.3, 0.1))
+    found = first(12, into("box"), _belief(box))
+    lowest = min(h for h, _ in set_down._heights(replace(_wanted(_belief(box), "box"), depth=_depth(box)), _held(box), "in"))
+    steps = [round((g.value.values["height_m"] - lowest) / 0.03) for g in found]
+    angles = [abs(math.radians(math.remainder(t, 360))) for _, t in turns(found)]
+    assert max(steps) > 0
+    exact = [0, 30, 30, 60, 60, 90, 90, 135, 135, 180]
+    first_place = [(g.cost, s, a) for g, s, a in zip(found, steps, angles, strict=True) if not g.key.startswith("(")]
+    assert first_place and all(c == pytest.approx(0.1 * a + 0.02 * s) for c, s, a in first_place)
+    assert {round(math.degrees(a)) for _, _, a in first_place} <= set(exact)
+
+
+def _depth(box: Thing) -> float:
+    cavity = box.feature("cram:Cavity")
+    assert cavity is not None
+    return cavity.size["height"]
+
+
+def _held(box: Thing) -> Pose:
+    return held_pose(_belief(box), _context(_belief(box)))

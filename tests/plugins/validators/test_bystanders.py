@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
+from scipy.spatial.transform import Rotation
 from short_runs import (
     COUNT,
     FLOOR,
@@ -31,7 +32,7 @@ from short_runs import (
 from cramlite.model import Floats, JudgingLimits, Pose, Rollout, Touch, World
 from cramlite.plugin import PADDING, Allowance, Candidate
 from cramlite_plugins.simulation.objects.products_and_fixtures import hanger, hung, product
-from cramlite_plugins.validators.bystanders import Bystanders, stays
+from cramlite_plugins.validators.bystanders import Bystanders, Stay, _measured, stays
 from cramlite_plugins.validators.movers import moved_by
 from cramlite_plugins.validators.rest import borne_by, hangs, restless
 
@@ -122,6 +123,24 @@ def test_a_bystander_that_turns_leans_nowhere_though_its_corners_move() -> None:
     corner = math.hypot(0.03, 0.03) * 2 * math.sin(math.radians(10))
     assert f"got {1000 * corner:.0f} mm away" in reason
     assert said(Bystanders(), turning(6.0)) == []
+
+
+@pytest.mark.parametrize("top", [0.03, -0.03])
+def test_the_corner_that_got_furthest_counts_on_whichever_side_it_is(top: float) -> None:
+    poses = ran(leaning(30.0)).poses["cup"].copy()
+    poses[40:, 1:3] += (top * math.sin(math.radians(30)), top * (1 - math.cos(math.radians(30))))  # it turns about an edge's height
+    (stay,) = stays(ran(posed(cup=poses)), ran(good()).world.thing("cup"), {"cup": [None] * COUNT})
+    assert stay.way == pytest.approx(2 * math.sin(math.radians(15)) * math.hypot(0.03, 0.06))
+
+
+def test_what_is_turned_over_leans_by_half_a_turn() -> None:
+    for k, start in enumerate(Rotation.random(200, random_state=0)):
+        poses = ran(good()).poses["cup"].copy()
+        axis = (math.cos(k), math.sin(k), 0.0)
+        poses[:, 3:] = start.as_quat(scalar_first=True)
+        poses[40:, 3:] = (Rotation.from_rotvec(math.pi * np.array(axis)) * start).as_quat(scalar_first=True)
+        (stay,) = stays(ran(posed(cup=poses)), ran(good()).world.thing("cup"), {"cup": [None] * COUNT})
+        assert stay.tilt == pytest.approx(math.pi, abs=1e-6)
 
 
 def test_both_are_said_of_one_that_topples() -> None:
@@ -289,6 +308,32 @@ def test_leaning_is_measured_in_the_frame_of_what_carries() -> None:
     other = replace(ran(with_it), poses={**ran(with_it).poses, "cup": upright})
     found = {s.beside for s in stays(other, other.world.thing("cup"), {"cup": [None] * COUNT, "block": ["t"] * COUNT})}
     assert found == {"block"} or found == {""}
+
+
+def about(axis: str, degrees: Floats) -> Rotation:
+    return Rotation.from_euler(axis, degrees[:, None], degrees=True)
+
+
+def in_frame(block: Rotation, cup: Rotation) -> Stay:
+    """The stay of the cup in the frame of the block, which stay in one place, from their attitudes at the samples."""
+    base = ran(carried(cup_too=True))
+    poses = {name: np.column_stack([np.tile(base.poses["block"][0, :3], (COUNT, 1)), turn.as_quat(scalar_first=True)])
+             for name, turn in (("block", block), ("cup", cup))}  # fmt: skip
+    run = replace(base, poses={**base.poses, **poses})
+    return _measured(run, "cup", np.zeros((1, 3)), 0, COUNT, "block")
+
+
+def test_what_lies_on_what_carries_it_may_turn_about_the_vertical() -> None:
+    flat, turn, still = about("x", np.full(COUNT, 90.0)), np.linspace(0, 60, COUNT), Rotation.identity(COUNT)
+    assert in_frame(still, about("z", turn) * flat).tilt == pytest.approx(0.0, abs=1e-6)
+    assert in_frame(still, about("y", turn) * flat).tilt == pytest.approx(math.radians(60))
+
+
+def test_the_vertical_on_what_carries_is_that_of_the_beginning() -> None:
+    tipped = about("x", np.where(np.arange(COUNT) < 1, 20.0, 0.0))
+    turned = about("z", np.where(np.arange(COUNT) < COUNT - 1, 0.0, 90.0))
+    between = math.acos(math.cos(math.radians(20)) ** 2)
+    assert in_frame(tipped, tipped * turned).tilt == pytest.approx(between)
 
 
 def test_a_stay_says_when_it_was_furthest_and_leant_most() -> None:
