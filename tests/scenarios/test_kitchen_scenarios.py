@@ -140,6 +140,16 @@ def test_what_is_in_a_drawer_is_believed_in_it_when_it_is_closed(engine: Engine)
     assert abs(float(ran[0]) - believed.position[0]) < 0.02 and abs(float(ran[1]) - believed.position[1]) < 0.02
 
 
+def test_a_drawn_model_stands_as_high_as_the_written_one(engine: Engine) -> None:
+    from cramlite.scenario.worlds import build_world
+    from cramlite_plugins.shapes.bounds import lowest
+
+    scenario = read_scenario(find_scenario("kitchen/product_onto_tray_camera"))
+    drawn = [build_world(scenario, scenario.spec.things, scenario.spec.vary, engine.knowledge, s)[0].thing("it") for s in range(10, 16)]
+    assert len({t.type for t in drawn}) > 2
+    assert {round(t.pose.position[2] + lowest(t, t.pose), 6) for t in drawn} == {0.101}
+
+
 def test_none_is_left_out() -> None:
     shipped = {p.stem for p in (data_folder("scenarios") / "kitchen").glob("*.yaml")}
     every = {*REFUSED, *GOALS, HIDDEN}
