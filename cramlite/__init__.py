@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .perception.result import Percept
     from .planning.budget import Budget
     from .planning.diagnosis import failure_text, how_it_ended, nearest_miss
+    from .planning.goal_parts import GoalAnswer, goal_answers
     from .planning.operators import Operator
     from .planning.pddl import PddlText, PlanStep
     from .planning.plan_file import checked_steps, steps_of
@@ -58,6 +59,7 @@ _HOMES = {
     ".perception.result": "Percept",
     ".planning.budget": "Budget",
     ".planning.planning_problem": "PlanningProblem planning_problem",
+    ".planning.goal_parts": "GoalAnswer goal_answers",
     ".planning.operators": "Operator",
     ".planning.pddl": "PddlText PlanStep",
     ".planning.plan_file": "checked_steps steps_of",
@@ -80,6 +82,7 @@ __all__ = [
     "Entry",
     "Finished",
     "Goal",
+    "GoalAnswer",
     "Interpretation",
     "NoSolution",
     "Operator",
@@ -105,6 +108,7 @@ __all__ = [
     "depth_image",
     "failure_text",
     "find_scenario",
+    "goal_answers",
     "how_it_ended",
     "nearest_miss",
     "overlay",

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT
 
-from cramlite.testing.skeleton import KINDS, write_skeleton
+from cramlite.testing.skeleton import KINDS, fill, write_skeleton
 
 DOORS = ("cramlite", "cramlite.plugin", "cramlite.model", "cramlite.testing")
 PLUGINS = sorted((ROOT / "plugins" / "cramlite_plugins").rglob("*.py"))
@@ -25,10 +25,13 @@ BUILT_UPON = {
     "cramlite_plugins.episodes.repair.flicker": "undoes what this plugin did",
     "cramlite_plugins.motion_planning.reach": "a path of a relation of one's own",
     "cramlite_plugins.robots.ur5e": "a robot that differs from a shipped one in one number",
+    "cramlite_plugins.simulation.robot_files.agreement": "checks a robot against the file that it was read from",
     "cramlite_plugins.simulation.robot_files.robot_file": "a robot from the MJCF or URDF of an arm: what it is there for",
     "cramlite_plugins.simulation.simulator": "a simulator that differs from the shipped one in one method",
 }
 """Modules of shipped plugins that snippets and skeletons use, and why: another plugin's, and no door."""
+OF_FILE = "robot_file"
+"""Templates of a robot from a file, beside those of the kinds."""
 HEAVY = ("mujoco", "msgspec", "numpy", "pluggy", "pydantic", "rdflib", "scipy")
 
 
@@ -80,7 +83,10 @@ def named_beside_the_doors(text: str) -> list[str]:
 
 def skeleton_sources(kind: str, folder: Path) -> Iterator[tuple[Path, str]]:
     """What ``cramlite new`` writes for a kind of plugin."""
-    written = write_skeleton(kind, f"made_{kind}", folder)[1:]
+    words = {"model": "arm.xml", "stated": ""}
+    of_file = kind == OF_FILE
+    name = f"made_{kind}"
+    written = (fill(kind, "robot", name, folder, words) if of_file else write_skeleton(kind, name, folder))[1:]
     yield from ((path, path.read_text(encoding="utf-8")) for path in written if path.suffix == ".py")
 
 
@@ -103,7 +109,7 @@ def test_snippets_use_the_doors(page: Path) -> None:
         assert of_plugins(source) <= BUILT_UPON.keys(), f"{page}:{line}"
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [*KINDS, OF_FILE])
 def test_skeletons_use_the_doors(kind: str, tmp_path: Path) -> None:
     sources = list(skeleton_sources(kind, tmp_path / kind))
     assert len(sources) == 2  # the module and its test
@@ -115,7 +121,7 @@ def test_skeletons_use_the_doors(kind: str, tmp_path: Path) -> None:
 
 def test_every_module_that_is_built_upon_is_there_and_used(tmp_path: Path) -> None:
     sources = [s for page in WITH_SNIPPETS for _, s in snippets(page)]
-    sources += [s for kind in KINDS for _, s in skeleton_sources(kind, tmp_path / kind)]
+    sources += [s for kind in (*KINDS, OF_FILE) for _, s in skeleton_sources(kind, tmp_path / kind)]
     assert set().union(*map(of_plugins, sources)) == BUILT_UPON.keys()
 
 

@@ -23,6 +23,7 @@ UPPER = "foundation.py"
 ALLOWED: Mapping[tuple[str, str], str] = {
     ("rollout.py", "touches"): "an array of the file, named like the rollout's field",
     ("rollout.py", "effector"): "an array of the file, named like the rollout's field",
+    ("run_peaks.py", "effector"): "the frame of the tool in a rollout",
     ("viewer.py", "effector"): "a node of the viewer's scene",
     ("setting_from_scenario.py", "thing"): "a key of the scenario, where an error points to it",
     ("worlds.py", "thing"): "a key of the scenario, where an error points to it",

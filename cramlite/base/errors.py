@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+InTheWay = tuple[str | tuple[str, ...], ...] | None
+"""What a refusal depends on beside the choices that were made: names of things. Of an entry that names several, all stand in the way:
+it is refused while any one of them is as it is. Of several entries it may do once a task has changed all things of one entry. () where
+it does not depend on what other things do, None where that is not known."""
+
 
 class CramliteError(Exception):
     """Base of all errors for people; the message is one paragraph: where, what, what would be right, what next."""
@@ -36,21 +41,21 @@ class Unresolvable(Exception):
         reason: a short clause with numbers and units, e.g. "reach 0.91 m > 0.85 m of arm 'ur5e'".
         because: names of the designators or roles whose choices this depends on; empty means all earlier ones.
         numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
-        blocking: names of the things that stand in the way, closed or full, so that it may be possible once a task has changed
-            one of them; () where it does not depend on what other things do, None where that is not known.
+        blocking: what stands in the way, closed or full (``InTheWay``), so that it may be possible once a task has changed it.
+        collision: the ``cramlite.model.Collision`` that is to blame, to be drawn in the report; None where there is none.
     """
 
     def __init__(
         self, reason: str, because: tuple[str, ...] = (), numbers: Mapping[str, float] | None = None,
-        *, blocking: tuple[str, ...] | None = None,
+        *, blocking: InTheWay = None, collision: object = None,
     ) -> None:  # fmt: skip
         super().__init__(reason)
         self.reason, self.because, self.numbers = reason, because, checked_numbers(numbers or {})
-        self.blocking, self.earlier_tasks = blocking, False
+        self.blocking, self.collision, self.earlier_tasks = blocking, collision, False
 
     @classmethod
     def because_of_earlier_tasks(
-        cls, reason: str, also: tuple[str, ...] = (), *, blocking: tuple[str, ...] | None = None
+        cls, reason: str, also: tuple[str, ...] = (), *, blocking: InTheWay = None
     ) -> Unresolvable:
         """Return the error for a failure that depends on how the earlier tasks were carried out.
 

@@ -110,7 +110,7 @@ def _check_program(path: Path, plugins: PluginChoice) -> int:
         raise UserError(f"{path}: {error}") from error
     for line, doubt in doubts:
         print(f"{path}:{line}: {doubt}")
-    print(f"{path}: {len(text.splitlines())} lines, nothing is wrong, {len(doubts) or 'no'} doubts")
+    print(f"{path}: {len(text.splitlines())} lines, nothing is wrong, {len(doubts) or 'no'} doubt{'' if len(doubts) == 1 else 's'}")
     return 0
 
 
@@ -118,7 +118,9 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
     from ..model.program_json import read_program
     from ..model.program_safety import violations
     from ..model.steps import walk
+    from ..model.world import World
     from ..plugin.catalogue import Knowledge, pick
+    from ..scenario.worlds import read_world
 
     try:
         read = read_program(path.read_text(encoding="utf-8"))
@@ -127,7 +129,9 @@ def _check_typed(path: Path, plugins: PluginChoice) -> int:
     except UserError as error:
         raise UserError(f"{path}: {error}") from error
     knowledge = Knowledge(plugins.registry())
-    robot = pick("robot", knowledge.robots, read.program.robot_type, str(path))
+    beside = path.parent / "world.json"  # a robot from a file is known by the world that it stands in
+    world = read_world(str(beside), knowledge, 0) if beside.is_file() else World(())
+    robot = pick("robot", knowledge.robots_of(world), read.program.robot_type, str(path))
     lines = {s.origin: read.lines[id(s)] for s in walk(read.program.steps)}
     found = [f"{path}:{lines.get(o.origin, 1)}: {o.origin or 'the program'}: {o.rule}: {o.reason}"
              for o in violations(read.program, robot)]  # fmt: skip

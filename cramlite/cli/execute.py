@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -65,7 +66,7 @@ def execute_program(
         rollout = judged.rollout
     else:
         with naming(program):
-            rollout = knowledge.simulator.execute(text, place, knowledge.robots, mount=place.robots[0].name, seed=seed)
+            rollout = knowledge.simulator.execute(text, place, knowledge.robots_of(place), mount=place.robots[0].name, seed=seed)
     if out is not None:
         _write(out, rollout, program.stem, knowledge, episode=episode)
     _print(rollout, judged, json_output=json_output)
@@ -74,6 +75,52 @@ def execute_program(
     if judged is not None:
         refuse(program, judged)
     return 0
+
+
+def drive_robot(
+    program: Path, *, on: str, out: Path | None = None, plugins: PluginChoice = INSTALLED, json_output: bool = False
+) -> int:
+    """Run a typed program on the robot that a process answers for, and say how it ended.
+
+    Args:
+        program: the text, e.g. ``program.json`` of a run directory.
+        on: the command that starts the process, as in a shell.
+        out: folder for the record: ``execution.json``, ``rollout.npz`` and ``world.json``, which holds no things.
+
+    Returns:
+        0 when the program came to its end.
+
+    Raises:
+        NoSolution: it did not.
+        UserError: a text that cannot be driven; a process that does not answer as it must.
+    """
+    from ..model.program_json import is_program_text, read_program
+    from ..plugin.catalogue import Knowledge, pick
+
+    knowledge = Knowledge(plugins.registry())
+    _vacant(out)
+    text = read_text(program)
+    if not is_program_text(text):
+        raise UserError(f"{program}: a robot process is sent the motions of a typed program; write one with 'resolve --backend stream'.")
+    with naming(program):
+        robot = pick("robot", knowledge.robots, read_program(text).program.robot_type)
+    rollout = knowledge.driver.drive(text, robot, _words(on))
+    if out is not None:
+        _write(out, rollout, program.stem, knowledge, episode=False)
+    _print(rollout, None, json_output=json_output)
+    if rollout.outcome != "finished":
+        raise NoSolution(f"'{program}' did not come to its end ({rollout.outcome}): {rollout.reason}")
+    return 0
+
+
+def _words(command: str) -> list[str]:
+    try:
+        words = shlex.split(command)
+    except ValueError as error:
+        raise UserError(f"--on '{command}': {error}; quote it as in a shell.") from error
+    if not words:
+        raise UserError("--on: say the command that starts the robot's process, e.g. --on 'python my_robot.py'.")
+    return words
 
 
 def _print(rollout: Rollout, judged: Judged | None, *, json_output: bool) -> None:
@@ -195,7 +242,7 @@ def serve_controller(
     limits = {"seconds": seconds, "idle": idle}
     mount = place.robots[0].name
     ended = knowledge.simulator.serve(
-        place, knowledge.robots, mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
+        place, knowledge.robots_of(place), mount=mount, host=host, seed=seed, say=lambda text: print(text, flush=True), **limits
     )
     print(f"The controller was closed: {ended}.")
     return 0
@@ -217,7 +264,14 @@ def _write(out: Path, rollout: Rollout, name: str, knowledge: Any, *, episode: b
 
 
 def _execute(arguments: argparse.Namespace) -> int:
-
+    if arguments.on is not None:
+        if arguments.world or arguments.plan or arguments.goal or arguments.replan:
+            raise UserError("--on runs a robot whose world nobody tells, so --world, --plan, --goal and --replan say nothing about it.")
+        return drive_robot(
+            arguments.program, on=arguments.on, out=arguments.out, plugins=plugin_choice(arguments), json_output=arguments.json
+        )
+    if not arguments.world:
+        raise UserError("Say where the program runs: --world with a run directory or scenario, or --on with a robot's process.")
     if arguments.replan and (arguments.plan or arguments.goal):
         raise UserError("--replan makes plans of its own, so --plan and --goal say nothing about its rounds; judge what they write.")
     if arguments.replan:
@@ -261,7 +315,8 @@ def add_commands(add: Add) -> None:
     """Declare ``execute``, ``controller`` with their arguments."""
     execute = add("execute", _execute)
     execute.add_argument("program", type=Path, help="the text, e.g. program.script of a run directory")
-    execute.add_argument("--world", required=True, help="a run directory, its world.json, or a scenario")
+    execute.add_argument("--world", default="", help="a run directory, its world.json, or a scenario")
+    execute.add_argument("--on", metavar="COMMAND", help="instead of --world: the process of a robot that takes actions")
     execute.add_argument("--seed", type=int, default=0, help="of a scenario's world and of the sensors' noise")
     add_purpose(execute)
     execute.add_argument(

@@ -84,16 +84,17 @@ def run_record(run: Path, world: str | None, knowledge: Knowledge, seed: int = 0
     mount = next((m for m in rollout.world.robots if m.name == rollout.effector), None)
     program, code = program_and_code(run)
     try:
-        scene = knowledge.simulator.scene(rollout, knowledge.robots, range(len(rollout.times)))
+        robots = knowledge.robots_of(rollout.world)
+        scene = knowledge.simulator.scene(rollout, robots, range(len(rollout.times)))
     except (KeyError, IndexError, ValueError) as error:
         raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
     return RunRecord(
         name=program.name if program else run.resolve().name,
         rollout=rollout,
-        joints=knowledge.robots[mount.type].joints if mount else (),
+        joints=robots[mount.type].joints if mount else (),
         scene=scene,
         events=knowledge.episodes.detect(rollout, run.resolve().name).events,
-        picture=lambda sample: knowledge.simulator.picture(rollout, sample, knowledge.robots, PICTURE),
+        picture=lambda sample: knowledge.simulator.picture(rollout, sample, robots, PICTURE),
         program=program,
         code=code,
     )

@@ -58,9 +58,19 @@ def _schema(arguments: argparse.Namespace) -> int:
 
 
 def _new(arguments: argparse.Namespace) -> int:
+    from ..testing.robot_skeleton import robot_text, write_robot
     from ..testing.skeleton import skeleton_text, write_skeleton
 
-    print(skeleton_text(arguments.kind, write_skeleton(arguments.kind, arguments.name, arguments.out)))
+    kind, name, arm = arguments.kind, arguments.name, arguments.arm
+    if arm is None and (arguments.keys or arguments.gripper):
+        raise UserError("--keys and --gripper are about a robot from a file: --from FILE.")
+    if arm is None:
+        print(skeleton_text(kind, write_skeleton(kind, name, arguments.out)))
+        return 0
+    if kind != "robot":
+        raise UserError(f"--from is the file of a robot, and a {kind} comes from none.")
+    written = write_robot(name, arm, arguments.keys, arguments.gripper, arguments.out)
+    print(f"{skeleton_text(kind, written.files)}\n{robot_text(written)}")
     return 0
 
 
@@ -134,3 +144,6 @@ def add_commands(add: Add) -> None:
     new.add_argument("kind", choices=["backend", "expert", "predicate", "robot", "task", "validator"])
     new.add_argument("name", metavar="NAME", help="of the plugin, in small letters, e.g. wiping or no_spill")
     new.add_argument("--out", type=Path, metavar="DIR", help="the package's folder; default cramlite-NAME")
+    new.add_argument("--from", dest="arm", type=Path, metavar="FILE", help="of a robot: the MJCF or URDF of its arm")
+    new.add_argument("--gripper", type=Path, metavar="FILE", help="the MJCF or URDF of its gripper; else as --keys says")
+    new.add_argument("--keys", type=Path, metavar="FILE", help="YAML with keys of a scenario's robot, such as 'payload: 5 kg'")

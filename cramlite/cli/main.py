@@ -25,6 +25,7 @@ COMMANDS: Mapping[str, tuple[str, str]] = {
     "new": ("inspect", "write a package for a new plugin: complete, installable and tested"),
     "execute": ("execute", "run a program's text in a world"),
     "judge": ("judge", "run any program's text and say what the judges find"),
+    "preflight": ("preflight", "print one page about a program before a real arm runs it; dry run at a share of its speed"),
     "controller": ("execute", "open the ports of a virtual robot controller"),
     "check": ("check", "check a scenario, a rule file or a program without running it"),
     "experiment": ("experiment", "run an experiment and print its tables"),

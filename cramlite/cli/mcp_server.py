@@ -220,7 +220,8 @@ class Tools:
             raise UserError(f"The text of '{run}' cannot be run here, so there is nothing to draw.")
         sample = round(at * (len(rollout.times) - 1))
         buffer = BytesIO()
-        Pixels.fromarray(knowledge.simulator.picture(rollout, sample, knowledge.robots, PICTURE)).save(buffer, "PNG")
+        pixels = knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), PICTURE)
+        Pixels.fromarray(pixels).save(buffer, "PNG")
         return buffer.getvalue()
 
     def _ran(self, run: str, executor: Executor, say: Say) -> Answer:

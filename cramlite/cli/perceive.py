@@ -15,8 +15,8 @@ from ..model.world import Camera
 from ..perception.active_perception import Look, Picture, ask, pictures
 from ..perception.query import parse_query
 from ..perception.result import perceived_json, perceived_text
-from ..plugin.catalogue import pick
 from ..plugin.selection import INSTALLED, PluginChoice
+from ..scenario.robots import robot_of
 from ..scenario.scenario import read_scenario
 from ..scenario.worlds import build_world, real_world
 from .arguments import Add, plugin_choice
@@ -85,7 +85,7 @@ def picture_of(source: str, query: ObjectQuery, engine: Engine, seed: int) -> Pi
         if path.is_file():
             raise UserError(f"'{path}' is in no format that a plugin reads as a view; see 'cramlite plugins'.")
     scenario = read_scenario(find_scenario(source))
-    robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
+    robot = robot_of(scenario, knowledge)
     world, relations = build_world(scenario, scenario.spec.things, scenario.spec.vary, knowledge, seed)
     real = real_world(scenario, world, relations, seed)
     return next(pictures(scenario, query, Look((), world, relations, {}, real), robot, knowledge, seed))

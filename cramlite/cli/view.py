@@ -116,7 +116,7 @@ def viewer_of(rollout: Rollout, knowledge: Knowledge, program: Sequence[str], ho
     times = np.arange(rollout.times[0], rollout.times[-1] + step / 2, step)
     samples = np.searchsorted(rollout.times, times).clip(0, len(rollout.times) - 1)
     try:
-        scene = knowledge.simulator.scene(rollout, knowledge.robots, [int(k) for k in samples])
+        scene = knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), [int(k) for k in samples])
     except (KeyError, IndexError, ValueError) as error:
         raise UserError(f"The run was not in this world ({error}); give the one it was in with --world.") from error
     return Viewer(scene, rollout, [int(k) for k in samples], program, host, free_port(host, port))

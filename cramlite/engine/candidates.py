@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
+from msgspec import field
+from msgspec.structs import replace
+
 from ..base.value import Value
+from ..planning.answers import Answers
 from ..planning.budget import Budget
 from ..planning.refutation import refutation
-from ..planning.search import Search
+from ..planning.search import Effort, Search
 from ..plugin.grounding import Context
 from .late_poses import parametric
 from .proof import assemble, conflict_of, prove
@@ -39,6 +43,8 @@ class CandidateSequence(Value, eq=False):
         sequence: what the demonstration was read as; None where there is none.
         reading, setting, knowledge, budget: of the goal: what it says, where, who knows what, and how much work.
         trace, progress, stop: as ``Engine.resolve`` has them.
+        answers: of plugins, from all sequences of the goal.
+        effort: that was spent on this sequence; a wider round of it begins with what the one before was left with.
     """
 
     number: int
@@ -51,6 +57,8 @@ class CandidateSequence(Value, eq=False):
     trace: Trace
     progress: Progress
     stop: Callable[[], bool]
+    answers: Answers = field(default_factory=Answers)
+    effort: Effort = field(default_factory=Effort)
 
     def attempts(self, group: RunGroup | None = None) -> Iterator[Solution]:
         """Generate complete programs with what the judges found, lazily; refused ones are among them.
@@ -59,23 +67,36 @@ class CandidateSequence(Value, eq=False):
             group: runs them in twins, and is left open; None for processes of this machine.
         """
         self.trace.candidate = self.number
-        self.progress(f"candidate {self.number}: {self.plan}")
-        made = attempts(self.plan, self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop, group)
+        wider = f", {self.effort.breadth} times as many alternatives as at first" if self.effort.breadth > 1 else ""
+        self.progress(f"candidate {self.number}: {self.plan}{wider}")
+        search = search_in(
+            self.setting, self.knowledge, self.budget, self.trace, self.progress, self.stop, self.answers, self.effort
+        )
+        made = attempts(search, self.plan, self.setting, self.knowledge, group)
         for candidate, verdict in made:
             yield Solution(
                 self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode
             )
 
 
+    def wider(self) -> CandidateSequence | None:
+        """Return the next round of this sequence, once the attempts of this one have ended; None where nothing was left out."""
+        return replace(self, effort=self.effort.widened()) if self.effort.capped else None
+
+
+def search_in(
+    setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress = lambda _: None,
+    stop: Callable[[], bool] = lambda: False, answers: Answers | None = None, effort: Effort | None = None,
+) -> Search:  # fmt: skip
+    """Return a search in a setting that has not begun."""
+    return Search(
+        knowledge.registry, knowledge.tasks, knowledge.task_owners, _context(setting, knowledge, budget), trace, budget, progress,
+        stop, answers or Answers(), effort or Effort(),
+    )  # fmt: skip
+
+
 def attempts(
-    plan: Plan,
-    setting: Setting,
-    knowledge: Knowledge,
-    budget: Budget,
-    trace: Trace,
-    progress: Progress = lambda _: None,
-    stop: Callable[[], bool] = lambda: False,
-    group: RunGroup | None = None,
+    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: RunGroup | None = None
 ) -> Iterator[tuple[Candidate, Verdict]]:
     """Generate complete programs for a plan with what the judges found, lazily; refused ones are among them.
 
@@ -83,24 +104,22 @@ def attempts(
         group: runs them in twins, and is left open; None for processes of this machine.
     """
     if group is not None:
-        yield from _attempts(plan, setting, knowledge, budget, trace, progress, stop, group if setting.doubts.twins else None)
+        yield from _attempts(search, plan, setting, knowledge, group if setting.doubts.twins else None)
         return
     own = executors(knowledge, setting)
     try:
-        yield from _attempts(plan, setting, knowledge, budget, trace, progress, stop, own)
+        yield from _attempts(search, plan, setting, knowledge, own)
     finally:
         if own is not None:
             own.close()
 
 
 def _attempts(
-    plan: Plan, setting: Setting, knowledge: Knowledge, budget: Budget, trace: Trace, progress: Progress,
-    stop: Callable[[], bool], group: RunGroup | None,
-) -> Iterator[tuple[Candidate, Verdict]]:  # fmt: skip
-    context = _context(setting, knowledge, budget)
-    search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace, budget, progress, stop)
+    search: Search, plan: Plan, setting: Setting, knowledge: Knowledge, group: RunGroup | None
+) -> Iterator[tuple[Candidate, Verdict]]:
+    budget, trace, progress, stop = search.budget, search.trace, search.progress, search.stop
     states, conflict, unproven, proven = search.solve(setting.start(plan)), None, set[object](), False
-    for number in range(1, budget.proofs + 1):
+    while search.effort.proofs < budget.proofs:
         try:
             state = states.send(conflict)
         except StopIteration:
@@ -111,7 +130,8 @@ def _attempts(
             trace.stopped()
             return
         candidate = _candidate(plan, state, setting, knowledge)
-        progress(f"candidate program {number} of {len(candidate.program.steps)} steps: running its text")
+        search.effort.proofs += 1
+        progress(f"candidate program {search.effort.proofs} of {len(candidate.program.steps)} steps: running its text")
         if group is not None:
             group.start()  # they load their plugins while the nominal run is under way
         candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)

@@ -252,12 +252,14 @@ class Engine:
     ) -> Iterator[CandidateSequence]:
         """Generate the task sequences that may achieve a goal, best first, as many as the budget has.
 
-        Each is tried when its ``attempts`` are asked for, or passed over if they are not; the arguments are those of
-        ``resolve``.
+        Then, in wider rounds, those again of which alternatives were left out, with twice as many each time, until their budget is
+        spent (iterative broadening: Ginsberg and Harvey 1992). Each is tried when its ``attempts`` are asked for, or passed over if
+        they are not; the arguments are those of ``resolve``.
 
         Raises:
             UserError: the goal cannot be used.
         """
+        from ..planning.answers import Answers
         from .candidates import CandidateSequence
 
         reading, seed = self.read(goal), whole_seed(seed)
@@ -266,10 +268,15 @@ class Engine:
         stop = until_late(budget, trace, stop)
         setting = engine._setting(reading, setting, seed)
         plans = engine.plans(reading, setting, trace, progress, stop)
+        answers, tried = Answers(), list[CandidateSequence]()
         for number, plan, sequence in _to_try(plans, budget.sequences, trace, stop):
-            yield CandidateSequence(
-                number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop
-            )
+            tried.append(CandidateSequence(
+                number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers
+            ))  # fmt: skip
+            yield tried[-1]
+        while tried and not stop():
+            tried = [wider for one in tried if (wider := one.wider()) is not None]
+            yield from tried
 
     def _for(self, goal: object) -> Engine:
         """The engine that works on a goal."""

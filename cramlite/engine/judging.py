@@ -74,7 +74,7 @@ def judge_text(text: str, world: World, purpose: Purpose, knowledge: Knowledge, 
         UserError: the text cannot run at all, a goal is none, or no line leads to a task of the plan.
     """
     candidate, remarks = _candidate(text, world, purpose, knowledge)
-    rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
+    rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
     episode = knowledge.episodes.detect(rollout, candidate.program.name)
     episode = replace(episode, extras={**episode.extras, "park": np.array(candidate.robot.home)})
     ran = replace(candidate, rollout=rollout, episode=episode)
@@ -105,7 +105,7 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
     bindings, parts = (intent.kept.bindings, intent.kept.parts) if intent else ({}, ())
     return Candidate(
         plan, replace(program, robot=mount.name), Code("", text, dict(origins.of), ""), bindings,
-        belief, actions, pick("robot", knowledge.robots, mount.type), believed, knowledge.rules, knowledge.taxonomy, goal=goal,
+        belief, actions, pick("robot", knowledge.robots_of(world), mount.type), believed, knowledge.rules, knowledge.taxonomy, goal=goal,
         parts=parts, limits=intent.kept.limits if intent else purpose.limits,
         allowances=allowances((*actions, *parts), bindings, knowledge),
     ), _remarks(origins, intent is None and bool(actions))  # fmt: skip
@@ -114,13 +114,13 @@ def _candidate(text: str, world: World, purpose: Purpose, knowledge: Knowledge) 
 def _bare(world: World, knowledge: Knowledge) -> Program:
     """A program without steps, of a text that was written from none: what judges read of it is the robot's own."""
     mount = world.robots[0]
-    robot = pick("robot", knowledge.robots, mount.type)
+    robot = pick("robot", knowledge.robots_of(world), mount.type)
     return Program("text", mount.name, robot.type, robot.gripper.tcp, robot.start(mount)[0], (), (), force_limit=robot.force_limit)
 
 
 def _belief(world: World, knowledge: Knowledge) -> Belief:
     mount = world.robots[0]
-    return initial_belief(world, mount.name, *pick("robot", knowledge.robots, mount.type).start(mount))
+    return initial_belief(world, mount.name, *pick("robot", knowledge.robots_of(world), mount.type).start(mount))
 
 
 def _remarks(origins: Origins, by_labels: bool) -> tuple[str, ...]:

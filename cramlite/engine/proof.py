@@ -122,7 +122,8 @@ def run_and_judge(
         The candidate with the rollout and its episode, and what the judges of rollouts found.
     """
     mount = candidate.program.robot
-    return judge_run(candidate, text, knowledge.simulator.execute(text.text, world, knowledge.robots, mount=mount, seed=seed), knowledge)
+    rollout = knowledge.simulator.execute(text.text, world, knowledge.robots_of(world), mount=mount, seed=seed)
+    return judge_run(candidate, text, rollout, knowledge)
 
 
 def judge_run(candidate: Candidate, text: Code, rollout: Rollout, knowledge: Knowledge) -> tuple[Candidate, list[Finding]]:

@@ -22,6 +22,7 @@ from ..model.steps import MoveJoints, SetGripper, walk
 from ..planning.diagnosis import failure_text
 from ..planning.task_sequences import LISTED
 from ..planning.trace import Trace
+from ..scenario.robots import robot_of
 from .setting import Setting
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def rounds(first: Attempt, scenario: Scenario, engine: Engine, *, seed: int, mos
 
 def _run(attempt: Attempt, engine: Engine, seed: int) -> Round:
     knowledge, name = engine.knowledge, attempt.world.robots[0].name
-    rollout = knowledge.simulator.execute(attempt.code.text, attempt.world, knowledge.robots, mount=name, seed=seed)
+    rollout = knowledge.simulator.execute(attempt.code.text, attempt.world, knowledge.robots_of(attempt.world), mount=name, seed=seed)
     return Round(attempt, rollout)
 
 
@@ -119,9 +120,10 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     say(f"round {number}: the camera sees {seen}; left to do: {plan}")
     trace = Trace()
     from ..planning.budget import budget_of
-    from .candidates import attempts
+    from .candidates import attempts, search_in
 
-    found = attempts(plan, setting, engine.knowledge, budget_of(scenario), trace)
+    search = search_in(setting, engine.knowledge, budget_of(scenario), trace)
+    found = attempts(search, plan, setting, engine.knowledge)
     candidate = next((c for c, verdict in found if verdict.passed), None)
     if candidate is None or candidate.code is None:
         raise NoSolution(f"Round {number}: the rest cannot be done.\n{failure_text(trace, engine.registry.faults)}")
@@ -139,7 +141,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     path = way_back(done.rollout.joints)
     if not path:
         return done
-    robot = engine.knowledge.robots[program.robot_type]
+    robot = engine.knowledge.robots_of(world)[program.robot_type]
     step = MoveJoints(path, SLOW, 1.0, origin="0.Back", comment="the way it came")
     back = replace(program, steps=(step,), sections=(), snapshots=(), late=(), start=world.robots[0].joints)
     code = engine.knowledge.backends[robot.backend].emit(back, robot)
@@ -218,7 +220,7 @@ def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: 
         UserError: the text is not that of the program, or the plan is none of the scenario.
     """
     knowledge = engine.knowledge
-    robot = knowledge.robots[program.robot_type]
+    robot = robot_of(scenario, knowledge)
     code = next((c for c in _codes(program, robot, engine) if c.text == text), None)
     if code is None:
         raise UserError(
@@ -249,6 +251,6 @@ def _furniture(scenario: Scenario, engine: Engine, seed: int) -> Setting:
 
     spec, knowledge = scenario.spec, engine.knowledge
     world, _ = build_world(scenario, spec.things, spec.vary, knowledge, seed)
-    robot = knowledge.robots[spec.robot.type]
+    robot = robot_of(scenario, knowledge)
     fixed = replace(world, things=tuple(t for t in world.things if t.furniture))
     return Setting(scenario.name, fixed, (), robot, knowledge.backends[robot.backend], seed, force_limit=spec.force_limit)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..plugin.catalogue import Knowledge
-    from ..scenario.scenario import PoseSpec, Scenario
+    from ..scenario.scenario import Scenario
+    from ..scenario.spec_base import PoseSpec
     from .setting import Setting
 
 FAR = 20.0
@@ -20,10 +21,11 @@ def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[s
 
     They are about numbers that look like other units, things inside each other, and things that stand on nothing.
     """
-    found = [*_numbers(scenario), *(f"{scenario.where('world')}: {note}" for note in setting.world.notes)]
+    source = scenario.where("world" if scenario.spec.world else "robot")
+    found = [*_numbers(scenario), *(f"{source}: {note}" for note in setting.world.notes)]
     look = getattr(knowledge.simulator, "doubts", None)  # a simulator need not have any
     world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
-    for name, said in look(world, knowledge.robots) if look else ():
+    for name, said in look(world, knowledge.robots_of(world)) if look else ():
         found.append(f"{scenario.where_thing(name)}: {said}")
     return found
 

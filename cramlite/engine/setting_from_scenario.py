@@ -12,6 +12,7 @@ from ..base.errors import UserError, nearest
 from ..model.error_model import ErrorModel
 from ..model.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
+from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
 from .exploration import explored
 from .setting import Setting
@@ -45,7 +46,7 @@ def setting_of(
     Raises:
         UserError: an unknown robot, model, backend or thing; a query that a camera cannot answer.
     """
-    robot = pick("robot", knowledge.robots, scenario.spec.robot.type, scenario.where("robot", "type"))
+    robot = robot_of(scenario, knowledge)
     name = backend or scenario.spec.backend or robot.backend
     place = scenario.where("backend") if scenario.spec.backend == name else ""
     writer = pick("backend", knowledge.backends, name, place)
@@ -103,7 +104,7 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
     for thing in world.things:
         knowledge.taxonomy.known(thing.type, f"{scenario.where_thing(thing.name)}: thing '{thing.name}'")
     try:
-        knowledge.simulator.check(world, knowledge.robots)
+        knowledge.simulator.check(world, knowledge.robots_of(world))
     except UserError as error:
         named = [t.name for t in world.things if f"'{t.name}'" in str(error)]
         place = scenario.where_thing(named[0]) if named else scenario.where("things")

@@ -18,6 +18,7 @@ from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.error_model import NO_ERRORS, SOURCES, ErrorModel
 from ..model.geometry import Pose
+from ..model.run_peaks import RunPeaks, peaks_of
 from ..model.twin_verdict import TwinRun, TwinVerdict
 from ..model.verdict import Finding, Verdict
 from ..plugin.selection import PluginChoice
@@ -57,10 +58,10 @@ class Doubtful(Value):
         setting = self.setting
         return draw_twin(setting.world, setting.relations, setting.robot, errors, seed, sight_of(setting))
 
-    def runs(self, places: Iterator[tuple[World, int]]) -> Iterator[Finding | None]:
-        """Run the program in worlds, lazily; yield the first objection to each run, or None."""
+    def runs(self, places: Iterator[tuple[World, int]]) -> Iterator[tuple[Finding | None, RunPeaks | None]]:
+        """Run the program in worlds, lazily; yield the first objection to each run, or None, and its peaks."""
         for rollout in self.group.runs(self.text.text, places):
-            yield self._objection(rollout)
+            yield self._objection(rollout), None if isinstance(rollout, str) else peaks_of(rollout)
 
     def _objection(self, rollout: Rollout | str) -> Finding | None:
         if isinstance(rollout, str):
@@ -138,8 +139,8 @@ def _in_twins(doubtful: Doubtful, progress: Progress, stop: Callable[[], bool]) 
     while not doubts.decided(found.succeeded, found.ran):
         if stop():
             return None
-        said, number = next(runs), found.ran
-        run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None)
+        (said, peaks), number = next(runs), found.ran
+        run = TwinRun(number, seeds[number - 1], twins[number - 1].draws, said is None, peaks=peaks)
         if said is not None:
             run = replace(run, reason=f"{said.validator}: {said.reason}", origin=said.origin)
         found = replace(found, twins=(*found.twins, run))
@@ -162,6 +163,6 @@ def _explained(found: TwinVerdict, doubtful: Doubtful, progress: Progress) -> Tw
     none = NO_ERRORS.scaled(errors.scale)
     sources = [s for s in SOURCES if errors.only(s) != none and (seen or s != "hand-eye")]
     worlds = ((doubtful.twin(first.seed, errors.only(s)).world, first.seed) for s in sources)
-    broken = tuple(s for s, said in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
+    broken = tuple(s for s, (said, _) in zip(sources, doubtful.runs(worlds), strict=True) if said is not None)
     told = replace(first, causes=broken, looked_for=True)
     return replace(found, twins=tuple(told if t.number == first.number else t for t in found.twins))

@@ -23,7 +23,7 @@ def twin_task(plugins: PluginChoice, text: str, world: World, seed: int) -> tupl
     """Run a text in a world; return what happened, or why nothing did, and the CPU time it took [s]."""
     knowledge, begin = _knowledge(plugins), time.thread_time()
     try:
-        rollout = knowledge.simulator.execute(text, world, knowledge.robots, mount=world.robots[0].name, seed=seed)
+        rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
     except UserError as error:
         return f"The execution of a program broke: {error}", time.thread_time() - begin
     return rollout, time.thread_time() - begin

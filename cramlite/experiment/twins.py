@@ -85,7 +85,7 @@ def _picture(trial: Trial, store: Store, place: Bench, number: int, rollout: Rol
     from PIL import Image
 
     knowledge = place.engine.knowledge
-    pixels = knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots, PICTURE)
+    pixels = knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE)
     buffer = BytesIO()
     Image.fromarray(pixels).save(buffer, "JPEG", quality=70)
     name = f"{number}.jpg"

@@ -35,6 +35,19 @@ def matches(fact: Fact, pattern: Pattern) -> bool:
     return all(p is None or p == f for f, p in zip(fact, pattern, strict=True))
 
 
+def matching(facts: frozenset[Fact], patterns: Iterable[Pattern]) -> set[Fact]:
+    """Return the facts that match one of some patterns; those of other predicates are not compared."""
+    found, some = set[Fact](), dict[str | None, list[Pattern]]()
+    for p in patterns:
+        if None in p:
+            some.setdefault(p[0], []).append(p)
+        elif p in facts:
+            found.add(p)  # type: ignore[arg-type]
+    anywhere = some.pop(None, [])
+    asked = (f for f in facts if f[0] in some) if not anywhere else iter(facts)
+    return found | {f for f in asked if any(matches(f, p) for p in (*some.get(f[0], ()), *anywhere))}
+
+
 def said(pattern: Pattern) -> str:
     """Format a fact or pattern as rules write it: "grasps(_, tea)"."""
     return f"{pattern[0]}({', '.join(a or '_' for a in pattern[1:])})"
@@ -252,7 +265,7 @@ class Fluents(Value):
     def after(self, facts: frozenset[Fact], adds: frozenset[Fact], removes: Iterable[Pattern]) -> frozenset[Fact]:
         """Return the successor state: the facts after additions, and removals by pattern, with all that ends with them."""
         patterns = tuple(removes)
-        ended = {f for f in facts if any(matches(f, p) for p in patterns)} - adds if patterns else set()
+        ended = matching(facts, patterns) - adds
         excluded = {(p, *_of_wholes(new)[1:]) for new in adds for p in self[new[0]].excludes}
         ended |= {f for f in facts - adds if _of_wholes(f) in excluded} if excluded else set()
         lost = {(p, *_of_wholes(f)[1:]) for f in ended for p in self[f[0]].undoes}

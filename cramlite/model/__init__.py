@@ -12,6 +12,7 @@ from ..base.lazy_names import LazyNames
 if TYPE_CHECKING:
     from ..base.value import Value, replace
     from .belief import Belief, Estimate, Held, Relation, initial_belief
+    from .collision import Collision
     from .control_flow import Compound, choose, fallback, monitor, parallel, repeat, retry, sequence, try_all
     from .designator_name import enclosing_names, is_part_of, part_name, task_of
     from .designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
@@ -20,14 +21,17 @@ if TYPE_CHECKING:
     from .error_model import ErrorModel, PoseError
     from .friction import pair_friction
     from .geometry import Floats, Pose, Vector3, quaternion_product, rotvec_quaternion
+    from .imported_robot import ImportedRobot
     from .imported_scene import ImportedScene
     from .judging_limits import JudgingLimits
+    from .linkage import Linkage
     from .plan import Plan
     from .program import Code, LatePose, Program, Section
     from .program_json import ProgramText, is_program_text, read_program, typed_code, write_program
     from .program_safety import PROGRAM_RULES, STEP_RULES, violations
     from .proof_doubts import ProofDoubts
     from .robot import Gripper, Platform, Robot
+    from .robot_file import HandFile, RobotFile, Stated
     from .rollout import Message, Rollout, Scene, Solid, Touch
     from .run_record import RunRecord, TimeSpan
     from .sensor_errors import SensorErrors
@@ -79,6 +83,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "..base.value": "Value replace",
     ".belief": "Belief Estimate Held Relation initial_belief",
+    ".collision": "Collision",
     ".control_flow": "Compound choose fallback monitor parallel repeat retry sequence try_all",
     ".designators": "Action Designator Late Location Motion Object Place Stand",
     ".designator_name": "enclosing_names part_name is_part_of task_of",
@@ -87,14 +92,17 @@ _HOMES = {
     ".error_model": "ErrorModel PoseError",
     ".friction": "pair_friction",
     ".geometry": "Floats Pose Vector3 quaternion_product rotvec_quaternion",
+    ".imported_robot": "ImportedRobot",
     ".imported_scene": "ImportedScene",
     ".judging_limits": "JudgingLimits",
+    ".linkage": "Linkage",
     ".plan": "Plan",
     ".program": "Code LatePose Program Section",
     ".program_json": "ProgramText is_program_text read_program typed_code write_program",
     ".program_safety": "PROGRAM_RULES STEP_RULES violations",
     ".proof_doubts": "ProofDoubts",
     ".robot": "Gripper Platform Robot",
+    ".robot_file": "HandFile RobotFile Stated",
     ".rollout": "Message Rollout Scene Solid Touch",
     ".run_record": "RunRecord TimeSpan",
     ".sensor_errors": "SensorErrors",
@@ -117,6 +125,7 @@ __all__ = [
     "Belief",
     "Camera",
     "Code",
+    "Collision",
     "CompliantSlide",
     "Compound",
     "Contact",
@@ -143,8 +152,10 @@ __all__ = [
     "ForceMove",
     "Geom",
     "Gripper",
+    "HandFile",
     "Held",
     "Image",
+    "ImportedRobot",
     "ImportedScene",
     "Inertia",
     "Intrinsics",
@@ -153,6 +164,7 @@ __all__ = [
     "JudgingLimits",
     "Late",
     "LatePose",
+    "Linkage",
     "Location",
     "Mask",
     "MeshFile",
@@ -178,6 +190,7 @@ __all__ = [
     "Repair",
     "Repeat",
     "Robot",
+    "RobotFile",
     "RobotMount",
     "Rollout",
     "RunRecord",
@@ -189,6 +202,7 @@ __all__ = [
     "Solid",
     "SpiralSearch",
     "Stand",
+    "Stated",
     "Step",
     "Thing",
     "TimeSpan",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..base.value import Value
 from .geometry import Pose
+from .linkage import Linkage
 from .sensor_errors import SensorErrors
 
 if TYPE_CHECKING:
@@ -31,6 +32,9 @@ class Gripper(Value):
         tcp: the pinch point in the flange frame; tcp z is the approach direction, tcp y the closing direction.
         force: lowest and highest grip force that can be commanded [N].
         speed: lowest and highest speed of the pads towards each other that can be commanded [m/s].
+        linkage: what moves the pads, where the model is that of a file; None for two slides that share the opening, which the
+            actuator "gripper" closes (0 open .. 255 closed).
+        friction: sliding friction coefficient of the pads, where the model's file states it; None leaves it to the world's physics.
     """
 
     type: str
@@ -41,6 +45,8 @@ class Gripper(Value):
     tcp: Pose
     force: tuple[float, float]
     speed: tuple[float, float]
+    linkage: Linkage | None = None
+    friction: float | None = None
 
 
 class Platform(Value):

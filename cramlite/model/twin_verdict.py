@@ -7,6 +7,7 @@ from collections import Counter
 from ..base.value import Value
 from ..base.wilson import wilson_interval
 from .proof_doubts import ProofDoubts
+from .run_peaks import RunPeaks
 
 
 class Draw(Value):
@@ -46,6 +47,7 @@ class TwinRun(Value):
         origin: the task or step that it is about.
         causes: sources of error that break the program by themselves; empty where that was not tried, or where no source does.
         looked_for: whether it was tried.
+        peaks: of the run; None where it did not begin, and in runs of earlier versions.
     """
 
     number: int
@@ -56,6 +58,7 @@ class TwinRun(Value):
     origin: str = ""
     causes: tuple[str, ...] = ()
     looked_for: bool = False
+    peaks: RunPeaks | None = None
 
     def largest(self, count: int = 3) -> str:
         """Name the draws that are largest for their range; those of the causes, where there are any."""

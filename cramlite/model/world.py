@@ -15,6 +15,7 @@ from msgspec.structs import replace
 from ..base.value import Value
 from .entity_name import EntityName
 from .geometry import Pose, Vector3
+from .robot_file import RobotFile
 from .view import D435, Intrinsics
 
 
@@ -243,6 +244,7 @@ class RobotMount(Value):
         base: its base frame in the world.
         joints: where the arm stands at the start [rad]; empty for its home posture.
         opening: of its gripper at the start [m]; None for open.
+        file: that the robot comes from, where no plugin declares its type.
     """
 
     name: str
@@ -250,6 +252,7 @@ class RobotMount(Value):
     base: Pose = Pose()
     joints: tuple[float, ...] = ()
     opening: float | None = None
+    file: RobotFile | None = None
 
 
 class Physics(Value):

@@ -257,7 +257,7 @@ def pictures(
     states: Iterable[State | None] = [None]
     if camera.mount is not None:
         states = go_and_look(places_of(query, seen.known, knowledge), seen, robot, camera, knowledge, seed)
-    empty, robots, look_at = replace(seen.real, things=()), knowledge.robots, knowledge.simulator.look
+    empty, robots, look_at = replace(seen.real, things=()), knowledge.robots_of(seen.known), knowledge.simulator.look
     for number, state in enumerate(states, 1):
         placed = replace(camera, joints=state.belief.joints) if state else camera
         noise = seed + 7919 * len(seen.pictures) + 104729 * number

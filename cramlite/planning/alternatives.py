@@ -14,6 +14,7 @@ from ..base.errors import Unresolvable, nearest
 from ..base.seeds import derive_seed
 from ..base.value import Value
 from ..model.belief import Belief
+from ..model.collision import Collision
 from ..model.control_flow import Compound, Mark, ways
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place, Stand
@@ -22,6 +23,7 @@ from ..plugin.grounding import Context, Grounding, Refused
 from ..plugin.registry import Registry
 from ..plugin.task_type import Decomposition, TaskType
 from ..plugin.validation import WrongAnswer
+from .answers import Answers
 from .choice_point import ChoicePoint
 from .refutation import as_they_are
 from .state import Effect, State, ground_roles
@@ -47,12 +49,14 @@ class Alternatives(Value):
         tasks: task types by class.
         owners: which plugin declared each task type.
         context: for plugins; bindings and seed are set for each question.
+        answers: that were given so far.
     """
 
     registry: Registry
     tasks: Mapping[str, TaskType]
     owners: Mapping[str, str]
     context: Context
+    answers: Answers
 
     def of(self, point: ChoicePoint) -> Iterator[Alternative]:
         """Generate the groundings of a designator, the cheapest first.
@@ -83,7 +87,7 @@ class Alternatives(Value):
             point.say("impossible", "engine", reason)
         return not reason
 
-    def _asked(self, point: ChoicePoint) -> Iterator[tuple[str, Iterable[Any] | Unresolvable]]:
+    def _asked(self, point: ChoicePoint) -> Iterator[tuple[str, Iterable[Any]]]:
         """The answers of each plugin that says "mine"; of an action its own task type's come last."""
         item, state = point.item, point.state
         context = replace(
@@ -92,25 +96,31 @@ class Alternatives(Value):
             agenda=tuple(i for i in state.agenda if not isinstance(i, Effect | Mark)),
             seed=derive_seed(self.context.seed, state.choices, item.name),
         )
-        yield from self.registry.alternatives(HOOKS[type(item)], item, belief=state.belief, context=context)
+        again, told = self.answers.of(
+            item, state.belief, context, lambda c: self.registry.alternatives(HOOKS[type(item)], item, belief=state.belief, context=c)
+        )
+        if again:
+            point.trace.answered_before(point.node)
+        yield from told
         if isinstance(item, Action):
             owner = self.owners[item.task]
             yield owner, self.registry.guarded(owner, "decompose", item.name, self._own(item, state))
 
-    def _accepted(self, plugin: str, answers: Iterable[Any] | Unresolvable, point: ChoicePoint) -> Iterator[Alternative]:
+    def _accepted(self, plugin: str, answers: Iterable[Any], point: ChoicePoint) -> Iterator[Alternative]:
         """One plugin's answers. What they are depends on the item's domain, unless the plugin itself says on what."""
         made = {name for name, _ in point.state.choices}
+        earlier = point.domain if isinstance(point.item, Motion) else made
         try:
-            if isinstance(answers, Unresolvable):
-                raise answers
             said_any = False
             for answer in answers:
                 said_any = True
-                exact = isinstance(answer, Refused) and answer.blocking is not None
-                point.conflict |= point.about(answer.blocking) if exact else point.domain
+                point.conflict |= point.blamed(answer)
                 if isinstance(answer, Refused):
                     point.conflict |= made & set(answer.because) | as_they_are(answer.blocking)
-                    point.say("refused", plugin, answer.reason, answer.value, passed=answer.passed, numbers=answer.numbers)
+                    point.say(
+                        "refused", plugin, answer.reason, answer.value,
+                        passed=answer.passed, numbers=answer.numbers, collision=answer.collision,
+                    )  # fmt: skip
                     continue
                 if wrong := wrong_with(answer, point.item):
                     self.registry.fault(plugin, HOOKS[type(point.item)], point.item.name, WrongAnswer(wrong))
@@ -118,9 +128,10 @@ class Alternatives(Value):
                 yield plugin, answer
             point.conflict |= set() if said_any else point.domain | as_they_are(None)
         except Unresolvable as impossible:
-            point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers)
+            collision = impossible.collision if isinstance(impossible.collision, Collision) else None
+            point.say("impossible", plugin, impossible.reason, numbers=impossible.numbers, collision=collision)
             said = {*impossible.because, *(point.state.opened if impossible.earlier_tasks else ())}
-            point.conflict |= ((made & said) if said else made) | as_they_are(impossible.blocking)
+            point.conflict |= ((made & said) if said else earlier) | as_they_are(impossible.blocking)
 
     def _own(self, action: Action, state: State) -> Iterator[Grounding]:
         """The task type's own decompositions."""

@@ -16,24 +16,36 @@ from .handling import Done, Track, done, history, said
 from .operators import Operator
 from .refutation import Refutation
 
+AnyOf = tuple[tuple[Track, ...], ...]
+"""Things of which any one is in the way: each with what had been done to it, and to what carries it."""
+
 
 class Blocking(Value):
     """Task that is refused while things are as they are (a no-good over tasks).
 
     Args:
         task: that is refused.
-        tracks: its things, each with what had been done to it.
+        sets: of things that are in the way, those of the task itself among them: while of each set one is as it was.
     """
 
     task: Done
-    tracks: tuple[Track, ...]
+    sets: tuple[AnyOf, ...]
+
+    @property
+    def tracks(self) -> tuple[Track, ...]:
+        """All that it depends on, each once."""
+        return tuple(dict.fromkeys(t for any_of in self.sets for tracks in any_of for t in tracks))
 
     def bars(self, before: Sequence[Operator], step: Operator) -> bool:
-        """Check whether a task is refused behind others: whether they have left all its things as they were."""
-        return done(step) == self.task and all(history(before, t.thing) == t.past for t in self.tracks)
+        """Check whether a task is refused behind others: whether they have left of each set one as it was."""
+        if done(step) != self.task:
+            return False
+        same = {t for t in self.tracks if history(before, t.thing) == t.past}
+        return all(any(same.issuperset(tracks) for tracks in any_of) for any_of in self.sets)
 
     def __str__(self) -> str:
-        left = [f"'{t.thing}' {'after ' + ', '.join(map(said, t.past)) if t.past else 'as it was'}" for t in self.tracks]
+        things = [[" with ".join(map(str, tracks)) for tracks in any_of] for any_of in self.sets]
+        left = [one[0] if len(one) == 1 else f"any of {', '.join(one)}" for one in things]
         return f"no {said(self.task)} with {' and '.join(left)}"
 
 
@@ -44,7 +56,7 @@ def blocking_of(
     depends on is as it was.
 
     Args:
-        facts: before each step.
+        facts: before each step, those that rules ask about.
         loose: things that tasks can change. With one of them goes what may carry it, or be carried by it.
 
     Returns:
@@ -53,9 +65,19 @@ def blocking_of(
     tasks = [k for k in found.tasks if k <= len(steps)]
     if not tasks:
         return None
-    last = tasks[-1]
-    about = {thing_of(e) for k in tasks for e in steps[k - 1].roles.values()}
-    about = (about | set(found.things) if found.things is not None else set(loose)) & loose
-    for names in [frozenset(map(thing_of, f[1:])) for f in facts[last - 1]]:
-        about |= names & loose if names & about else set()
-    return Blocking(done(steps[last - 1]), tuple(Track(t, history(steps[: last - 1], t)) for t in sorted(about)))
+    before, last = steps[: tasks[-1] - 1], steps[tasks[-1] - 1]
+    own = {thing_of(e) for k in tasks for e in steps[k - 1].roles.values()} & loose
+    sets: set[tuple[str, ...]] = {(t,) for t in (own if found.things is not None else loose)}
+    sets |= {any_of for any_of in found.things or () if loose.issuperset(any_of)}  # else one that stays is in the way
+    least = sorted((s for s in sets if not any(set(other) < set(s) for other in sets)), key=lambda s: (len(s), s))
+    tracks = {t: _tracks(t, before, facts[len(before)], loose) for any_of in least for t in any_of}
+    return Blocking(done(last), tuple(tuple(tracks[t] for t in any_of) for any_of in least))
+
+
+def _tracks(thing: str, before: Sequence[Operator], facts: frozenset[Fact], loose: frozenset[str]) -> tuple[Track, ...]:
+    """What had been done to a thing and to what moves with it."""
+    pairs = [frozenset(map(thing_of, f[1:])) & loose for f in facts]
+    known = {thing}
+    while more := {n for names in pairs if names & known for n in names} - known:
+        known |= more
+    return tuple(Track(t, history(before, t)) for t in sorted(known))

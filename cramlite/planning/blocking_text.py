@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from ..interpretation.fluents import EFFECTOR, Fluents
 from ..model.entity_name import BETWEEN
 from .action_schema import ActionSchema
-from .blocking import Blocking
+from .blocking import AnyOf, Blocking
 from .handling import Done, Handling, Stage, Track, handled
 
 ENTITY = "entity"
@@ -48,7 +48,15 @@ class BlockingText:
             yield f"(not {self.atom(_name(schema.task), [t for t in terms if t != EFFECTOR])})"
 
     def derived(self) -> Iterator[str]:
-        """Generate the derived predicates: a task is blocked with these things while all of a blocking's things are as they were."""
+        """Generate the derived predicates: a thing is as it was; of some things any one is; and a task is blocked with its things.
+
+        Each "or" has a predicate of its own: planners write conditions out as alternatives of "and", of which there would be many.
+        """
+        for track in self.tracks:
+            yield f"(:derived {self._same(track)} (or {' '.join(self._at(track, s) for s in track.at_its_end())}))"
+        for any_of in dict.fromkeys(s for b in self.blocked for s in b.sets if len(s) > 1):
+            each = (f"(and {' '.join(map(self._same, tracks))})" for tracks in any_of)
+            yield f"(:derived {self._any(any_of)} (or {' '.join(each)}))"
         for task in dict.fromkeys(b.task[0] for b in self.blocked):
             alternatives = [b for b in self.blocked if b.task[0] == task]
             roles = [r for r, e in alternatives[0].task[1] if e != EFFECTOR]
@@ -57,9 +65,17 @@ class BlockingText:
             yield f"(:derived ({head}) (or {' '.join(map(self._stands, alternatives))}))"
 
     def _stands(self, blocking: Blocking) -> str:
-        same = [f"(= ?{r} {self.object_of(e)})" for r, e in blocking.task[1] if e != EFFECTOR]
-        ends = (f"(or {' '.join(self._at(t, stage) for stage in t.at_its_end())})" for t in blocking.tracks)
-        return f"(and {' '.join([*same, *ends])})"
+        fillers = [f"(= ?{r} {self.object_of(e)})" for r, e in blocking.task[1] if e != EFFECTOR]
+        alone = (self._same(t) for s in blocking.sets for t in s[0] if len(s) == 1)
+        several = (self._any(s) for s in blocking.sets if len(s) > 1)
+        return f"(and {' '.join([*fillers, *alone, *several])})"
+
+    def _same(self, track: Track) -> str:
+        return self.atom(f"track {self.tracks.index(track)} is done", ())
+
+    def _any(self, any_of: AnyOf) -> str:
+        names = [str(self.tracks.index(t)) for tracks in any_of for t in tracks]
+        return self.atom(f"one of tracks {' '.join(names)} is done", ())
 
     def effects(self, schema: ActionSchema, fluents: Fluents) -> Iterator[str]:
         """Generate how an action leads things along their tracks, or off them."""
@@ -72,7 +88,7 @@ class BlockingText:
     def _step(self, schema: ActionSchema, term: str, how: Handling, track: Track, stage: Stage) -> Iterator[str]:
         """From one stage of a track to the next: with the fillers of its tasks, and with all others."""
         here, otherwise = f"(= {term.rpartition(BETWEEN)[2]} {self.object_of(track.thing)})", track.after(stage, how, None)
-        own = {self._same(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.task}
+        own = {self._fillers(schema, t): track.after(stage, how, t) for t in track.past if t[0] == schema.task}
         own = {same: after for same, after in own.items() if same and after != otherwise}
         rest = {} if here in own else {" ".join([here, *(f"(not (and {same}))" for same in own)]): otherwise}
         cases = {**own, **rest}
@@ -81,7 +97,7 @@ class BlockingText:
                 more = f" {self._at(track, after)}" if after is not None else ""
                 yield f"(when (and {case} {self._at(track, stage)}) (and (not {self._at(track, stage)}){more}))"
 
-    def _same(self, schema: ActionSchema, task: Done) -> str:
+    def _fillers(self, schema: ActionSchema, task: Done) -> str:
         """That an action is a task that was done; "" where it cannot be in this problem."""
         if not self.entities.issuperset(e for _, e in task[1]):
             return ""

@@ -12,17 +12,19 @@ from typing import Any
 
 from msgspec import Struct, field
 
+from ..model.collision import Collision
 from ..model.control_flow import Compound
 from ..model.designator_name import is_part_of
 from ..model.designators import Action, Designator, Late, Location, Motion, Object, Place
 from ..model.entity_name import thing_of
-from .refutation import AsItIs, InTask
+from ..plugin.grounding import Grounding, Refused
+from .refutation import AsItIs, Capped, InTask
 from .state import Effect, State, ground_roles
 from .trace import Kind, Outcome, Trace
 
-Conflict = frozenset[str | InTask | AsItIs]
+Conflict = frozenset[str | InTask | AsItIs | Capped]
 """What a failure depends on: names of choices, by which the search goes back; tasks, and things as they are, which no choice of
-this plan changes."""
+this plan changes; and whether alternatives were left out."""
 
 
 class Nogoods(Struct):
@@ -45,15 +47,23 @@ class Nogoods(Struct):
     def remember(self, conflict: Conflict, choices: tuple[Choice, ...]) -> None:
         """Record that the choices in a conflict set do not go together."""
         nogood = frozenset(c for c in choices if c[0] in conflict)
-        self.beside.setdefault(nogood, frozenset(c for c in conflict if not isinstance(c, str)))
+        beside = frozenset(c for c in conflict if not isinstance(c, str))
+        if Capped() in self.beside.setdefault(nogood, beside) and Capped() not in beside:
+            self.beside[nogood] = beside
         for choice in nogood:
             self.known.setdefault(choice, []).append(nogood)
+
+    def lasting(self) -> Nogoods:
+        """Return those that a wider round need not try again: in which no alternatives were left out."""
+        beside = {nogood: c for nogood, c in self.beside.items() if Capped() not in c}
+        known = {choice: [n for n in found if n in beside] for choice, found in self.known.items()}
+        return Nogoods(known, beside)
 
 
 Choice = tuple[str, str]
 """The name of a designator, and the key of the alternative that was taken."""
 CAPS: dict[type, int] = {Action: 6, Object: 8, Late: 8, Location: 12, Motion: 4}
-"""How many alternatives of a designator are tried."""
+"""How many alternatives of a designator are tried in the first round."""
 KINDS: dict[type, Kind] = {
     Action: "action", Compound: "compound", Object: "object", Late: "object", Location: "location", Motion: "motion",
 }  # fmt: skip
@@ -68,6 +78,7 @@ class ChoicePoint(Struct):
         state: in which it is asked, without it on the agenda.
         trace: where what is found out goes, below ``node``.
         node: the trace's entry of the question.
+        breadth: how many times as many alternatives are tried as in the first round.
         conflict: what its failure depends on, so far.
     """
 
@@ -75,7 +86,8 @@ class ChoicePoint(Struct):
     state: State
     trace: Trace
     node: int
-    conflict: set[str | InTask | AsItIs] = field(default_factory=set)
+    breadth: int = 1
+    conflict: set[str | InTask | AsItIs | Capped] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.conflict |= {f.compound.name for f in self.state.frames}  # without them it would not be asked for
@@ -83,16 +95,18 @@ class ChoicePoint(Struct):
             self.conflict.add(self.state.stand)
 
     @classmethod
-    def asked(cls, item: Designator, state: State, trace: Trace, parent: int, numbers: Mapping[str, int]) -> ChoicePoint:
+    def asked(
+        cls, item: Designator, state: State, trace: Trace, parent: int, numbers: Mapping[str, int], breadth: int = 1
+    ) -> ChoicePoint:
         """Make the choice point of a designator, and record it in the trace below the entry ``parent``."""
         what = item.wanted if isinstance(item, Object) else str(item)
         node = trace.add(parent, item.name, what, "asked", "engine", "", kind=KINDS[type(item)], numbers=numbers)
-        return cls(item, state, trace, node)
+        return cls(item, state, trace, node, breadth)
 
     @property
     def cap(self) -> int:
         """Largest number of alternatives that are tried; all branches of a compound."""
-        return len(self.item.branches) if isinstance(self.item, Compound) else CAPS[type(self.item)]
+        return len(self.item.branches) if isinstance(self.item, Compound) else self.breadth * CAPS[type(self.item)]
 
     @property
     def domain(self) -> set[str]:
@@ -103,16 +117,29 @@ class ChoicePoint(Struct):
             return made & ({part_of} if part_of else set())
         if isinstance(item, Action):
             return made & {o.name for o in item.roles.values()}
-        return {n for n in made if n not in self.state.motions} if isinstance(item, Location) else made
+        if isinstance(item, Location):
+            return made - self.state.motions - self.state.passed
+        return made - (self.state.passed - {item.to.name if isinstance(item, Motion) and item.to else ""})
 
-    def about(self, things: Collection[str]) -> set[str]:
+    def blamed(self, answer: Grounding | Refused) -> set[str]:
+        """Return the choices of the domain that an answer depends on."""
+        if isinstance(answer, Refused) and answer.blocking is not None:
+            return self.about(answer.blocking)
+        if isinstance(answer, Grounding) and answer.anew:
+            place = self.item.to.name if isinstance(self.item, Motion) and self.item.to else ""
+            return self.domain - self.state.led - (self.state.reached - {place})
+        return self.domain
+
+    def about(self, things: Collection[str | Collection[str]]) -> set[str]:
         """Return the choices of the domain that settled where some things are, where the asked one is, and what is held."""
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
-        meant = {*things, thing_of(str(own)), *([held.thing] if held else [])}
+        named = (t for one in things for t in ([one] if isinstance(one, str) else one))
+        meant = {*named, thing_of(str(own)), *([held.thing] if held else [])}
         opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
         known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
-        return {n for n in self.domain if _is_about(n, meant, self.state.bindings, known)}
+        settled = self.domain - self.state.passed - self.state.reached  # where the arm is led settles nothing of things
+        return {n for n in settled if _is_about(n, meant, self.state.bindings, known)}
 
     @property
     def asked_by(self) -> set[str]:
@@ -121,13 +148,13 @@ class ChoicePoint(Struct):
 
     def say(
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,
-        numbers: Mapping[str, float] | None = None,
-    ) -> int:  # fmt: skip
+        numbers: Mapping[str, float] | None = None, collision: Collision | None = None,
+    ) -> int:  # fmt: skip  # fmt: skip
         """Record in the trace the outcome of the designator, or of the alternative that ``text`` stands for."""
         text = str(self.item) if text is None else text
         kind = KINDS[type(self.item)]
         return self.trace.add(
-            self.node, self.item.name, text, outcome, plugin, reason, cost, passed, kind=kind, numbers=numbers
+            self.node, self.item.name, text, outcome, plugin, reason, cost, passed, kind=kind, numbers=numbers, collision=collision
         )
 
     def exhausted(self, tried: int) -> None:

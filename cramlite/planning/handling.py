@@ -89,6 +89,9 @@ class Track(Value):
     thing: str
     past: tuple[Done, ...]
 
+    def __str__(self) -> str:
+        return f"'{self.thing}' " + (f"after {', '.join(map(said, self.past))}" if self.past else "as it was")
+
     def stages(self) -> list[Stage]:
         """Return all that a thing may be at while it can still come to this history."""
         return [(k, how) for k in range(len(self.past) + 1) for how in ("", "taken", "other")]

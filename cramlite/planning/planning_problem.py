@@ -72,8 +72,7 @@ class PlanningProblem(Value, eq=False):
         names |= {w for asked in self.wanted.constraints.values() for w in asked.where.values()}
         names |= {t.thing for b in self.blocked for t in b.tracks}
         known, every = {thing_of(e) for e in names} & self.grounder.things.keys(), frozenset(self.grounder.things)
-        asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
-        about = [{thing_of(e) for e in f[1:]} for f in self.facts if f[0] in asked]
+        about = [{thing_of(e) for e in f[1:]} for f in self._asked_about(self.facts)]
         while True:
             moved = {n for n in known if self.grounder.things[n].movable}
             more = known | {n for found in about if found & moved for n in found & every}
@@ -84,6 +83,11 @@ class PlanningProblem(Value, eq=False):
         yield Scope(frozenset(known))
         if known != every:
             yield Scope(every)
+
+    def _asked_about(self, facts: frozenset[Fact]) -> frozenset[Fact]:
+        """Those of some facts whose predicates rules ask about."""
+        asked = {a.predicate.name for r in self.knowledge.goal_rules for _, c in conditions_of(r) for a in atoms(c)}
+        return frozenset(f for f in facts if f[0] in asked)
 
     def pddl(
         self, scope: Scope | None = None, earlier: Sequence[Sequence[PlanStep]] = (), refused: Sequence[PlanStep] = ()
@@ -187,7 +191,7 @@ class PlanningProblem(Value, eq=False):
         for step in steps:
             facts.append(step.apply(facts[-1]))
         loose = (n for n, t in self.grounder.things.items() if t.movable or t.joint is not None)
-        new = blocking_of(found, steps, facts, frozenset(loose))
+        new = blocking_of(found, steps, [self._asked_about(f) for f in facts], frozenset(loose))
         return new if new not in self.blocked else None
 
     def tasks(self, steps: Sequence[Operator]) -> list[TaskSpec]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ..base.errors import InTheWay
 from ..base.value import Value
 
 ANY = ""
@@ -17,9 +18,13 @@ class InTask(Value):
 
 
 class AsItIs(Value):
-    """Part of a conflict set: something was refused while this thing, or ``ANY``, was where it is, and as it is."""
+    """Part of a conflict set: something was refused while any one of these things, or ``ANY``, was where it is, and as it is."""
 
-    thing: str
+    things: frozenset[str]
+
+
+class Capped(Value):
+    """Part of a conflict set: alternatives were left out, so that a wider round may have more to say."""
 
 
 class Refutation(Value):
@@ -27,23 +32,26 @@ class Refutation(Value):
 
     Args:
         tasks: in which something was refused, counted from 1, in order.
-        things: that were in the way as they then were; None where it was not said of all refusals what they depend on.
+        things: sets of things that were in the way: it fails while of each set at least one is as it then was; None where it was
+            not said of all refusals what they depend on.
         reason: the refusal that came after the most choices.
     """
 
     tasks: tuple[int, ...]
-    things: tuple[str, ...] | None
+    things: tuple[tuple[str, ...], ...] | None
     reason: str = ""
 
 
-def as_they_are(things: Iterable[str] | None) -> frozenset[AsItIs]:
+def as_they_are(things: InTheWay) -> frozenset[AsItIs]:
     """Return the part of a conflict set that blames things, by what a plugin says of them (``Refused.blocking``)."""
-    return frozenset(map(AsItIs, [ANY] if things is None else things))
+    sets = [ANY] if things is None else things
+    return frozenset(AsItIs(frozenset([one] if isinstance(one, str) else one)) for one in sets)
 
 
 def refutation(conflict: Iterable[object], reason: str = "") -> Refutation:
-    """Return what a conflict set says of tasks and things."""
+    """Return what a conflict set says of tasks and things; of the sets of things the least alone, as they say the most."""
     found = tuple(conflict)
-    things = {c.thing for c in found if isinstance(c, AsItIs)}
+    sets = {c.things for c in found if isinstance(c, AsItIs)}
+    least = sorted(tuple(sorted(s)) for s in sets if not any(other < s for other in sets))
     tasks = sorted({c.number for c in found if isinstance(c, InTask)})
-    return Refutation(tuple(tasks), None if ANY in things else tuple(sorted(things)), reason)
+    return Refutation(tuple(tasks), None if any(ANY in s for s in sets) else tuple(least), reason)

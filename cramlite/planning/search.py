@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping
 
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..base.errors import Unresolvable
@@ -19,15 +19,37 @@ from ..plugin.grounding import Context
 from ..plugin.registry import Registry
 from ..plugin.task_type import TaskType
 from .alternatives import Alternatives
+from .answers import Answers
 from .budget import Budget, BudgetSpent, Stopped
 from .choice_point import ChoicePoint, Conflict, Nogoods, key_of
 from .control_steps import state_after_mark
-from .refutation import InTask, as_they_are
+from .refutation import Capped, InTask, as_they_are
 from .state import Effect, State, renewed, state_after_action, state_after_choice
 from .trace import Trace
 
 Below = Generator[State, Conflict | None, Conflict]
 """Grounded states further down; sent the conflict of each, it returns what the failure of all of them depends on."""
+
+
+class Effort(Struct):
+    """Effort that was spent on one task sequence, in all rounds, and what it taught.
+
+    Args:
+        breadth: how many times as many alternatives are tried as in the first round.
+        expanded, proofs: nodes that were expanded, and programs that were run.
+        nogoods: choices that do not go together.
+        capped: whether the last round left out alternatives, so that a wider one may find more.
+    """
+
+    breadth: int = 1
+    expanded: int = 0
+    proofs: int = 0
+    nogoods: Nogoods = field(default_factory=Nogoods)
+    capped: bool = False
+
+    def widened(self) -> Effort:
+        """Return the effort with which the next round begins; it tries twice as many alternatives of each designator."""
+        return Effort(2 * self.breadth, self.expanded, self.proofs, self.nogoods.lasting())
 
 
 class Search(Struct, dict=True):
@@ -40,6 +62,8 @@ class Search(Struct, dict=True):
         context: for plugins; bindings and seed are set for each question.
         trace: filled as the search goes.
         stop: asked before each question to plugins; True ends the search.
+        answers: of plugins, from this search and others for the same goal.
+        effort: that was spent on the plan in earlier rounds; what this search spends is added to it.
     """
 
     registry: Registry
@@ -50,13 +74,15 @@ class Search(Struct, dict=True):
     budget: Budget = Budget()
     progress: Callable[[str], None] = lambda _: None
     stop: Callable[[], bool] = lambda: False
+    answers: Answers = field(default_factory=Answers)
+    effort: Effort = field(default_factory=Effort)
 
     def __post_init__(self) -> None:
         self.refuted: Conflict | None = None
         """What it depends on that there is no further grounded state; None before that, and where a budget ended the search."""
-        self._expanded = self._planned = 0
-        self._nogoods = Nogoods()
-        self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context)
+        self._planned = 0
+        self._nogoods = self.effort.nogoods
+        self._alternatives = Alternatives(self.registry, self.tasks, self.owners, self.context, self.answers)
 
     def solve(self, state: State) -> Generator[State, Conflict | None, None]:
         """Generate fully grounded states lazily.
@@ -76,7 +102,9 @@ class Search(Struct, dict=True):
         if not state.agenda:
             everything = _everything(state)
             conflict = yield state
-            return everything if conflict is None else frozenset(c for c in conflict if c in everything or not isinstance(c, str))
+            found = everything if conflict is None else frozenset(c for c in conflict if c in everything or not isinstance(c, str))
+            self._nogoods.remember(found, state.choices)  # a wider round comes by here again
+            return found
         item, behind = renewed(state.agenda[0], state), replace(state, agenda=state.agenda[1:])
         if isinstance(item, Effect):
             return (yield from self._closed(behind, item, parent))
@@ -112,7 +140,7 @@ class Search(Struct, dict=True):
     def _choose(self, item: Designator, state: State, parent: int) -> Below:
         """Try the alternatives of one designator; return the choices that its failure depends on."""
         within = self._within(item, state)
-        point = ChoicePoint.asked(item, state, self.trace, parent, within)
+        point = ChoicePoint.asked(item, state, self.trace, parent, within, self.effort.breadth)
         if not isinstance(item, Compound):
             self._count()
         tried = 0
@@ -125,6 +153,8 @@ class Search(Struct, dict=True):
                 continue
             if tried == point.cap:
                 point.say("capped", "engine", f"{tried} alternatives tried, the rest left out", "", numbers={"tried": tried})
+                point.conflict.add(Capped())
+                self.effort.capped = True
                 break
             tried += 1
             node = point.say("chosen", plugin, answer.reason, key, answer.cost)
@@ -155,10 +185,10 @@ class Search(Struct, dict=True):
             BudgetSpent: there are too many.
             Stopped: the caller has had enough.
         """
-        self._expanded += 1
+        self.effort.expanded += 1
         if self.stop():
             raise Stopped
-        if self._expanded > self.budget.expansions:
+        if self.effort.expanded > self.budget.expansions:
             reason = f"{self.budget.expansions} nodes were expanded, the budget of one task sequence"
             raise BudgetSpent("expansions", reason)
 

@@ -53,6 +53,9 @@ class State(Value):
         stand: the place that the robot drove to last, by name; "" where it has not driven.
         stood: ``stand`` when the last action of the plan ended.
         parts: what the plan's actions were decomposed into, without what the run decides about.
+        led: motions that moved the arm and changed nothing else.
+        reached: places that the arm was led to since anything else was moved.
+        passed: what of both came before the last motion that ends where it does from wherever the arm comes.
     """
 
     agenda: tuple[Item, ...]
@@ -70,6 +73,9 @@ class State(Value):
     stand: str = ""
     stood: str = ""
     parts: tuple[Action, ...] = ()
+    led: frozenset[str] = frozenset()
+    reached: frozenset[str] = frozenset()
+    passed: frozenset[str] = frozenset()
 
     @property
     def folding(self) -> bool:
@@ -91,7 +97,8 @@ def state_after_choice(state: State, item: Designator, answer: Grounding, choice
         steps = (*state.steps, *answer.value)
         drove = item.to is not None and after.belief.at != state.belief.at
         stand = item.to.name if item.to is not None and drove else state.stand
-        return replace(after, bindings=bindings, steps=steps, motions=state.motions | {item.name}, stand=stand)
+        after = replace(after, bindings=bindings, steps=steps, motions=state.motions | {item.name}, stand=stand)
+        return _state_led_on(state, item, after, answer.anew)
     return replace(after, bindings=bindings)
 
 
@@ -109,7 +116,27 @@ def state_after_action(state: State, done: Action, tasks: Mapping[str, TaskType]
     elif not state.folding:
         state = replace(state, parts=(*state.parts, action))
     after = replace(state, belief=belief)
+    after = after if _at_rest(state, after) else replace(after, reached=frozenset())
     return renew_places(after, first) if top else after
+
+
+def _state_led_on(state: State, motion: Motion, after: State, anew: bool) -> State:
+    """The state after a motion, with which earlier choices no longer tell where the arm is."""
+    place = frozenset({motion.to.name}) if motion.to is not None else frozenset()
+    moved = after.belief.joints != state.belief.joints
+    only = moved and replace(after.belief, joints=state.belief.joints) == state.belief
+    passed = state.passed
+    if anew and not state.frames:  # whoever goes back to where a compound began asks for what came before
+        passed |= state.led | state.reached
+    reached = state.reached | place if moved else state.reached
+    led = state.led | {motion.name} if only else state.led
+    return replace(after, led=led, reached=reached if _at_rest(state, after) else frozenset(), passed=passed - place)
+
+
+def _at_rest(state: State, after: State) -> bool:
+    """Whether nothing but the arm was moved in between."""
+    one, other = state.belief, after.belief
+    return one.poses == other.poses and one.held == other.held and one.at == other.at
 
 
 def ground_roles(action: Action, bindings: Mapping[str, Any]) -> Action:

@@ -13,11 +13,13 @@ from msgspec.structs import replace
 from ..base.errors import UserError
 from ..base.run_directory import read_json
 from ..base.value import Value
+from ..model.collision import Collision
 from .refutation import Refutation
 
 Outcome = Literal["asked", "chosen", "refused", "impossible", "failed", "nogood", "capped", "fault", "proven", "survived"]
 Kind = Literal["sequence", "goal", "action", "compound", "object", "location", "motion", "twin", "proof", "budget", "stop"]
 STOPPED = "stopped by the caller"
+KNOWN = "answered before"
 
 
 class Entry(Value):
@@ -46,6 +48,7 @@ class Entry(Value):
             was. Of a failed proof: what was measured, and the limits. Of what plugins refuse: what they say, e.g.
             {"reach_m": 0.91, "limit_m": 0.85}.
         refutation: of a "sequence" that failed: what that depends on.
+        collision: of what was refused since two bodies would be too near one another: that state.
     """
 
     number: int
@@ -61,6 +64,7 @@ class Entry(Value):
     passed: int = 0
     numbers: Mapping[str, int | float] = field(default_factory=dict)
     refutation: Refutation | None = None
+    collision: Collision | None = None
 
 
 class Trace(Struct):
@@ -77,14 +81,19 @@ class Trace(Struct):
     def add(
         self, parent: int, designator: str, text: str, outcome: Outcome, plugin: str, reason: str,
         cost: float | None = None, passed: int = 0, *, kind: Kind, numbers: Mapping[str, float] | None = None,
+        collision: Collision | None = None,
     ) -> int:  # fmt: skip
         """Append an entry and return its number; numbers that are not finite are left out, as JSON has none."""
         number = len(self.entries) + 1
         finite = {k: v for k, v in (numbers or {}).items() if math.isfinite(v)}
         self.entries.append(
-            Entry(number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite)
+            Entry(number, parent, self.candidate, kind, designator, text, outcome, plugin, reason, cost, passed, finite, None, collision)
         )
         return number
+
+    def answered_before(self, number: int) -> None:
+        """Say of the entry of a question that plugins were not asked, since the answers are known."""
+        self.entries[number - 1] = replace(self.entries[number - 1], reason=KNOWN)
 
     def spent(self, budget: str, limit: int, reason: str) -> None:
         """Append an entry that a budget is used up.
@@ -102,7 +111,8 @@ class Trace(Struct):
 
     def refuted(self, plan: str, found: Refutation) -> None:
         """Append an entry that every grounding of the task sequence that is being tried failed."""
-        things = "it was not said of what" if found.things is None else ", ".join(f"'{t}'" for t in found.things) or "no other thing"
+        sets = [" or ".join(f"'{t}'" for t in any_of) for any_of in found.things or ()]
+        things = "it was not said of what" if found.things is None else ", ".join(sets) or "no other thing"
         said = f"it depends on tasks {', '.join(map(str, found.tasks)) or 'none'}, and on {things}"
         number = self.add(0, "sequence", plan, "failed", "engine", said, kind="sequence")
         self.entries[number - 1] = replace(self.entries[number - 1], refutation=found)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.lazy_names import LazyNames
 
 if TYPE_CHECKING:
-    from ..base.errors import CramliteError, Unresolvable, UserError, did_you_mean, nearest
+    from ..base.errors import CramliteError, InTheWay, Unresolvable, UserError, did_you_mean, nearest
     from ..base.html_template import html_template
     from ..base.quantities import Angle, Length, Mass, parse_quantity
     from ..base.yaml_file import explain_validation, load_yaml
@@ -41,11 +41,21 @@ if TYPE_CHECKING:
     from .expert import RELATIONS, SEGMENTS, UNKNOWN, Expert, Inputs, Judged
     from .grounding import Answers, Context, Grounding, Refused
     from .hookspecs import hookimpl
-    from .protocols import Backend, Candidate, EpisodeRepair, Exporter, ModelMaker, ReportSection, Simulator, Validator
+    from .protocols import (
+        Backend,
+        Candidate,
+        Driver,
+        EpisodeRepair,
+        Exporter,
+        ModelMaker,
+        ReportSection,
+        Simulator,
+        Validator,
+    )
     from .task_type import Decomposition, Parameter, Role, TaskType
 
 _HOMES = {
-    "..base.errors": "CramliteError Unresolvable UserError did_you_mean nearest",
+    "..base.errors": "CramliteError InTheWay Unresolvable UserError did_you_mean nearest",
     "..base.html_template": "html_template",
     "..base.quantities": "Angle Length Mass parse_quantity",
     "..base.yaml_file": "explain_validation load_yaml",
@@ -65,7 +75,7 @@ _HOMES = {
     ".expert": "Expert Inputs Judged RELATIONS SEGMENTS UNKNOWN",
     ".grounding": "Answers Context Grounding Refused",
     ".hookspecs": "hookimpl",
-    ".protocols": "Backend Candidate EpisodeRepair Exporter ModelMaker ReportSection Simulator Validator",
+    ".protocols": "Backend Candidate Driver EpisodeRepair Exporter ModelMaker ReportSection Simulator Validator",
     ".task_type": "Decomposition Parameter Role TaskType",
 }
 _NAMES = LazyNames(__name__, _HOMES)
@@ -91,6 +101,7 @@ __all__ = [
     "Cost",
     "CramliteError",
     "Decomposition",
+    "Driver",
     "EpisodeRepair",
     "Expert",
     "Exporter",
@@ -102,6 +113,7 @@ __all__ = [
     "GoalPhrase",
     "Grounding",
     "Hand",
+    "InTheWay",
     "Inputs",
     "Interpreted",
     "Judged",

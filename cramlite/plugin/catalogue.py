@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from msgspec.structs import replace
 
@@ -16,13 +16,15 @@ from ..model.geometry import Pose
 if TYPE_CHECKING:
     from ..interpretation.rules import Rule
     from ..interpretation.timeline import Predicate
+    from ..model.imported_robot import ImportedRobot
     from ..model.robot import Robot
-    from ..model.world import Thing
+    from ..model.robot_file import RobotFile
+    from ..model.world import Thing, World
     from ..ontology.taxonomy import Taxonomy
     from .demonstration import RecordScript
     from .episode_hooks import EpisodeHooks
     from .expert import Expert
-    from .protocols import Backend, Exporter, ModelMaker, Simulator, Validator
+    from .protocols import Backend, Driver, Exporter, ModelMaker, Simulator, Validator
     from .registry import Registry
     from .task_type import TaskType
 
@@ -39,6 +41,7 @@ class Knowledge:
     def __init__(self, registry: Registry, ontologies: Iterable[Path] = (), rules: Path | None = None) -> None:
         self.registry = registry
         self._ontologies, self._rules = tuple(ontologies), rules
+        self._read: dict[object, ImportedRobot] = {}
 
     @cached_property
     def task_owners(self) -> Mapping[str, str]:
@@ -65,6 +68,33 @@ class Knowledge:
         """Type -> robot model."""
         return self.registry.named("robots", "type")
 
+    def robots_of(self, world: World) -> Mapping[str, Robot]:
+        """Return type -> robot model, with those that robots of a world are read from files of.
+
+        Raises:
+            UserError: a file cannot be used.
+        """
+        files = {m.type: self.read_robot(m.file).robot for m in world.robots if m.file is not None}
+        return {**self.robots, **files} if files else self.robots
+
+    def read_robot(self, file: RobotFile) -> ImportedRobot:
+        """Read a robot with the first plugin that knows its file's format; its type is the file's name. Read once, until it changes.
+
+        Raises:
+            UserError: no plugin does, or it cannot be used.
+            PluginError: the one that should have read it failed.
+        """
+        path = Path(file.path)
+        key = (file, path.stat().st_mtime_ns if path.is_file() else 0)
+        if key not in self._read:
+            found = self.registry.first("read_robot", file=file, name=path.name)
+            if found is None:
+                nobody = f"'{path}' is in no format that a plugin reads as a robot (MJCF, URDF); see 'cramlite plugins'."
+                failed = [str(f) for f in self.registry.faults if f.hook == "read_robot"]
+                raise PluginError(f"{nobody} Failed: {'; '.join(failed)}.") if failed else UserError(nobody)
+            self._read[key] = found
+        return self._read[key]
+
     @cached_property
     def models(self) -> Mapping[str, ModelMaker]:
         """Name -> parametric object model."""
@@ -84,6 +114,14 @@ class Knowledge:
     def backends(self) -> Mapping[str, Backend]:
         """Name -> backend."""
         return self.registry.named("backends", "name")
+
+    @cached_property
+    def driver(self) -> Driver:
+        """First backend that drives robots of other processes."""
+        for backend in self.backends.values():
+            if callable(getattr(backend, "drive", None)):
+                return cast("Driver", backend)
+        raise UserError("No plugin drives robots of other processes; see 'cramlite plugins'.")
 
     @cached_property
     def exporters(self) -> Mapping[str, Exporter]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from msgspec import field
 
-from ..base.errors import checked_numbers
+from ..base.errors import InTheWay, checked_numbers
 from ..base.value import Value
 from ..model.belief import Belief
+from ..model.collision import Collision
 from ..model.designators import Designator
 from ..model.robot import Robot
 from ..model.world import RobotMount
@@ -29,6 +30,8 @@ class Grounding(Value):
         cost: alternatives of one plugin come best first; costs of different plugins are compared.
         belief: the belief after a motion; None when nothing changed.
         key: identifies the alternative among its siblings; text of the value if empty.
+        anew: of a location: whether it is where it is wherever the arm comes from; of a motion: whether it ends where it does then.
+            What fails later does not depend on the motions before such a one, nor on the places that they only led through.
     """
 
     value: Any
@@ -36,6 +39,7 @@ class Grounding(Value):
     cost: float = 0.0
     belief: Belief | None = None
     key: str = ""
+    anew: bool = False
 
 
 class Refused(Value):
@@ -48,9 +52,10 @@ class Refused(Value):
         because: designators whose choices are to blame, beyond those that the asked one refers to: without them the
             search would not go back and change them.
         numbers: those of the reason, by name, with units in the names, e.g. {"reach_m": 0.91, "limit_m": 0.85}.
-        blocking: names of the things that stand in the way, closed or full, so that it may do once a task has changed one of
-            them; () where it does not depend on what other things do, None where that is not known. Then the search goes back to
-            all that was chosen before, else to what settled where these things, the asked one and the held one are.
+        blocking: what stands in the way, closed or full (``InTheWay``), so that it may do once a task has changed it. Where that
+            is not known the search goes back to all that was chosen before, else to what settled where these things, the asked
+            one and the held one are.
+        collision: the state to blame where two bodies would be too near one another; the report draws it.
     """
 
     value: str
@@ -58,7 +63,8 @@ class Refused(Value):
     passed: int = 0
     because: tuple[str, ...] = ()
     numbers: Mapping[str, float] = field(default_factory=dict)
-    blocking: tuple[str, ...] | None = None
+    blocking: InTheWay = None
+    collision: Collision | None = None
 
     def __post_init__(self) -> None:
         checked_numbers(self.numbers)
@@ -87,7 +93,7 @@ class Context(Value):
     mount: RobotMount
     bindings: Mapping[str, Any]
     taxonomy: Taxonomy
-    agenda: tuple[Designator, ...] = ()
+    agenda: Sequence[Designator] = ()
     seed: int = 0
     samples: int = 4000
     camera: Camera | None = None

@@ -24,8 +24,10 @@ if TYPE_CHECKING:
     from ..model.belief import Belief
     from ..model.designators import Action, Late, Location, Motion, Object
     from ..model.episode import Episode
+    from ..model.imported_robot import ImportedRobot
     from ..model.imported_scene import ImportedScene
     from ..model.robot import Robot
+    from ..model.robot_file import RobotFile
     from ..model.rollout import Rollout
     from ..model.steps import AnyStep
     from ..model.view import View
@@ -159,6 +161,18 @@ def read_scene(path: Path, packages: Mapping[str, Path], keyframe: str) -> Impor
 
     Raises:
         UserError: it is of this format and cannot be used; with file and line.
+    """
+
+
+@hookspec(firstresult=True)
+def read_robot(file: RobotFile, name: str) -> ImportedRobot | None:
+    """Read the robot that another program described in a file; None if it is of another format. First answer wins.
+
+    Args:
+        name: of the robot's type.
+
+    Raises:
+        UserError: it is of this format and cannot be used; says what would be right.
     """
 
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from ..interpretation.goal_literal import GoalLiteral
     from ..interpretation.rules import Rule
     from ..model.belief import Belief
+    from ..model.collision import Collision
     from ..model.designators import Action
     from ..model.episode import Episode
     from ..model.geometry import Pose
@@ -93,7 +94,8 @@ class Backend(Protocol):
     """Code generator for one robot language. ``executable`` says whether a simulator here runs that text.
 
     A backend may also have ``remark``, a clause about its text that every result repeats, e.g. what was not checked; and
-    ``typed_stands_in``: where its text cannot be run, the typed program runs on the controller model in its place.
+    ``typed_stands_in``: where its text cannot be run, the typed program runs on the controller model in its place. One with
+    ``drive`` is a ``Driver``, too.
     """
 
     @property
@@ -106,6 +108,18 @@ class Backend(Protocol):
         ...
     def emit(self, program: Program, robot: Robot) -> Code:
         """Generate the text of a program for a robot."""
+        ...
+
+
+class Driver(Backend, Protocol):
+    """Backend that also drives a robot with its text: by a process that answers for the robot."""
+
+    def drive(self, text: str, robot: Robot, command: Sequence[str]) -> Rollout:
+        """Start a process by its command, run a text on its robot, and return what the robot felt; no thing is in the rollout's world.
+
+        Raises:
+            UserError: the text cannot be driven, or the process does not answer as it must.
+        """
         ...
 
 
@@ -153,6 +167,15 @@ class Simulator(Protocol):
 
     def picture(self, rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tuple[int, int]) -> Any:
         """Render one sample of a rollout: (height, width, 3) uint8."""
+        ...
+
+    def collision_picture(
+        self, world: World, robots: Mapping[str, Robot], collision: Collision, size: tuple[int, int]
+    ) -> Any:
+        """Render a state that planning refused, both bodies marked: (height, width, 3) uint8.
+
+        ``world`` is as it is at the start; the collision says what is elsewhere.
+        """
         ...
 
     def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:

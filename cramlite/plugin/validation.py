@@ -124,6 +124,10 @@ def _answer_type(hook: str) -> type:
         from ..model.imported_scene import ImportedScene
 
         return ImportedScene
+    if hook == "read_robot":
+        from ..model.imported_robot import ImportedRobot
+
+        return ImportedRobot
     if hook in ("read_episode", "detect_events", "episode_repairs"):
         from ..model.episode import Episode
 

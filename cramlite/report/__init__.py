@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ..engine.setting import Setting
     from ..engine.solution import Solution
     from ..interpretation.interpretation import Interpretation
+    from ..model.collision import Collision
     from ..model.episode import Episode
     from ..model.rollout import Scene
     from ..planning.trace import Trace
@@ -68,13 +69,20 @@ class Finished(Value):
 
     def picture(self, sample: int, size: tuple[int, int]) -> Any:
         """Render the run at one sample: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
+        knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
+        assert rollout is not None
+        return knowledge.simulator.picture(rollout, sample, knowledge.robots_of(rollout.world), size)
+
+    def collision_picture(self, collision: Collision, size: tuple[int, int]) -> Any:
+        """Render a state that the search refused: (height, width, 3) uint8; ``size`` is (width, height) [pixel]."""
         knowledge = self.engine.knowledge
-        return knowledge.simulator.picture(self.solution.candidate.rollout, sample, knowledge.robots, size)  # type: ignore[arg-type]
+        return knowledge.simulator.collision_picture(self.setting.world, knowledge.robots_of(self.setting.world), collision, size)
 
     def scene(self, samples: Sequence[int]) -> Scene:
         """Return the shapes of the run, and their poses at some samples."""
-        knowledge = self.engine.knowledge
-        return knowledge.simulator.scene(self.solution.candidate.rollout, knowledge.robots, samples)  # type: ignore[arg-type]
+        knowledge, rollout = self.engine.knowledge, self.solution.candidate.rollout
+        assert rollout is not None
+        return knowledge.simulator.scene(rollout, knowledge.robots_of(rollout.world), samples)
 
 
 class Part(Value):

@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from msgspec.structs import replace
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from ..base.errors import UserError, nearest
 from ..base.quantities import Angle, Force, Length
 from ..base.value import Value
 from ..base.yaml_file import explain_validation, line_of, load_yaml
-from ..model.geometry import Pose
 from ..model.judging_limits import JudgingLimits
 from ..model.robot import HIGHEST_FORCE_LIMIT
 from ..model.view import D435, Intrinsics
@@ -22,34 +21,15 @@ from ..plugin.entry_points import plugin_names
 from ..plugin.selection import PluginChoice
 from .error_spec import ErrorSpec, PoseErrorSpec, ProofSpec, ThingErrorSpec
 from .goal_spec import GoalText, goal_texts
+from .robot_spec import GripperSpec, RobotSpec
+from .spec_base import PoseSpec, Spec
 from .task_specs import TaskEntry
 
 RENAMED: Mapping[str, str] = {"fov": "horizontal_fov", "look": "queries"}
 """Keys that older files have, and what they are called now."""
 
 
-class _Spec(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class PoseSpec(_Spec):
-    """Pose as people write it: position and rotations about the fixed axes x, y, z, in that order."""
-
-    position: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    roll: Angle = 0.0
-    pitch: Angle = 0.0
-    yaw: Angle = 0.0
-
-    def pose(self) -> Pose:
-        """Return the pose as a rigid transform."""
-        turns = [((0, 0, 1), self.yaw), ((0, 1, 0), self.pitch), ((1, 0, 0), self.roll)]
-        result = Pose(self.position)
-        for axis, angle in turns:
-            result = result * Pose.from_rotvec((0, 0, 0), [a * angle for a in axis])
-        return result
-
-
-class HangSpec(_Spec):
+class HangSpec(Spec):
     """Placement of a thing that hangs on a hanger's peg: distance from its root, and rotation about the vertical."""
 
     hanger: str
@@ -57,7 +37,7 @@ class HangSpec(_Spec):
     yaw: Angle = 0.0
 
 
-class ThingSpec(_Spec):
+class ThingSpec(Spec):
     """Thing: which model, where, and the model's parameters under ``with``."""
 
     name: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -75,15 +55,7 @@ class ThingSpec(_Spec):
         return self
 
 
-class RobotSpec(_Spec):
-    """Robot: its mount's name, its type (a robot plugin's), and where its base is."""
-
-    name: str = "arm"
-    type: str
-    at: PoseSpec = PoseSpec()
-
-
-class VarySpec(_Spec):
+class VarySpec(Spec):
     """Random variation by a seed other than 0.
 
     Drawn are a thing's position (uniform, each horizontal axis), its yaw, or parameters from a list.
@@ -96,7 +68,7 @@ class VarySpec(_Spec):
     parameters: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field({}, alias="with")
 
 
-class IntrinsicsSpec(_Spec):
+class IntrinsicsSpec(Spec):
     """Focal lengths and principal point of a pinhole camera [pixel]."""
 
     fx: float = Field(gt=0)
@@ -105,7 +77,7 @@ class IntrinsicsSpec(_Spec):
     cy: float
 
 
-class CameraSpec(_Spec):
+class CameraSpec(Spec):
     """Depth camera: on the robot's flange, or fixed in the world.
 
     The pose is that of its optical frame: z forward, x to the right, y down.
@@ -137,7 +109,7 @@ class CameraSpec(_Spec):
         return Intrinsics.from_field_of_view(self.width, self.height, self.horizontal_fov)
 
 
-class UnknownErrorSpec(_Spec):
+class UnknownErrorSpec(Spec):
     """Bound on the unknown position error of a thing: how far it may be, when programs run, from where it is believed to be.
 
     The thing is moved, with what hangs on it, by a vector that is drawn uniformly from the ball of radius
@@ -148,7 +120,7 @@ class UnknownErrorSpec(_Spec):
     position: Length = Field(ge=0.0)
 
 
-class LateSpec(_Spec):
+class LateSpec(Spec):
     """Thing whose pose the program asks for when it runs, and how far from the planned one it may be then."""
 
     thing: str
@@ -156,7 +128,7 @@ class LateSpec(_Spec):
     yaw: Angle = 0.0
 
 
-class RecordSpec(_Spec):
+class RecordSpec(Spec):
     """Recording of a demonstration for this scenario: the person's script or tasks, and the world they act in.
 
     Without things it is the scenario's own world, as its own ``vary`` changes it.
@@ -174,7 +146,7 @@ class RecordSpec(_Spec):
         return self
 
 
-class ObjectSpec(_Spec):
+class ObjectSpec(Spec):
     """Object that tasks refer to: by class and needs, or one thing by name."""
 
     types: tuple[str, ...] = ()
@@ -183,7 +155,7 @@ class ObjectSpec(_Spec):
     entity: str | None = None
 
 
-class PhysicsSpec(_Spec):
+class PhysicsSpec(Spec):
     """Physics settings that differ from the defaults (used by negative controls).
 
     The ranges are those in which MuJoCo integrates a robot at all; above 5 ms contacts of 5 ms time constant diverge.
@@ -196,20 +168,20 @@ class PhysicsSpec(_Spec):
     pad_friction: Annotated[float, Field(ge=0, le=10)] = 0.9
 
 
-class WorldFileSpec(_Spec):
+class WorldFileSpec(Spec):
     """Scene file of another program, whose things are in the robot's world beside the scenario's own.
 
     ``types``: pattern of names -> class; ``packages``: name in ``package://`` -> folder; ``leave_out``: patterns of names.
     """
 
     file: str
-    types: dict[str, str] = {}
-    packages: dict[str, str] = {}
+    types: dict[str, str] = Field({})
+    packages: dict[str, str] = Field({})
     leave_out: tuple[str, ...] = ()
     keyframe: str = ""
 
 
-class LimitsSpec(_Spec):
+class LimitsSpec(Spec):
     """How far a run may disturb what no task is about (``cramlite.model.JudgingLimits``)."""
 
     bystander_motion: Length | None = Field(default=None, ge=0.0, le=1.0)
@@ -222,7 +194,7 @@ class LimitsSpec(_Spec):
         return JudgingLimits(**written, of_scenario=tuple(written))
 
 
-class ScenarioSpec(_Spec):
+class ScenarioSpec(Spec):
     """Keys of a scenario file."""
 
     scenario: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
@@ -233,7 +205,7 @@ class ScenarioSpec(_Spec):
     reading: str | int | None = None
     goal: tuple[GoalText, ...] | None = Field(default=None, min_length=1)
     plan: str | None = None
-    objects: dict[str, ObjectSpec] = {}
+    objects: dict[str, ObjectSpec] = Field({})
     robot: RobotSpec
     force_limit: Force | None = Field(None, gt=0, le=HIGHEST_FORCE_LIMIT)
     world: WorldFileSpec | None = None
@@ -251,7 +223,7 @@ class ScenarioSpec(_Spec):
     backend: str | None = None
     block: tuple[str, ...] = ()
     prefer: tuple[str, ...] = ()
-    budget: dict[str, int] = {}
+    budget: dict[str, int] = Field({})
 
     @model_validator(mode="after")
     def _one_start(self) -> ScenarioSpec:
@@ -403,6 +375,7 @@ def _valid_keys(error: ValidationError) -> list[str]:
         "hangs_on": HangSpec,
         "things": ThingSpec,
         "robot": RobotSpec,
+        "gripper": GripperSpec,
         "vary": VarySpec,
         "unknown_error": UnknownErrorSpec,
         "late": LateSpec,

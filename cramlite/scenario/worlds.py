@@ -14,8 +14,9 @@ from ..base.errors import UserError, nearest
 from ..base.resources import find_scenario
 from ..base.seeds import whole_seed
 from ..model.geometry import Pose
-from ..model.world import Camera, Physics, RobotMount, World
+from ..model.world import Camera, Physics, World
 from .imported_world import imported_world
+from .robots import imported_robot, mount_of
 from .scenario import read_scenario
 
 if TYPE_CHECKING:
@@ -112,17 +113,22 @@ def build_world(
         built[spec.name] = thing
         if spec.hangs_on:
             relations.append(("hangs_on", spec.name, spec.hangs_on.hanger))
-    return _completed(scenario, tuple(built.values()), imported), tuple(relations)
+    return _completed(scenario, tuple(built.values()), imported, knowledge), tuple(relations)
 
 
-def _completed(scenario: Scenario, things: tuple[Thing, ...], imported: ImportedScene | None) -> World:
-    """The world of things with the scenario's robot, camera and physics, which stands above that of a scene file."""
-    mount = RobotMount(scenario.spec.robot.name, scenario.spec.robot.type, scenario.spec.robot.at.pose())
+def _completed(
+    scenario: Scenario, things: tuple[Thing, ...], imported: ImportedScene | None, knowledge: Knowledge
+) -> World:
+    """The world of things with the scenario's robot, camera and physics; those of a scene file and of a gripper's pads stand below."""
+    mount, read = mount_of(scenario), imported_robot(scenario, knowledge)
+    robot = read.robot if read else knowledge.robots.get(mount.type)
     written = scenario.spec.physics.model_dump(exclude_unset=True)
-    physics = Physics(**{**(imported.physics if imported else {}), **written})
+    pads = {"pad_friction": robot.gripper.friction} if robot and robot.gripper.friction is not None else {}
+    physics = Physics(**{**(imported.physics if imported else {}), **pads, **written})
     camera = camera_of(scenario)
     cameras = () if camera is None else (camera,)
-    return World(things, (mount,), physics, cameras=cameras, notes=imported.notes if imported else ())
+    notes = (*(read.notes if read else ()), *(imported.notes if imported else ()))
+    return World(things, (mount,), physics, cameras=cameras, notes=notes)
 
 
 def _varied(scenario: Scenario, thing: Thing, change: VarySpec | None, shifts: dict[str, Pose], rng: Any) -> Thing:

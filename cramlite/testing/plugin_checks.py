@@ -166,7 +166,8 @@ def check_robot(robot: Robot) -> None:
     others = {
         name for tag, name in named if tag not in ("joint", "body")
     }  # actuators and sensors have tags of many kinds
-    driven = (*robot.joints, "gripper", *(("ft_force", "ft_torque") if robot.sensor else ()))
+    drives = robot.gripper.linkage.actuators if robot.gripper.linkage else ("gripper",)
+    driven = (*robot.joints, *drives, *(("ft_force", "ft_torque") if robot.sensor else ()))
     missing += [f"actuator or sensor '{name}'" for name in driven if name not in others]
     assert not missing, f"robot '{robot.type}': its model has no {', '.join(missing)}"
     for side in ("left_pad", "right_pad"):

@@ -52,6 +52,11 @@ def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path,
     Raises:
         UserError: the name cannot be used, or something that is installed has it already, or the folder is not empty.
     """
+    return fill(kind, kind, name, out, {})
+
+
+def fill(templates: str, kind: str, name: str, out: Path | None, further: Mapping[str, str]) -> tuple[Path, ...]:
+    """Write a package from a folder of templates, with further words that they mention; as ``write_skeleton``."""
     name = _checked(name)
     why = _taken(kind, name)
     if why:
@@ -59,9 +64,9 @@ def write_skeleton(kind: str, name: str, out: Path | None = None) -> tuple[Path,
     folder = out or Path(f"cramlite-{name.replace('_', '-')}")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise UserError(f"'{folder}' exists and is not an empty folder; nothing was written. Choose another --out.")
-    words = _words(kind, name)
+    words = {**_words(kind, name), **further}
     files = []
-    for template in sorted(p for part in ("common", kind) for p in _templates(part)):
+    for template in sorted(p for part in ("common", templates) for p in _templates(part)):
         path = folder / _PLACES[template.stem].format(**words)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(Template(template.read_text(encoding="utf-8")).substitute(words), encoding="utf-8")

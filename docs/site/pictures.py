@@ -45,7 +45,7 @@ def main(recording: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         run, reading = Path(folder) / "run", Path(folder) / "reading.html"
         cramlite("resolve", "fetch_from_hanger", "--out", run)
-        take(run / "report.html", DOCS / "assets" / "report.png", 1400)
+        take(run / "report.html", DOCS / "assets" / "report.png", 1850)
         cramlite("interpret", recording, "--html", reading)
         take(reading, DOCS / "assets" / "reading.png", 900)
 

@@ -1,11 +1,13 @@
 """How an experiment spreads over workers: measured at one and two, simulated beyond.
 
-    python tests/benchmarks/many_machines.py [--trials 100 1000 10000] [--tables FILE] [--measure]
+    python tests/benchmarks/many_machines.py [--trials 100 1000 10000] [--tables FILE] [--measure [--repeats N]]
 
-With ``--measure`` it runs a small experiment (recording, interpretation, a budget that leaves no room for programs) on a Dask cluster of
-one and of two workers here, and measures what the scheduler takes for a task. The simulation takes CPU times of whole trials as they
-were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables FILE``), puts their tasks on workers, first come first served, and lets
-the one scheduler handle one task after another. Where there are fewer trials than workers, a trial's twins are tasks of their own.
+With ``--measure`` it runs a small experiment (recording, interpretation, a budget that leaves no room for programs) on a Dask cluster
+of one and of two workers here, in turn, and measures what the scheduler takes for a task: some 100 s of CPU time, a minute or two
+where nothing else runs. It prints each run as it ends. Where something else runs it says so: what two workers gain cannot be told
+then. The simulation takes CPU times of whole trials as they were measured (``TRIAL``; from ``tables.json`` of a run: ``--tables
+FILE``), puts their tasks on workers, first come first served, and lets the one scheduler handle one task after another. Where there
+are fewer trials than workers, a trial's twins are tasks of their own.
 """
 
 from __future__ import annotations
@@ -82,29 +84,39 @@ def from_tables(path: Path) -> TrialTimes:
     return TrialTimes(mean(own), mean(twins) / 8, 8, mean(after))
 
 
-def measure(repeats: int = 3) -> None:
+SMALL = 12
+"""Trials of the small experiment: 0.8 s of CPU time each."""
+QUIET = 0.5
+"""Load of a machine on which nothing else runs, at most."""
+
+
+def measure(repeats: int) -> None:
     """The small experiment on one and two workers that have begun before, in turn, and the scheduler's time for a task."""
     from quick_experiment import order, quick_experiment
 
     from cramlite.experiment.cluster import connected
     from cramlite.experiment.run import run_experiment
 
+    if (load := os.getloadavg()[0]) > QUIET:
+        print(f"something else runs here (load {load:.1f} on {os.cpu_count()} cores): these times do not say what two workers gain")
     took: dict[int, list[float]] = {1: [], 2: []}
     with tempfile.TemporaryDirectory() as folder, connected("dask", 1) as one, connected("dask", 2) as two:
-        experiment = quick_experiment(Path(folder) / "quick", count=2)
+        experiment = quick_experiment(Path(folder) / "quick", count=SMALL // 3)
         for n in range(repeats + 1):
             for workers, client in ((1, one), (2, two)):
                 where = client.scheduler.address.replace("tcp://", "dask://")
                 begin = time.monotonic()
                 run_experiment(order(experiment, Path(folder) / f"{n}-{workers}", executor=where), lambda _: None)
                 took[workers].append(time.monotonic() - begin)
+                print(f"run {n}{' (workers begin)' * (n == 0)}, {workers} workers: {took[workers][-1]:.1f} s", flush=True)
         pool = two.get_executor(pure=False)
         begin = time.monotonic()
         for future in [pool.submit(len, "") for _ in range(500)]:
             future.result()
         task = (time.monotonic() - begin) / 500
     for workers, (_, *warm) in took.items():  # in the first one workers begin
-        print(f"{workers} workers: {median(warm):.1f} s for 6 small trials, median of {', '.join(f'{t:.1f}' for t in warm)}")
+        print(f"{workers} workers: {median(warm):.1f} s for {SMALL} small trials, median of {', '.join(f'{t:.1f}' for t in warm)}")
+    print(f"two workers are {median(took[1][1:]) / median(took[2][1:]):.2f} times as fast as one")
     print(f"a task takes the scheduler {task * 1000:.1f} ms (500 empty ones); load {os.getloadavg()[0]:.1f} on {os.cpu_count()} cores")
 
 
@@ -114,9 +126,10 @@ def main() -> None:
     options.add_argument("--tables", type=Path, help="tables.json of a run, for the CPU times of its trials")
     options.add_argument("--overhead", type=float, default=OVERHEAD, help="of the scheduler for one task [s]")
     options.add_argument("--measure", action="store_true")
+    options.add_argument("--repeats", type=int, default=3, help="of what is measured, beside a first run in which workers begin")
     asked = options.parse_args()
     if asked.measure:
-        measure()
+        measure(asked.repeats)
     times = from_tables(asked.tables) if asked.tables else TRIAL
     print(f"trials of {times.whole:.1f} s CPU time: {times}; {asked.overhead * 1000:.0f} ms of the scheduler for a task")
     print("| workers | " + " | ".join(f"{n} trials" for n in asked.trials) + " |")

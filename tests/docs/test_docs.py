@@ -32,6 +32,7 @@ from cramlite import Budget, Engine, TaskSpec, data_folder, read_scenario
 from cramlite.base.quantities import Force, Time
 from cramlite.cli.main import main, parser
 from cramlite.cli.texts import tasks_json
+from cramlite.model import Pose
 from cramlite.plugin import Angle, Length, Mass, hookspecs, load_yaml
 from cramlite.plugin.registry import Registry
 from cramlite.scenario import error_spec, scenario
@@ -188,6 +189,7 @@ def same(table: list[list[str]], wanted: list[list[str]], what: str) -> None:
 SPECS = {
     "The file": scenario.ScenarioSpec,
     "robot": scenario.RobotSpec,
+    "gripper": scenario.GripperSpec,
     "things": scenario.ThingSpec,
     "at": scenario.PoseSpec,
     "hangs_on": scenario.HangSpec,
@@ -254,7 +256,7 @@ def test_every_key_of_scenario_files_is_documented(heading: str) -> None:
 
 
 def test_no_model_of_scenario_files_is_left_out() -> None:
-    bases = (scenario._Spec, error_spec._Spec)
+    bases = (scenario.Spec, error_spec._Spec)
     written = {m for p in (scenario, error_spec) for m in vars(p).values() if isinstance(m, type) and issubclass(m, bases)}
     assert written - set(bases) == set(SPECS.values())
 
@@ -280,7 +282,7 @@ def test_every_object_model_is_documented() -> None:
             f"the table of model '{name}'",
         )
         if all(p.default is not p.empty for p in own):
-            assert function("x", scenario.Pose()).type in page
+            assert function("x", Pose()).type in page
 
 
 def test_every_task_is_documented() -> None:

@@ -21,7 +21,7 @@ from cramlite.engine.late_poses import worlds_at_tolerance
 from cramlite.engine.proof import conflict_of
 from cramlite.engine.replanning import way_back
 from cramlite.model import Action, Pose, Verdict, World, read_program
-from cramlite.planning.refutation import ANY, AsItIs, InTask
+from cramlite.planning.refutation import InTask, as_they_are
 from cramlite.plugin import Finding
 
 SCENARIO = ROOT / "scenarios" / "late_pose_camera.yaml"
@@ -189,6 +189,6 @@ def test_what_fails_before_the_plan_begins_is_no_choice_of_the_plan() -> None:
     state = SimpleNamespace(choices=(("1.Grasping", "0"), ("grasp", "3")), actions=actions, motions=frozenset[str]())
     assert conflict_of(verdict, state) == frozenset()  # type: ignore[arg-type]
     later = Verdict((Finding("collision", False, "hit", origin="1.Grasping/approach"),))
-    assert conflict_of(later, state) == {"1.Grasping", "grasp", InTask(1), AsItIs(ANY)}  # type: ignore[arg-type]
+    assert conflict_of(later, state) == {"1.Grasping", "grasp", InTask(1), *as_they_are(None)}  # type: ignore[arg-type]
     named = Verdict((Finding("collision", False, "hit", origin="1.Grasping/approach", blocking=("cup",)),))
-    assert conflict_of(named, state) == {"1.Grasping", "grasp", InTask(1), AsItIs("cup")}  # type: ignore[arg-type]
+    assert conflict_of(named, state) == {"1.Grasping", "grasp", InTask(1), *as_they_are(("cup",))}  # type: ignore[arg-type]

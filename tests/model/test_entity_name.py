@@ -17,6 +17,7 @@ PLAIN = st.text(st.characters(blacklist_characters="/", blacklist_categories=["C
 HOMES = {"cramlite/model/entity_name.py", "cramlite/model/designator_name.py"}
 MODEL = "names of a MuJoCo model: what a robot, a hand or a thing brings has its name as prefix"
 OTHERS = {
+    "cramlite/testing/robot_skeleton.py": "addresses of files",
     "cramlite/experiment/store.py": "names of files",
     "plugins/cramlite_plugins/episodes/formats/fields.py": "IRIs",
     "plugins/cramlite_plugins/episodes/formats/neem.py": "tf frames",
@@ -26,6 +27,9 @@ OTHERS = {
     "plugins/cramlite_plugins/simulation/model/grains.py": MODEL,
     "plugins/cramlite_plugins/simulation/model/hand_model.py": MODEL,
     "plugins/cramlite_plugins/simulation/model/index.py": MODEL,
+    "plugins/cramlite_plugins/simulation/robot_files/hand_drive.py": MODEL,
+    "plugins/cramlite_plugins/simulation/robot_files/hand_file.py": MODEL,
+    "plugins/cramlite_plugins/simulation/robot_files/hand_spec.py": MODEL,
     "plugins/cramlite_plugins/simulation/scenes/source.py": "addresses of files",
 }
 READERS = {"split", "rsplit", "partition", "rpartition", "startswith", "endswith", "removeprefix", "removesuffix", "lstrip"}

@@ -9,12 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from properties import examples
 
-from cramlite import Engine, Goal, Trace, planning_problem, read_scenario
+from cramlite import Engine, Goal, Trace, find_scenario, planning_problem, read_scenario
 from cramlite.planning.blocking import Blocking
 from cramlite.planning.handling import Done, Handling, Track
 from cramlite.planning.plan_stream import task_plans
 from cramlite.planning.planning_problem import PlanningProblem
-from cramlite.planning.refutation import ANY, AsItIs, InTask, Refutation, refutation
+from cramlite.planning.refutation import InTask, Refutation, as_they_are, refutation
 
 ENGINE = Engine()
 SCENE = """
@@ -50,7 +50,7 @@ def replanned(problem: PlanningProblem, *refuted: Refutation) -> tuple[list[str]
 
 
 def test_what_is_in_the_way_is_moved_and_put_down_elsewhere_first(problem: PlanningProblem) -> None:
-    (first, second), trace = replanned(problem, Refutation((1,), ("other",)))
+    (first, second), trace = replanned(problem, Refutation((1,), (("other",),)))
     assert first.startswith("Grasping(Patient=prize)")
     assert second.startswith("Grasping(Patient=other) PickingUp(Locatum=other, Relatum=floor) Placing(Locatum=other")
     assert second.endswith(first)
@@ -59,7 +59,7 @@ def test_what_is_in_the_way_is_moved_and_put_down_elsewhere_first(problem: Plann
 
 
 def test_a_grasp_that_ends_where_it_began_moves_nothing(problem: PlanningProblem) -> None:
-    (_, second), _ = replanned(problem, Refutation((1,), ("other",)))
+    (_, second), _ = replanned(problem, Refutation((1,), (("other",),)))
     assert "Releasing" not in second
 
 
@@ -67,6 +67,29 @@ def test_what_does_not_fit_as_it_is_held_is_set_down_and_taken_again(problem: Pl
     plans, _ = replanned(problem, Refutation((1, 3), ()), Refutation((1, 3), ()))
     assert "Placing(Locatum=prize, Relatum=tray)" not in plans[1]  # another task for the same, with the same grasp
     assert plans[2].count("Grasping(Patient=prize)") == 2 and plans[2].endswith("Placing(Locatum=prize, Relatum=tray)")
+
+
+@pytest.mark.parametrize(
+    ("in_the_way", "moved"),
+    [
+        ((("before", "behind"), ("left", "right")), [{"before", "behind"}, {"left", "right"}]),
+        ((("before",), ("left", "right")), [{"before"}, {"left", "right"}]),
+        ((("before", "behind", "left", "right"),), [{"before", "behind", "left", "right"}]),
+    ],
+)
+def test_all_of_one_set_are_put_aside(in_the_way: tuple[tuple[str, ...], ...], moved: list[set[str]]) -> None:
+    """One refutation is enough to see which things have to be moved together."""
+    scenario = read_scenario(find_scenario("kitchen/boxed_in"))
+    scene = ENGINE.setting(scenario).symbolic(ENGINE.knowledge.taxonomy)
+    plans, _ = replanned(planning_problem(Goal(("prize on tray",)), scene, ENGINE.knowledge), Refutation((1,), in_the_way))
+    assert {n for n in ("before", "behind", "left", "right") if f"Grasping(Patient={n})" in plans[1]} in moved
+
+
+def test_with_one_that_stays_in_each_set_nothing_helps(problem: PlanningProblem) -> None:
+    steps = next(task_plans(problem)).steps
+    stays, goes = (problem.blocking(steps, Refutation((1,), (any_of,))) for any_of in (("other", "tray"), ("other",)))
+    assert stays is not None and [str(t) for t in stays.tracks] == ["'prize' as it was"]
+    assert goes is not None and [str(t) for t in goes.tracks] == ["'other' as it was", "'prize' as it was"]
 
 
 def test_what_fails_whatever_is_moved_leaves_no_plan(problem: PlanningProblem) -> None:
@@ -77,7 +100,7 @@ def test_what_fails_whatever_is_moved_leaves_no_plan(problem: PlanningProblem) -
 
 def test_where_nobody_says_what_it_depends_on_anything_may_help(problem: PlanningProblem) -> None:
     steps = next(task_plans(problem)).steps
-    known, unknown = (problem.blocking(steps, Refutation((1,), things)) for things in (("other",), None))
+    known, unknown = (problem.blocking(steps, Refutation((1,), things)) for things in ((("other",),), None))
     assert known is not None and known == unknown
     assert problem.blocking(steps, Refutation((), None)) is None  # no task was refused
 
@@ -93,8 +116,13 @@ def test_a_blocking_bars_a_task_only_while_its_things_are_as_they_were(problem: 
 
 
 def test_a_conflict_set_says_tasks_and_things() -> None:
-    assert refutation({"grasp(x)", InTask(3), InTask(1), AsItIs("b"), AsItIs("a")}) == Refutation((1, 3), ("a", "b"))
-    assert refutation({InTask(1), AsItIs("a"), AsItIs(ANY)}).things is None
+    assert refutation({"grasp(x)", InTask(3), InTask(1), *as_they_are(("b", "a"))}) == Refutation((1, 3), (("a",), ("b",)))
+    assert refutation({InTask(1), *as_they_are(("a",)), *as_they_are(None)}).things is None
+
+
+def test_of_several_sets_of_things_the_least_say_the_most() -> None:
+    sets = as_they_are((("left", "right"), ("left", "behind", "right"), ("before", "behind")))
+    assert refutation({InTask(1), *sets}).things == (("before", "behind"), ("left", "right"))
 
 
 # The track of a thing in PDDL is at its end exactly if its history is that of the track
@@ -149,5 +177,8 @@ def test_a_track_ends_where_the_history_is_its_own(one: list[str], other: list[s
 
 def test_a_blocking_is_said_with_what_was_done() -> None:
     done: Done = ("soma:Grasping", (("Patient", "tin"),))
-    said = str(Blocking(("soma:Placing", (("Locatum", "tin"), ("Relatum", "shelf"))), (Track("cup", ()), Track("tin", (done,)))))
-    assert said == "no Placing(tin, shelf) with 'cup' as it was and 'tin' after Grasping(tin)"
+    tin, cup, lid = Track("tin", (done,)), Track("cup", ()), Track("lid", ())
+    said = str(Blocking(("soma:Placing", (("Locatum", "tin"), ("Relatum", "shelf"))), (((tin,),), ((cup,), (lid, tin)))))
+    assert said == (
+        "no Placing(tin, shelf) with 'tin' after Grasping(tin) and any of 'cup' as it was, 'lid' as it was with 'tin' after Grasping(tin)"
+    )

@@ -80,6 +80,7 @@ EVERY_COMMAND = {
     "controller": ("--seconds", "0.1"),
     "execute": ("program.script", "--world", "fetch_from_hanger"),
     "judge": ("program.script", "--world", "fetch_from_hanger", "--goal", "coffee in basket"),
+    "preflight": ("program.script", "--world", "fetch_from_hanger"),
     "goal": ("hang_up_a_product",),
     "experiment": ("fetch_from_hanger",),
     "explain": ("run",),

@@ -45,12 +45,15 @@ def test_without_any_program_the_refusals_are_the_page(tmp_path: Path, run: Run)
     assert done.code == 1
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     assert faults(page) == []
-    assert titles(page) == ["Summary", "Why nothing was proven"]
+    assert titles(page) == ["Summary", "What collides with what", "Why nothing was proven"]
     assert "nothing ran" in page and "Proven" not in page
     for entry in json.loads((tmp_path / "run" / "trace.json").read_text())["entries"]:
         if entry["outcome"] in ("refused", "impossible"):
             assert entry["reason"] in unescape(page)
     assert "Nearest miss: 1.Opening/pull" in page
+    drawn = re.findall(r'<figure><img src="(data:image/webp[^"]+)"[^>]* alt="([^"]*)"', page)
+    assert [alt for _, alt in drawn] == ["drawer and post in the state that was refused"]
+    assert "8 alternatives were refused since two bodies" in page
 
 
 def test_a_run_that_was_refused_is_shown(tmp_path: Path, run: Run) -> None:
@@ -64,7 +67,7 @@ def test_a_run_that_was_refused_is_shown(tmp_path: Path, run: Run) -> None:
     assert done.code == 1, done.err
     page = (tmp_path / "run" / "report.html").read_text("utf-8")
     assert faults(page) == []
-    assert titles(page)[:4] == ["Summary", "Why nothing was proven", "The run", "What the judges found"]
+    assert titles(page)[:5] == ["Summary", "What collides with what", "Why nothing was proven", "The run", "What the judges found"]
     assert "One complete program ran; it is shown below as it failed" in page
     checks = page.split('class="stack checks"')[1]
     assert checks.index("no weather for it") < checks.index("✓")

@@ -1,4 +1,4 @@
-"""Kinematics of arms: forward, Jacobian, and the inverse: all branches with six joints, many solutions with more.
+"""Kinematics of arms: forward, Jacobian, and the inverse: all branches where a closed form is known, else many solutions.
 
 Frames: poses are of the tool centre point (tcp, the pinch point of the gripper) in the
 robot's base frame. Joint positions are tuples in the order of ``robot.joints`` [rad].
@@ -127,8 +127,18 @@ def _solver(rows: Table) -> Any:
     return DhRobot(alpha, a, d)
 
 
+def has_closed_form(robot: Robot) -> bool:
+    """Check whether the inverse is known in closed form: of six joints whose axes meet or are parallel in a way that EAIK knows.
+
+    Raises:
+        ValueError: the robot has no DH table.
+    """
+    rows = table(robot)
+    return len(rows) == 6 and bool(_solver(rows).hasKnownDecomposition())
+
+
 def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
-    """Solve inverse kinematics for the tcp: all solutions with six joints, many with more.
+    """Solve inverse kinematics for the tcp: all solutions where a closed form is known, else many.
 
     Every branch of the analytic solution (``numeric_inverse`` for other arms, where the position nearest to the seed is
     looked for as well) is polished below 1e-6 m, and every whole turn that stays inside the joint limits is a solution
@@ -146,7 +156,7 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
         ValueError: the robot has no DH table.
     """
     near = robot.home if seed is None else tuple(seed)
-    if len(table(robot)) == 6:
+    if has_closed_form(robot):
         branches = _analytic(robot, target)
     else:
         own = refine(robot, target, near, steps=12)
@@ -206,8 +216,8 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
     rows = table(robot)
     wrist = target * robot.gripper.tcp.inverse() * Pose((0.0, 0.0, -rows[-1][1]))
     x, y, z = wrist.position
-    if len(rows) != 6:
-        out, most = math.hypot(x, y, z - rows[0][1]), numeric_inverse.span(robot)
+    if len(rows) != 6 or not _parallel(rows):
+        out, most = math.hypot(x, y, z - rows[0][1]), abs(rows[0][0]) + numeric_inverse.span(robot)
         return f"wrist at {out:.3f} m > {most:.3f} m from the shoulder of '{robot.type}'" if out > most else ""
     around, side = math.hypot(x, y), abs(rows[1][1] + rows[2][1] + rows[3][1])
     if around < side:
@@ -217,6 +227,11 @@ def reach_shortfall(robot: Robot, target: Pose) -> str:
     if out > links + elbow:
         return f"wrist centre at {out:.3f} m > {links + elbow:.3f} m of arm '{robot.type}'"
     return ""
+
+
+def _parallel(rows: Table) -> bool:
+    """Whether joints 2, 3 and 4 are parallel and the others meet, as those of a UR."""
+    return rows[1][2] == rows[2][2] == 0.0 and rows[0][0] == rows[3][0] == rows[4][0] == 0.0
 
 
 def out_of_limits(robot: Robot, q: Sequence[float]) -> str:

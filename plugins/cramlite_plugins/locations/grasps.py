@@ -111,7 +111,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         before = at * Pose((0, 0, -STANDOFF))
         narrow, *wider = _openings(grip, thing, context.robot.gripper)
         if why := unreached(at, before, narrow):
-            yield Refused(grip.name, why.reason, blocking=why.blocking)
+            yield why.refused(grip.name)
             continue
         opening = next((wide for wide in wider if not unreached(at, before, wide)), narrow)
         place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
@@ -121,6 +121,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             f" normals {math.degrees(grip.slant):.0f} deg off, {100 * grip.coverage:.0f} % of the pad",
             grip.cost,
             key=grip.name,
+            anew=True,
         )
 
 

@@ -48,7 +48,7 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         there = collision_free_ik(near, context, at, belief.joints)
         off = collision_free_ik(free, context, before, there) if not isinstance(there, Refusal) else there
         if isinstance(off, Refusal):
-            yield Refused(name, off.reason, blocking=off.blocking)
+            yield off.refused(name)
             continue
         place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": width})
         yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide", 0.1 * k, key=name)

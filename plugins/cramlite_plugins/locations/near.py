@@ -52,7 +52,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
             continue
         found = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(found, Refusal):
-            yield Refused(name, found.reason, blocking=found.blocking)
+            yield found.refused(name)
         else:
             done.add(side)
             yield Grounding(Place(pose, pose), name, cost, key=name)

@@ -97,16 +97,17 @@ def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
         no = _unreachable(location, belief, context, corners)
         if no is not None:
-            yield Refused(name, no.reason, blocking=no.blocking)
+            yield no.refused(name)
             continue
         axis = -peg.axis
         place = Place(
             corners[-1], corners[0], approach=(float(axis[0]), float(axis[1]), float(axis[2])), path=tuple(corners[1:]),
             thing=belief.held.thing if belief.held else "", values=values,
         )  # fmt: skip
-        yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side)
+        yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side, anew=True)
     if no is not None:
-        raise Unresolvable(f"the hole cannot be led onto the peg: {no.reason}", causes(location, context), blocking=no.blocking)
+        said = f"the hole cannot be led onto the peg: {no.reason}"
+        raise Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)
 
 
 def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:

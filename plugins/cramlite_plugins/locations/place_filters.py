@@ -16,7 +16,7 @@ from cramlite.model import Belief, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import box_around
+from ..shapes.bounds import box_around, support
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -45,6 +45,20 @@ class Spot(Value):
     height: float
 
 
+class Obstacle(Value):
+    """What stands on a target.
+
+    Args:
+        name: of the thing.
+        area: its outline with the gap around, in the frame of the target [m].
+        top: how high it reaches over the target [m]: what is put there may stick out over it.
+    """
+
+    name: str
+    area: Any
+    top: float = math.inf
+
+
 class Wanted(Value):
     """Placement request: the held thing, its target, and further constraints.
 
@@ -54,7 +68,7 @@ class Wanted(Value):
         scene: the planning scene.
         opened: the same with the fingers open, as they are when they have let go.
         where: further constraints, by name (the keys of ``where`` in scenario files).
-        obstacles: outlines of what stands there, by thing, in the frame of the target.
+        obstacles: what stands there.
         depth: of a cavity [m].
     """
 
@@ -65,7 +79,7 @@ class Wanted(Value):
     context: Context
     scene: Any
     where: Mapping[str, Any]
-    obstacles: tuple[tuple[str, Any], ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
     opened: Any = None
 
@@ -89,13 +103,15 @@ def supported(spot: Spot, wanted: Wanted) -> str:
 
 
 def clear(spot: Spot, wanted: Wanted) -> str:
-    """Check that its outline, seen from above, is apart from those of what stands there."""
+    """Check that its outline, seen from above, is apart from those of what stands there, as far up as that reaches."""
     from ..shapes.surfaces import footprint
 
-    outline = footprint(wanted.thing, wanted.target.pose.inverse() * spot.thing)
-    for name, area in wanted.obstacles:
-        if (overlap := float(outline.intersection(area).area)) > 0:
-            return f"its outline would overlap that of '{name}' and the gap around it by {1e4 * overlap:.1f} cm2"
+    there = wanted.target.pose.inverse() * spot.thing
+    foot = -support(wanted.thing, there, (0.0, 0.0, -1.0))  # it may still be above where it will stand
+    for found in wanted.obstacles:
+        outline = footprint(wanted.thing, there, high=foot + found.top)
+        if (overlap := float(outline.intersection(found.area).area)) > 0:
+            return f"its outline would overlap that of '{found.name}' and the gap around it by {1e4 * overlap:.1f} cm2"
     return ""
 
 

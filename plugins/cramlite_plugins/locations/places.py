@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 
-from cramlite.model import Belief, Location, Place, Pose
+from cramlite.model import Belief, Collision, Location, Place, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 Found = Iterator[Grounding | Refused]
@@ -59,7 +59,7 @@ def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context
     for k, (name, pose) in enumerate(options):
         there = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(there, Refusal):
-            yield Refused(name, there.reason, blocking=there.blocking)
+            yield there.refused(name)
         else:
             yield Grounding(Place(pose, pose), name, 0.1 * k, key=name)
 
@@ -74,4 +74,5 @@ def _slide(location: Location, belief: Belief, context: Context) -> Found:
         try:
             yield traverse(location, belief, context, [way], name, float(k))
         except Unresolvable as blocked:
-            yield Refused(name, blocked.reason, blocking=blocked.blocking)
+            seen = blocked.collision if isinstance(blocked.collision, Collision) else None
+            yield Refused(name, blocked.reason, blocking=blocked.blocking, collision=seen)

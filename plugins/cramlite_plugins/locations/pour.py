@@ -42,11 +42,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         path = tuple(p * hand for p in tilted(source, lip, heading, target, opening, location.parameters))
         there = collision_free_ik(scene, context, path[0], seed)
         if isinstance(there, Refusal):
-            yield Refused(name, there.reason, blocking=there.blocking)
+            yield there.refused(name)
             continue
         ways = (plan_straight_line(checked, context.robot, there, path[1:]) for checked in (None, scene))  # cheap first
         if (blocked := next((w for w in ways if isinstance(w, Refusal)), None)) is not None:
-            yield Refused(name, blocked.reason, blocking=blocked.blocking)
+            yield blocked.refused(name)
             continue
         yield Grounding(Place(path[0], path[0], path=path, thing=source.name), name, 0.1 * k, key=name)
 

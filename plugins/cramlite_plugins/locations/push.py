@@ -50,7 +50,7 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         )
         no = next((r for r in tried if isinstance(r, Refusal)), None)
         if no is not None:
-            yield Refused(name, no.reason, blocking=no.blocking)
+            yield no.refused(name)
         else:
             place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
@@ -67,7 +67,7 @@ def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     there = collision_free_ik(make_scene(belief, context, [entity]), context, end, belief.joints)
     if isinstance(there, Refusal):
         said = f"after {1000 * distance:.0f} mm: {there.reason}"
-        raise Unresolvable(said, causes(location, context), blocking=there.blocking)
+        raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision)
     yield Grounding(Place(end, end, thing=entity), f"{1000 * distance:.0f} mm on", key="on")
 
 

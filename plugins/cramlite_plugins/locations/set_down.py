@@ -17,10 +17,10 @@ from msgspec.structs import replace
 from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-from ..shapes.bounds import centre_of_mass, support
+from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
 from .free_area import Offset, beside, free_area, positions
-from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Spot, Wanted
+from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Obstacle, Spot, Wanted
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -130,7 +130,7 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
             values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
-            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name)
+            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return
         yield replace(reason, value=spot.name)
         blocked = spot.before if ABOVE_IT in reason.reason else None
@@ -148,14 +148,14 @@ def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refus
     for passed, (name, objects) in enumerate(filters.items()):
         no = objects(spot, wanted)
         if no:
-            why, blocking = (no.reason, no.blocking) if isinstance(no, Refusal) else (no, standing_there(wanted))
-            return Refused(spot.name, f"not {name}: {why}", passed, blocking=blocking)
+            why = no if isinstance(no, Refusal) else Refusal(no, blocking=standing_there(wanted))
+            return replace(why, reason=f"not {name}: {why.reason}").refused(spot.name, passed)
     return None
 
 
 def standing_there(wanted: Wanted) -> tuple[str, ...]:
     """Return the names of what stands on a target, without the target itself, whose own shape goes along with it."""
-    return tuple(n for n in dict.fromkeys(name for name, _ in wanted.obstacles) if n != thing_of(wanted.entity))
+    return tuple(n for n in dict.fromkeys(o.name for o in wanted.obstacles) if n != thing_of(wanted.entity))
 
 
 def _targets(location: Location, belief: Belief, context: Context) -> list[Wanted]:
@@ -201,7 +201,7 @@ def _opening(thing: Thing, pose: Pose) -> list[tuple[Any, float]]:
     return [(Surface(pose * cavity.pose, area), size["height"])]
 
 
-def _obstacles(wanted: Wanted, context: Context) -> tuple[tuple[str, Any], ...]:
+def _obstacles(wanted: Wanted, context: Context) -> tuple[Obstacle, ...]:
     """Outlines of what stands on a surface, or hangs down over it, as high as the held thing is; with the gap around."""
     from ..motion_planning.reach import uncertainty_margins
     from ..shapes.surfaces import FLAT, footprint
@@ -213,11 +213,12 @@ def _obstacles(wanted: Wanted, context: Context) -> tuple[tuple[str, Any], ...]:
     for name in belief.poses:
         outline = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, height)
         if not outline.is_empty and outline.distance(reach) < 2 * GAP + height:
-            found.append((name, outline.buffer(GAP + margins.get(name, 0.0))))
+            top = float(corners(belief.world.thing(name), to * belief.pose(name))[:, 2].max()) + GAP
+            found.append(Obstacle(name, outline.buffer(GAP + margins.get(name, 0.0)), top))
     return tuple(found)
 
 
-def _lying_in(wanted: Wanted) -> tuple[tuple[str, Any], ...]:
+def _lying_in(wanted: Wanted) -> tuple[Obstacle, ...]:
     """Outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to rest."""
     from ..motion_planning.reach import uncertainty_margins
     from ..shapes.surfaces import footprint
@@ -227,7 +228,7 @@ def _lying_in(wanted: Wanted) -> tuple[tuple[str, Any], ...]:
     for name in belief.poses:
         outline = footprint(belief.world.thing(name), to * belief.pose(name), -wanted.depth, 0.0)
         if not outline.is_empty and wanted.target.area.covers(outline):
-            found.append((name, outline.buffer(GAP + margins.get(name, 0.0))))
+            found.append(Obstacle(name, outline.buffer(GAP + margins.get(name, 0.0))))
     return tuple(found)
 
 
@@ -238,7 +239,7 @@ def _free(wanted: Wanted, now: Pose, location: Location) -> Any:
     radius, area = _radius(wanted, now), wanted.target.area
     _, least = inset(standing(wanted.thing, now), area)
     core = area.buffer(-radius) if location.relation == "in" else area.convex_hull.buffer(-least - ROUNDED)
-    free = free_area(core, [o for _, o in wanted.obstacles], radius)
+    free = free_area(core, [o.area.buffer(_radius(wanted, now, o.top)) for o in wanted.obstacles], 0.0)
     to = wanted.target.pose.inverse()
     for side, (axis, sign) in SIDES.items():
         if other := wanted.where.get(side):
@@ -253,13 +254,15 @@ def _free(wanted: Wanted, now: Pose, location: Location) -> Any:
     return free
 
 
-def _radius(wanted: Wanted, now: Pose) -> float:
-    """Radius of the largest disc about the centre of mass in the outline of the held thing [m]; 0 where that is beside it."""
+def _radius(wanted: Wanted, now: Pose, top: float = math.inf) -> float:
+    """Radius of the largest disc about the centre of mass in the outline of the held thing [m], up to a height over what it stands on;
+    0 where that is beside it."""
     import shapely
 
     from ..shapes.surfaces import footprint
 
-    outline, middle = footprint(wanted.thing, now), shapely.Point(*now.apply(centre_of_mass(wanted.thing))[:2])
+    low = -support(wanted.thing, now, (0.0, 0.0, -1.0))
+    outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*now.apply(centre_of_mass(wanted.thing))[:2])
     return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
 
 

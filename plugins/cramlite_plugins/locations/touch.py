@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from cramlite.model import Belief, Location, Place, Pose, thing_of
+from cramlite.model import Belief, Location, Place, Pose, replace, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 YAWS = (0.0, 90.0, -90.0, 180.0, 45.0, -45.0)  # turns about the vertical that are tried, from facing away [deg]
@@ -38,7 +38,7 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         for where, pose, scene in (("above it", before, free), ("at it", at, near)):
             there = collision_free_ik(scene, context, pose, belief.joints)
             if isinstance(there, Refusal):
-                yield Refused(f"turned {yaw:+.0f} deg", f"{where}: {there.reason}", blocking=there.blocking)
+                yield replace(there, reason=f"{where}: {there.reason}").refused(f"turned {yaw:+.0f} deg")
                 break
         else:
             place = Place(at, before, approach=(0.0, 0.0, -1.0), thing=thing_of(entity))

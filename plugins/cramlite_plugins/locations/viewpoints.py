@@ -57,7 +57,7 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
         tool = optical * to_flange * context.robot.gripper.tcp
         there = collision_free_ik(scene, context, tool, belief.joints)
         if isinstance(there, Refusal):
-            yield Refused(name, there.reason, 3, blocking=there.blocking)
+            yield there.refused(name, 3)
             continue
         yield Grounding(Place(tool, tool), f"{', '.join(around)} in view from {name}", 0.05 * k, key=name)
 

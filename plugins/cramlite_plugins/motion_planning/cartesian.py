@@ -59,7 +59,8 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
     scene = make_scene(belief, context, touched(motion.may_touch, context), clearance=0.0)
     found = plan_straight_line(scene, context.robot, belief.joints, targets)
     if isinstance(found, Refusal):
-        raise Unresolvable(f"no straight line to {motion.to}: {found.reason}", blocking=found.blocking)
+        said = f"no straight line to {motion.to}: {found.reason}"
+        raise Unresolvable(said, blocking=found.blocking, collision=found.collision)
     return found.points
 
 
@@ -144,13 +145,12 @@ def plan_straight_line(
         reason = joint_speed_excess(robot, points, _ways(begin, goals), speed)
         if reason:
             reason = f"straight motion at {speed:.3f} m/s needs {reason}"
-    ways, blocking = _ways(begin, goals), tuple[str, ...]()
-    if scene is not None:
-        clear, why, blocking = _clear(scene, points)
-        if why:
-            points, reason = points[:clear], why
+    ways = _ways(begin, goals)
+    if scene is not None and (stopped := _stopped(scene, points)):
+        reached, no = stopped
+        return _refusal(no, reached, len(goals), ways)
     if reason:
-        return replace(_refusal(reason, len(points), len(goals), ways), blocking=blocking)
+        return _refusal(Refusal(reason), len(points), len(goals), ways)
     return JointPath(tuple(points), tuple(ways))
 
 
@@ -161,10 +161,10 @@ def _ways(begin: Pose, goals: Sequence[Pose]) -> list[float]:
     return ways
 
 
-def _refusal(reason: str, reached: int, total: int, ways: Sequence[float]) -> Refusal:
+def _refusal(why: Refusal, reached: int, total: int, ways: Sequence[float]) -> Refusal:
     done = max(0, reached - 1)
     where = f"straight motion stops after {ways[done] * 1e3:.0f} of {ways[-1] * 1e3:.0f} mm"
-    return Refusal(f"{where}: {reason}", fraction=done / total)
+    return replace(why, reason=f"{where}: {why.reason}", fraction=done / total)
 
 
 def _follow(robot: Robot, origin: Joints, goals: Sequence[Pose]) -> tuple[list[Joints], str]:
@@ -190,12 +190,13 @@ def _singular(robot: Robot, q: Joints) -> str:
     return f"near a singularity (smallest singular value {smallest_singular_value(robot, q):.4f}, {LEAST} is kept)"
 
 
-def _clear(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, str, tuple[str, ...]]:
-    """How many points are reached without a collision, what stops it, and the thing that must be moved before it does not."""
+def _stopped(scene: PlanningScene, points: Sequence[Joints]) -> tuple[int, Refusal] | None:
+    """How many points are reached before a collision, which one it is, and the things that must be moved before there is none."""
     eased = scene.relaxed([points[0], points[-1]])
     for k, (a, b) in enumerate(pairwise(points)):
         part = eased.blocked(a, b)
         if part is not None:
             at = [x + part * (y - x) for x, y in zip(a, b, strict=True)]
-            return k + 1, eased.why(at), eased.blocking(at)[:1]
-    return len(points), "", ()
+            blocking = tuple(filter(None, [eased.blocking(at)]))
+            return k + 1, Refusal(eased.why(at), blocking=blocking, collision=eased.collision(at))
+    return None

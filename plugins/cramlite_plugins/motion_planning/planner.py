@@ -77,12 +77,12 @@ def plan(
     origin = _joints(start)
     if not goals:
         return Refusal("there is no inverse solution to plan to")
-    if reason := scene.relaxed([origin]).why(origin):
-        return Refusal(f"start is blocked: {reason}", blocking=in_the_way(scene.relaxed([origin]), [origin]))
+    if no := start_blocked(scene, origin):
+        return no
     law = (speed, acceleration)
     chosen = _free_goals(scene, origin, [_joints(g) for g in goals])
     if not chosen:
-        return Refusal(_blocked_goals(scene, goals), blocking=in_the_way(scene, goals))
+        return _blocked_goals(scene, goals)
     eased = scene.relaxed([origin, *(q for _, q in chosen)])
     for index, goal in chosen[:DIRECT]:
         if eased.line_free(origin, goal):
@@ -90,20 +90,28 @@ def plan(
             return Path((origin, goal), index, 0, time_s, time_s)
     points, spent, truncated = _search(eased, origin, [q for _, q in chosen], seed, samples)
     if points is None:
-        return Refusal(_no_path(eased, origin, chosen[0][1], spent, truncated), spent, truncated, blocking=None)
+        return _no_path(eased, origin, chosen[0][1], spent, truncated)
     short = shortened(eased, points, *law, seed=seed, attempts=attempts)
     index = next(i for i, q in chosen if q == points[-1])
     radii, time_s = blend_radii(eased, short, *law)
     return Path(short, index, spent, time_s, duration(points, *law), radii)
 
 
-def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[str, ...]:
-    """Return things of which one must be moved before any of some blocked joint positions can be free; few, but not the fewest."""
-    found = dict[str, None]()
-    for things in filter(None, map(scene.blocking, positions)):
-        if found.keys().isdisjoint(things):
-            found[things[0]] = None
-    return tuple(found)
+def start_blocked(scene: Space, start: Joints) -> Refusal | None:
+    """Return why nothing can begin at a joint position; None where it is free, but for contacts that are there already."""
+    eased = scene.relaxed([start])
+    reason = eased.why(start)
+    if not reason:
+        return None
+    said = f"start is blocked: {reason}"
+    return Refusal(said, blocking=in_the_way(eased, [start]), collision=eased.collision(start))
+
+
+def in_the_way(scene: Space, positions: Sequence[Sequence[float]]) -> tuple[tuple[str, ...], ...]:
+    """Return of each blocked joint position, that moving things can free, the things that must be moved: none is free while of each
+    set one is left. Sets that have another one in them say nothing more, and are left out."""
+    found = set(filter(None, map(scene.blocking, positions)))
+    return tuple(sorted(one for one in found if not any(set(other) < set(one) for other in found)))
 
 
 def _joints(q: Sequence[float]) -> Joints:
@@ -125,20 +133,22 @@ def _free_goals(scene: Space, origin: Joints, goals: list[Joints]) -> list[tuple
     return result
 
 
-def _blocked_goals(scene: Space, goals: Sequence[Sequence[float]]) -> str:
-    reasons: dict[str, int] = {}
+def _blocked_goals(scene: Space, goals: Sequence[Sequence[float]]) -> Refusal:
+    at: dict[str, list[Sequence[float]]] = {}
     for q in goals:
-        clause = scene.relaxed([q]).why(q)
-        reasons[clause] = reasons.get(clause, 0) + 1
-    listed = "; ".join(sorted(reasons, key=lambda r: (-reasons[r], r))[:3])
-    return f"all {len(goals)} goal positions are blocked: {listed}"
+        at.setdefault(scene.relaxed([q]).why(q), []).append(q)
+    listed = sorted(at, key=lambda r: (-len(at[r]), r))[:3]
+    said = f"all {len(goals)} goal positions are blocked: {'; '.join(listed)}"
+    first = at[listed[0]][0]
+    return Refusal(said, blocking=in_the_way(scene, goals), collision=scene.relaxed([first]).collision(first))
 
 
-def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: bool) -> str:
+def _no_path(scene: Space, origin: Joints, goal: Joints, spent: int, truncated: bool) -> Refusal:
     part = scene.blocked(origin, goal)
     at = [a + (part or 0.0) * (b - a) for a, b in zip(origin, goal, strict=True)]
     cut = f" (cut after {SAFETY_S:.0f} s of wall time)" if truncated else ""
-    return f"no path in {spent} samples{cut}; the straight way is blocked: {scene.why(at)}"
+    said = f"no path in {spent} samples{cut}; the straight way is blocked: {scene.why(at)}"
+    return Refusal(said, spent, truncated, blocking=None, collision=scene.collision(at))
 
 
 def _search(

@@ -25,7 +25,7 @@ import mujoco
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Floats, Pose, Robot, Value, World
+from cramlite.model import Collision, Floats, Pose, Robot, Value, World
 
 from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled, compile_world
@@ -89,8 +89,11 @@ class PlanningScene(Value):
         first: id of the robot's first joint; its joints follow one another.
         levels: what finds near pairs, from the clearance up.
         kept: distance that is left between two checks [m].
-        anchors: joint positions with the pairs that are closer there than needed, and how close.
         checks: counts state checks; a list of one, shared by all scenes made from this one.
+        opening: of the fingers [m].
+        held: what moves with the tool -> its pose in the tcp frame.
+        displaced: things that are not where the world had them -> pose in the world.
+        anchors: joint positions with the pairs that are closer there than needed, and how close.
     """
 
     compiled: Compiled
@@ -103,6 +106,9 @@ class PlanningScene(Value):
     levels: tuple[Inflated, ...]
     kept: float
     checks: list[int]
+    opening: float = 0.0
+    held: Mapping[str, Pose] = MappingProxyType({})
+    displaced: Mapping[str, Pose] = MappingProxyType({})
     anchors: tuple[tuple[Joints, Mapping[tuple[int, int], float]], ...] = ()
 
     @property
@@ -165,13 +171,17 @@ class PlanningScene(Value):
         for name, value, (low, high) in zip(self.robot.joints, q, self.limits, strict=True):
             if not low <= value <= high:
                 return f"joint '{name}' at {value:.3f} rad is outside {low:.3f} .. {high:.3f} rad"
-        clauses = [
-            f"'{a}' is {depth * 1e3:.1f} mm inside '{b}'"
-            if depth > 0
-            else f"'{a}' is only {-depth * 1e3:.1f} mm from '{b}'"
-            for a, b, depth in self.collisions(q)[:2]
-        ]
-        return ", ".join(clauses)
+        return ", ".join(str(self._state(q, *pair)) for pair in self.collisions(q)[:2])
+
+    def collision(self, q: Position) -> Collision | None:
+        """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
+        close = self.collisions(q) if self._inside(q) else ()
+        return self._state(q, *close[0]) if close else None
+
+    def _state(self, q: Position, one: str, other: str, depth: float) -> Collision:
+        base = next(m.base for m in self.compiled.world.robots if m.name == self.index.name)
+        joints = tuple(round(float(v), 6) for v in q)
+        return Collision(one, other, depth, self.index.name, base, joints, self.opening, dict(self.held), dict(self.displaced))
 
     def blocking(self, q: Position) -> tuple[str, ...]:
         """Return the things, sorted, all of which must be moved before a joint position can be free.
@@ -199,7 +209,7 @@ class PlanningScene(Value):
         data.qpos[:] = self.data.qpos
         for name, pose in poses.items():
             self.compiled.place(data, name, pose)
-        return replace(self, data=data, anchors=())
+        return replace(self, data=data, displaced={**self.displaced, **poses}, anchors=())
 
     def tcp(self, q: Position) -> Pose:
         """Return the pose of the tcp in the world frame."""
@@ -327,11 +337,15 @@ def scene(
     carried = {name: Carried(mount, pose) for name, pose in held.items()}
     compiled = compile_world(placed, robots, planning=True, carried=carried)
     index, data = compiled.robots[mount], compiled.data()
-    index.set_opening(data, index.reach[1] if opening is None else opening)
+    width = index.reach[1] if opening is None else opening
+    index.set_opening(data, width)
     moved = movers(compiled, index)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
     need = required_distances(compiled, moved, allowed, clearance, wider)
     most = clearance + max(wider.values(), default=0.0)
     distances = (most, *(v for v in LEVELS if v > most))
     levels = tuple(inflated(compiled.model, moved, v) for v in distances)
-    return PlanningScene(compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0])
+    displaced = {name: pose for name, pose in (poses or {}).items() if pose != world.thing(name).pose and name not in held}
+    return PlanningScene(
+        compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0], width, held, displaced
+    )  # fmt: skip

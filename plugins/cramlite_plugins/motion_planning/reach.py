@@ -112,7 +112,10 @@ def collision_free_ik(place: PlanningScene, context: Context, pose: Pose, seed: 
     if not solutions:
         return Refusal(reach_shortfall(context.robot, pose) or "no inverse solution: the wrist cannot be turned that way there")
     free = next((q for q in solutions[:TRIED] if place.free(q)), None)
-    return free or Refusal(place.why(solutions[0]), blocking=in_the_way(place, solutions[:TRIED]))
+    nearest = solutions[0]
+    return free or Refusal(
+        place.why(nearest), blocking=in_the_way(place, solutions[:TRIED]), collision=place.collision(nearest)
+    )  # fmt: skip
 
 
 def bound(context: Context, name: str | None) -> str:
@@ -154,7 +157,7 @@ def traverse(
         there = collision_free_ik(place, context, pose, seed)
         if isinstance(there, Refusal):
             said = f"corner {k} of {len(path)} of '{name}': {there.reason}"
-            raise Unresolvable(said, causes(location, context), blocking=there.blocking)
+            raise Unresolvable(said, causes(location, context), blocking=there.blocking, collision=there.collision)
         seed = there
     return Grounding(Place(path[0], path[0], path=path, thing=bound(context, location.of)), name, cost, key=name)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Protocol
 
-from cramlite.model import Floats, Value
+from cramlite.model import Collision, Floats, Value
+from cramlite.plugin import InTheWay, Refused
 
 Joints = tuple[float, ...]
 
@@ -35,6 +36,9 @@ class Space(Protocol):
     def tip(self, q: Sequence[float] | Floats) -> Floats:
         """Return the position (3,) of the tcp [m]."""
 
+    def collision(self, q: Sequence[float]) -> Collision | None:
+        """Return the deepest collision at a joint position; None where there is none, or where it is beyond a limit."""
+
     def relaxed(self, anchors: Sequence[Sequence[float]]) -> Space:
         """Return the same scene, asking near each of these positions for no more clearance than there is at it."""
 
@@ -46,11 +50,17 @@ class Refusal(Value):
         samples: tree extensions that were spent.
         truncated: the wall clock ended the search: another run may find a path.
         fraction: of a straight motion, how much of it was reached.
-        blocking: names of the movable things that are in the way; None where that is not known.
+        blocking: the movable things that are in the way; None where that is not known.
+        collision: the state that the reason speaks of, where that is a collision.
     """
 
     reason: str
     samples: int = 0
     truncated: bool = False
     fraction: float = 0.0
-    blocking: tuple[str, ...] | None = ()
+    blocking: InTheWay = ()
+    collision: Collision | None = None
+
+    def refused(self, value: str, passed: int = 0) -> Refused:
+        """Return the answer that an alternative is refused for this reason."""
+        return Refused(value, self.reason, passed, blocking=self.blocking, collision=self.collision)

@@ -19,7 +19,7 @@ from cramlite.plugin import Context, Grounding, Unresolvable
 from ..kinematics.kinematics import forward
 from ..kinematics.timing import duration, trapezoid
 from .cartesian import interpolate, plan_straight_line, sampled, why_no_straight_line
-from .planner import in_the_way, resampled
+from .planner import resampled, start_blocked
 from .planning_scene import PlanningScene
 from .space import Refusal
 
@@ -83,9 +83,8 @@ def carried(
         if carry.tilt(pose) > carry.limit:
             raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context), blocking=())
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
-    if reason := scene.relaxed([belief.joints]).why(belief.joints):
-        blocking = in_the_way(scene.relaxed([belief.joints]), [belief.joints])
-        raise Unresolvable(f"no path to {motion.to}: start is blocked: {reason}", blocking=blocking)
+    if no := start_blocked(scene, belief.joints):
+        raise Unresolvable(f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision)
     for goal in goals:
         eased = scene.relaxed([belief.joints, goal])
         if _line_upright(context, carry, belief.joints, goal) and eased.line_free(belief.joints, goal):
@@ -101,13 +100,13 @@ def _over(
     about: str,
 ) -> Iterator[Grounding]:  # fmt: skip
     """Straight lines of the tcp, the first way that is free."""
-    nearest, blocking = "", dict[str, None]()
+    nearest, blocking = Refusal("none"), dict[str | tuple[str, ...], None]()
     for lift in LIFTS:
         for around in (False, True):
             corners = waypoints_over(*ends, carry.up, lift, around)
             found = _followed(corners, place, belief, context, carry, scene)
             if isinstance(found, Refusal):
-                nearest, blocking = found.reason, blocking | dict.fromkeys(found.blocking or ())
+                nearest, blocking = found, blocking | dict.fromkeys(found.blocking or ())
                 continue
             steps = tuple(
                 MoveLinear(pose, SPEED, ACCELERATION, q, origin=motion.name, comment=motion.reason)
@@ -118,8 +117,8 @@ def _over(
             reason = f"{len(steps)} straight lines, {seconds:.1f} s, {about}"
             yield Grounding(steps, reason, 0.05 + seconds / 100, belief.moved(found[-1]), key=f"over {lift} {around}")
             return
-    reason = f"no way to {motion.to} keeps {about}; the last one tried: {nearest}"
-    raise Unresolvable(reason, _causes(motion, context), blocking=tuple(blocking))
+    reason = f"no way to {motion.to} keeps {about}; the last one tried: {nearest.reason}"
+    raise Unresolvable(reason, _causes(motion, context), blocking=tuple(blocking), collision=nearest.collision)
 
 
 def waypoints_over(here: Pose, there: Pose, up: Sequence[float], lift: float, around: bool) -> list[Pose]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import Any
 
@@ -46,14 +46,19 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
     if not turned and (upright := load(belief, context)) is not None:
         yield from carried(motion, place, belief, context, upright, scene, goals, (speed, acceleration))
         return
-    while goals:
+    again = list[Any]()
+    while goals or again:
+        goals, again = (goals, again) if goals else (again, [])
         found = plan(
             scene, belief.joints, goals, seed=context.seed + attempt, samples=context.samples,
             speed=speed, acceleration=acceleration,
         )  # fmt: skip
+        if isinstance(found, Refusal) and again:
+            goals = []
+            continue
         if isinstance(found, Refusal):
             said = f"no path to {motion.to}: {found.reason}"
-            raise Unresolvable(said, blocking=found.blocking)  # where the arm starts matters too
+            raise Unresolvable(said, blocking=found.blocking, collision=found.collision)  # where the arm starts matters too
         end = found.points[-1]
         step = MoveJoints(
             found.points[1:], speed, acceleration, found.radii, origin=motion.name, comment=motion.reason
@@ -61,8 +66,15 @@ def _transfer(motion: Motion, belief: Belief, context: Context) -> Found:
         stops = sum(r == 0 for r in found.radii)
         corners = f"{len(found.radii)} corners, {stops} of them stops, " if found.radii else "one line, "
         reason = f"{corners}{found.duration:.1f} s, {found.samples} samples, clearance kept{noted(motion)}"
-        yield Grounding((step,), reason, attempt + found.duration / 100, belief.moved(end), key=f"{attempt}:{end}")
-        goals, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
+        cost, key = attempt + found.duration / 100, f"{attempt}:{end}"
+        yield Grounding((step,), reason, cost, belief.moved(end), key=key, anew=True)
+        left, attempt = [g for g in goals if math.dist(g, end) > 0.1], attempt + 1
+        goals, again = [g for g in left if not _turned(g, end)], again + [g for g in left if _turned(g, end)]
+
+
+def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two joint positions are the same but for whole turns: what fails at one mostly fails at the other, which is tried last."""
+    return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 
 def _pace(motion: Motion, context: Context) -> tuple[float, float]:
@@ -76,6 +88,7 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     from ..kinematics.kinematics import inverse, reach_shortfall
     from ..motion_planning.planner import in_the_way
     from ..motion_planning.reach import make_scene
+    from ..motion_planning.space import Refusal
 
     if motion.to is not None and motion.to.relation == "home":
         return [context.robot.home]
@@ -86,13 +99,13 @@ def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene
     if not goals:
         lines = [no for q in free if (no := why_no_straight_line(q, place, context, around)) is not None]
         if not solutions:
-            miss = reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there"
+            miss = Refusal(reach_shortfall(context.robot, place.before) or "the wrist cannot be turned that way there")
         else:
-            miss = lines[0].reason if lines else scene.why(solutions[0])
+            miss = lines[0] if lines else Refusal(scene.why(solutions[0]), collision=scene.collision(solutions[0]))
         count = f"{len(solutions)} inverse solutions at the stand-off of {motion.to}, {len(free)} of them free"
         blocking = (*in_the_way(scene, [q for q in solutions if q not in free]), *(b for no in lines for b in no.blocking or ()))
-        said = f"{count}, none leads straight on to it; the nearest: {miss}"
-        raise Unresolvable(said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)))
+        said = f"{count}, none leads straight on to it; the nearest: {miss.reason}"
+        raise Unresolvable(said, because(motion, context), blocking=tuple(dict.fromkeys(blocking)), collision=miss.collision)
     return goals
 
 

@@ -89,7 +89,8 @@ def _check_lines(motion: Motion, start: Belief, context: Context, pivot: Joints,
     for q in ends:
         found = plan_straight_line(scene, context.robot, q, [target])
         if isinstance(found, Refusal):
-            raise Unresolvable(f"'{motion.name}': no way back to where it began: {found.reason}", blocking=found.blocking)
+            said = f"'{motion.name}': no way back to where it began: {found.reason}"
+            raise Unresolvable(said, blocking=found.blocking, collision=found.collision)
 
 
 def _open(motion: Motion, start: Belief, after: list[AnyStep]) -> Iterator[AnyStep]:

@@ -40,6 +40,11 @@ class Decision(Value):
     failed: Entry | None
 
     @property
+    def asks(self) -> bool:
+        """Whether a designator is asked for, which has one place on the page; else it is a remark on a goal or a task sequence."""
+        return self.asked.kind not in ("goal", "sequence")
+
+    @property
     def task(self) -> bool:
         """Whether it is a task of the plan, or a rule for such."""
         return of_plan(self.asked)

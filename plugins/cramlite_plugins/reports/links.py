@@ -20,7 +20,7 @@ COMMENTS = ("#", "//", ";")
 
 def targets(done: Finished) -> frozenset[str]:
     """Return the designators that have a place on the page: decisions of the candidate that is shown, and looks."""
-    decided = {d.asked.designator for a in attempts(done.trace) if a.number == number_of(done) for d in a.decisions}
+    decided = {d.asked.designator for a in attempts(done.trace) if a.number == number_of(done) for d in a.decisions if d.asks}
     looks = done.setting.look.pictures if done.setting.look is not None else ()
     return frozenset(decided | {look_name(k) for k, _ in enumerate(looks, 1)})
 

@@ -51,7 +51,8 @@ def render(done: Finished) -> str:
     if done.shown is None:
         return ""
     solution = done.shown
-    decisions = next((a.decisions for a in attempts(done.trace) if a.number == number_of(done)), ())
+    found = next((a.decisions for a in attempts(done.trace) if a.number == number_of(done)), ())
+    decisions = [d for d in found if d.asks]
     chosen = {d.asked.designator: d.chosen for d in decisions if d.chosen is not None}
     code = solution.candidate.code
     lines = lines_of(steps_of(code)) if code is not None else {}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -19,6 +21,17 @@ if TYPE_CHECKING:
     from cramlite import Entry, Finished
 
     from .decisions import CandidateDecisions, Decision
+
+
+REASONS = 4
+"""Reasons that the summary above the decisions names."""
+
+
+class Alike(Value):
+    """Refusals for one reason, whatever its numbers are: how many, and the first of them."""
+
+    count: int
+    first: Entry
 
 
 class Stage(Value):
@@ -66,7 +79,7 @@ def render(done: Finished) -> str:
     nearest = nearest_miss(done.trace.entries)
     rows = [_row(done, a, titles, nearest) for a in found]
     faults = list(dict.fromkeys(str(f) for f in done.engine.registry.faults))
-    return fill("search_tree", done=done, rows=rows, faults=faults, counts=_counts(found))
+    return fill("search_tree", done=done, rows=rows, faults=faults, counts=_counts(found), reasons=reasons(done.trace.entries))
 
 
 def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[str]], nearest: Entry | None) -> Row:
@@ -79,7 +92,7 @@ def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[
         " → ".join(tasks) or _written(entries),
         None if attempt.proven else nearest_miss(entries),
         stages(tasks, entries, ran=bool(attempt.proofs)),
-        bars(attempt.decisions),
+        bars([d for d in attempt.decisions if d.asks]),
         lines_of(steps_of(code)) if code is not None else {},
         shown,
         attempt.proven or (not done.proven and nearest is not None and nearest.candidate == attempt.number),
@@ -112,6 +125,16 @@ def bars(decisions: Sequence[Decision]) -> tuple[Bar, ...]:
         )
         for d, c, n in zip(decisions, costs, refusals, strict=True)
     )
+
+
+def reasons(entries: Iterable[Entry]) -> list[Alike]:
+    """Return what most was refused for, the commonest first."""
+    groups: dict[tuple[str, str], list[Entry]] = defaultdict(list)
+    for entry in entries:
+        if entry.outcome in ("refused", "impossible") and entry.plugin != "engine":
+            groups[entry.plugin, re.sub(r"[-+]?\d+(\.\d+)?", "#", entry.reason)].append(entry)
+    found = sorted(groups.values(), key=lambda g: (-len(g), g[0].number))
+    return [Alike(len(g), g[0]) for g in found[:REASONS]]
 
 
 def _counts(found: list[CandidateDecisions]) -> tuple[int, int]:

@@ -146,7 +146,7 @@ def _box_face(half: Floats, axis: int, sign: float) -> Floats:
 
 
 def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = math.inf) -> Area:
-    """Outline of a thing seen from above: of each geom that reaches into a range of heights [m], united.
+    """Outline of a thing seen from above: of what of each geom is in a range of heights [m], united.
 
     Args:
         pose: of the thing in the frame that it is seen in, along z.
@@ -156,8 +156,22 @@ def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = ma
         there = pose * geom.pose
         points = corners(Thing("", "", Pose(), (geom,)), pose)
         if points[:, 2].max() > low and points[:, 2].min() < high:
-            parts.append(_outline(geom, there, points))
+            parts.append(_outline(geom, there, _between(points, low, high)))
     return shapely.union_all(parts) if parts else shapely.Polygon()
+
+
+def _between(points: Floats, low: float, high: float) -> Floats:
+    """Points (M, 3) of the part of a convex body, given by its corners (N, 3), that is in a range of heights: a table whose far end
+    is above a tilted plate stands in the way there, and not where the plate lies on it."""
+    for height, sign in ((low, 1.0), (high, -1.0)):
+        above = sign * (points[:, 2] - height)
+        if not math.isfinite(height) or above.min() >= 0:
+            continue
+        up, down = points[above > 0], points[above < 0]
+        share = (above[above > 0][:, None] / (above[above > 0][:, None] - above[above < 0]))[..., None]
+        cut = (up[:, None] + share * (down - up[:, None])).reshape(-1, 3)  # of all lines between the two sides: edges and inner ones
+        points = np.vstack([points[above >= 0], cut])
+    return points
 
 
 def _outline(geom: Geom, there: Pose, points: Floats) -> Area:

@@ -9,7 +9,7 @@ from cramlite.model import Robot, Rollout, World
 from cramlite.plugin import ModelMaker, RecordScript, Shown, Simulator, hookimpl
 
 if TYPE_CHECKING:
-    from cramlite.model import Camera, Pose, Scene, Thing, View
+    from cramlite.model import Camera, Collision, Pose, Scene, Thing, View
 
 
 class MujocoSimulator:
@@ -90,6 +90,14 @@ class MujocoSimulator:
         from .recording.pictures import picture
 
         return picture(rollout, sample, robots, size)
+
+    def collision_picture(
+        self, world: World, robots: Mapping[str, Robot], collision: Collision, size: tuple[int, int]
+    ) -> Any:
+        """Render a state that planning refused."""
+        from .recording.collision_pictures import collision_picture
+
+        return collision_picture(world, robots, collision, size)
 
     def scene(self, rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
         """Build the scene of a rollout for a viewer."""

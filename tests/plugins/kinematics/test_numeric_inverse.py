@@ -6,13 +6,17 @@ import math
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from cramlite.model import Pose
 from cramlite_plugins.kinematics import kinematics as k
 from cramlite_plugins.kinematics import numeric_inverse
 from cramlite_plugins.motion_planning.cartesian import JointPath, plan_straight_line
 from cramlite_plugins.motion_planning.space import Refusal
+from cramlite_plugins.robots.dh_arm import arm_mjcf
 from cramlite_plugins.robots.fr3 import FR3
+from cramlite_plugins.robots.robotiq_2f85 import gripper_mjcf
+from cramlite_plugins.robots.ur5e import BASE, JOINTS, LIMITS, LINKS, UR5E
 
 FORWARD = Pose.from_axes((0.6, 0.1, 0.4), (1, 0, 0), (0, 0, -1))
 
@@ -70,3 +74,23 @@ def test_a_straight_line_is_followed_and_one_out_of_reach_is_not() -> None:
     beyond = plan_straight_line(None, FR3, start, FORWARD * Pose((0.0, 0.0, 0.6)))
     assert isinstance(beyond, Refusal)
     assert "stops after" in beyond.reason
+
+
+def test_six_joints_without_a_closed_form_are_solved_too() -> None:
+    rows = [list(row) for row in UR5E.dh or ()]
+    rows[2][2], rows[3][0], rows[4][0] = 0.3, 0.03, 0.06  # joints 2 to 4 are not parallel, and the last three do not meet
+    dh = tuple((a, d, alpha) for a, d, alpha in rows)
+    text = arm_mjcf("odd", dh, LINKS, JOINTS, LIMITS, BASE, gripper_mjcf(LINKS[-1].name))
+    odd = replace(UR5E, type="odd", dh=dh, mjcf=lambda: text)
+    assert not k.has_closed_form(odd)
+    assert k.has_closed_form(UR5E)
+    rng = np.random.default_rng(1)
+    for _ in range(5):
+        q = tuple(float(v) for v in rng.uniform(-2.5, 2.5, 6))
+        pose = k.forward(odd, q)
+        found = k.inverse(odd, pose)
+        assert found, q
+        assert all(max(k.forward(odd, s).distance(pose)) < 2e-6 for s in found)
+        assert k.inverse(odd, pose, seed=q)[0] == pytest.approx(q, abs=1e-4)
+        assert k.reach_shortfall(odd, pose) == ""
+    assert k.inverse(odd, Pose((1.5, 0.0, 0.4))) == ()

@@ -103,7 +103,7 @@ def test_collision_free_names_what_is_in_the_way() -> None:
     tin = block("tin", Pose((0.45, -0.35, 0.23)), (0.05, 0.05, 0.16))
     wanted = _wanted(_belief(tin))
     refused = place_filters.collision_free(_spot((0.46, -0.34, 0.25)), wanted)
-    assert isinstance(refused, Refusal) and "'tin'" in refused.reason and refused.blocking == ("tin",)
+    assert isinstance(refused, Refusal) and "'tin'" in refused.reason and refused.blocking == (("tin",),)
     assert not place_filters.collision_free(_spot((0.45, -0.23, 0.25)), _wanted(_belief()))
 
 

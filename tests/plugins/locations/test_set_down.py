@@ -15,10 +15,11 @@ from test_places import HELD, _belief, _context, _wanted
 from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import set_down
+from cramlite_plugins.locations.place_filters import Spot, clear
 from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
 from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
 from cramlite_plugins.robots.ur5e import UR5E
-from cramlite_plugins.shapes.surfaces import FLAT
+from cramlite_plugins.shapes.surfaces import FLAT, surfaces
 from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, table
 
 LARGE = table("box", Pose((0.45, 0.35, 0.15)), (1.2, 1.2, 0.02))
@@ -232,7 +233,7 @@ def test_heights_over_a_container_go_from_its_floor_up_to_where_the_hand_is_over
 
 def outlines(*things: Thing) -> dict[str, Any]:
     belief = _belief(*things)
-    return dict(set_down._targets(on("shelf"), belief, _context(belief))[0].obstacles)
+    return {o.name: o.area for o in set_down._targets(on("shelf"), belief, _context(belief))[0].obstacles}
 
 
 def test_what_stands_there_is_kept_clear_of_by_a_gap() -> None:
@@ -293,7 +294,7 @@ def test_beside_what_lies_in_a_container_is_tried_before_over_it(x: float, y: fl
     box = basket("box", Pose((0.4, -0.4, 0.0)), (0.4, 0.3, 0.1))
     belief = _belief(box, block("tin", Pose((x, y, 0.05)), (0.05, 0.05, 0.08)))
     targets = set_down._targets(into("box"), belief, _context(belief))
-    assert [[n for n, _ in w.obstacles] for w in targets] == ([["tin"], []] if beside else [[]])
+    assert [[o.name for o in w.obstacles] for w in targets] == ([["tin"], []] if beside else [[]])
 
 
 @pytest.mark.parametrize(
@@ -474,7 +475,7 @@ def test_more_is_kept_from_what_is_not_known_well() -> None:
     for belief, place in ((_belief(TIN), on("shelf")), (_belief(box, lying), into("box"))):
         unsure = doubted(belief, 0.002)
         more = uncertainty_margins(unsure)["tin"]
-        areas = [dict(set_down._targets(place, b, _context(b))[0].obstacles)["tin"].bounds for b in (belief, unsure)]
+        areas = [o.area.bounds for b in (belief, unsure) for o in set_down._targets(place, b, _context(b))[0].obstacles if o.name == "tin"]
         assert more > 0.001 and np.subtract(*areas) == pytest.approx((more, more, -more, -more))
 
 
@@ -500,3 +501,20 @@ def _depth(box: Thing) -> float:
 
 def _held(box: Thing) -> Pose:
     return held_pose(_belief(box), _context(_belief(box)))
+
+
+def test_what_is_put_on_a_plate_may_stick_out_over_its_rim() -> None:
+    """A cup whose foot fits on a plate's flat middle, and whose mouth is wider than that; not so one that is as wide all the way down."""
+    along, across = (0.01, 0.05, 0.012), (0.05, 0.01, 0.012)
+    rim = [Geom("box", half, Pose(at)) for s in (0.04, -0.04) for half, at in ((along, (s, 0.0, 0.0)), (across, (0.0, s, 0.0)))]
+    plate = Thing("plate", "soma:Plate", Pose((0.45, -0.35, 0.2)), (Geom("box", (0.05, 0.05, 0.002)), *rim))
+    foot, mouth = Geom("cylinder", (0.018, 0.02), Pose((0.0, 0.0, -0.02))), Geom("cylinder", (0.045, 0.02), Pose((0.0, 0.0, 0.02)))
+    belief = _belief(plate)
+    for geoms, fits in (((foot, mouth), True), ((replace(foot, size=(0.045, 0.02)), mouth), False)):
+        held = replace(belief.world.thing(HELD.thing), geoms=geoms)
+        middle = next(s for s in surfaces(plate, plate.pose) if s.pose.position[2] == pytest.approx(0.202))
+        wanted = replace(_wanted(belief, "plate"), thing=held, target=middle)
+        above = Spot("it", Pose((0.45, -0.35, 0.202 + 0.04)), Pose(), Pose(), 0.0)
+        wanted = replace(wanted, obstacles=set_down._obstacles(wanted, _context(belief)))
+        assert any(o.name == "plate" for o in wanted.obstacles)
+        assert (clear(above, wanted) == "") == fits

@@ -112,6 +112,23 @@ def test_reasons_name_the_wall_and_the_depth() -> None:
     assert "elbow" in place.why((0, 0, 4.0, 0, 0, 0))
 
 
+def test_a_collision_holds_all_that_is_needed_to_come_to_it_again() -> None:
+    """The state that it describes, compiled anew: the bodies that it names are as deep in each other as it says."""
+    poses = {"block": Pose((0.5, 0.35, 0.05))}
+    place = make(TABLE, WALL, ROD, BLOCK, poses=poses)
+    for q in np.random.default_rng(2).uniform(-3, 3, (60, 6)):
+        found = place.collision(q)
+        if found is None:
+            assert place.free(q)
+            continue
+        assert found.moved == poses
+        mounts = tuple(replace(m, base=found.base) for m in world(TABLE, WALL, ROD, BLOCK).robots)
+        again = scene(replace(world(TABLE, WALL, ROD, BLOCK), robots=mounts), ROBOTS, found.robot, poses=found.moved, opening=found.opening)
+        depths = {frozenset(names): depth for *names, depth in again.collisions(found.joints)}
+        assert depths[frozenset((found.one, found.other))] == pytest.approx(found.depth, abs=1e-5)
+    assert place.collision((0, 0, 4.0, 0, 0, 0)) is None  # beyond a limit, whatever is touched there
+
+
 def test_allowed_contact_is_for_the_named_pair_only() -> None:
     low = down(0.45, 0.3, 0.01)  # the block reaches into the palm
     other = box("other", (0.02, 0.02, 0.05), (0.45, 0.3, 0.09), 0.2)

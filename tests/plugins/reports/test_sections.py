@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from cramlite import Trace
-from cramlite.model import Action, Object
+from cramlite.model import Action, Collision, Object, Pose
 from cramlite.model.control_flow import compound
 from cramlite.plugin import Code, Finding
+from cramlite_plugins.reports.collisions import pairs
 from cramlite_plugins.reports.decisions import attempts, path
 from cramlite_plugins.reports.filmstrip import spread
 from cramlite_plugins.reports.judges import measured
@@ -19,7 +20,7 @@ from cramlite_plugins.reports.links import lines_of, target
 from cramlite_plugins.reports.plan import diagram
 from cramlite_plugins.reports.plots import plot
 from cramlite_plugins.reports.program_text import blocks
-from cramlite_plugins.reports.search_tree import bars, stages
+from cramlite_plugins.reports.search_tree import bars, reasons, stages
 from cramlite_plugins.reports.shared import Span, anchor, colour, words
 
 
@@ -167,3 +168,37 @@ def test_words_lose_nothing(name: str) -> None:
 
 def test_words_of_a_class() -> None:
     assert words("artm:ExtractHoleFromPeg") == ["Extract", "Hole", "From", "Peg"]
+
+
+def collided(trace: Trace, one: str, other: str, depth: float) -> None:
+    state = Collision(one, other, depth, "arm", Pose(), (0.0,), 0.05)
+    trace.add(0, "grasp", "", "refused", "grasps", f"at the grasp: {state}", kind="location", collision=state)
+
+
+def test_pairs_that_collided_are_counted_whoever_is_named_first_and_the_least_is_drawn() -> None:
+    trace = searched()
+    assert pairs(trace.entries) == []
+    for depth in (0.03, 0.012):
+        collided(trace, "cup", "effector/left", depth)
+    collided(trace, "floor", "arm/wrist", -0.002)
+    collided(trace, "effector/left", "cup", 0.02)
+    often, once = pairs(trace.entries)
+    assert (often.between, often.depths) == (("cup", "effector/left"), "12.0 to 30.0 mm inside each other")
+    assert (once.between, once.depths, len(once.entries)) == (("floor", "arm/wrist"), "2.0 mm apart", 1)
+    collided(trace, "floor", "arm/wrist", 0.004)
+    assert pairs(trace.entries)[1].depths == "from 2.0 mm apart to 4.0 mm inside each other"
+
+
+def test_a_trace_with_collisions_is_read_back() -> None:
+    trace = Trace()
+    collided(trace, "cup", "effector/left", 0.03)
+    assert Trace.from_json(trace.to_json()).entries == trace.entries
+
+
+def test_reasons_are_alike_whatever_their_numbers_are() -> None:
+    trace = searched()
+    for depth in (0.03, 0.012):
+        collided(trace, "cup", "effector/left", depth)
+    first, *others = reasons(trace.entries)
+    assert (first.count, first.first.reason) == (2, "at the grasp: 'cup' is 30.0 mm inside 'effector/left'")
+    assert [r.count for r in others] == [1, 1]

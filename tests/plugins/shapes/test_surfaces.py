@@ -133,3 +133,24 @@ def test_a_stack_moves_with_its_lowest_and_what_hangs_with_its_hanger() -> None:
     assert "tea" not in carried_along(belief, "hook")
     assert set(carried_along(belief.related(("hangs_on", "tea", "hook/peg")), "hook")) == {"tea"}
     assert placed == belief.poses["tea"].pose and hung(tea, hook, 0.08)
+
+
+def test_what_is_seen_of_a_tilted_thing_is_what_is_in_the_range_of_heights() -> None:
+    table = Thing("table", "soma:Table", Pose(), (Geom("box", (0.5, 0.6, 0.025), Pose((0.0, 0.0, -0.033))),))  # 8 mm under a plate
+    tilted = Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, -0.02, 0.0))  # its end at +x is 2 mm over the plate's plane
+    assert footprint(table, Pose(), 0.004).is_empty
+    assert footprint(table, tilted, 0.004).is_empty
+    assert not footprint(table, tilted, 0.001).is_empty
+    far = footprint(table, tilted, 0.001)
+    assert far.bounds[0] == pytest.approx((0.008 + 0.001) / 0.02, abs=0.01) and not far.intersects(shapely.Point(0, 0))
+
+
+@given(
+    st.tuples(*[st.floats(0.01, 0.3)] * 3), st.tuples(*[st.floats(-3.0, 3.0)] * 3), st.floats(-0.4, 0.4), st.floats(0.001, 0.4)
+)
+def test_slices_of_a_box_make_up_its_outline(half: tuple[float, ...], turn: tuple[float, ...], low: float, thick: float) -> None:
+    box = Thing("box", "cram:Product", Pose(), (Geom("box", half),))
+    pose = Pose.from_rotvec((0.0, 0.0, 0.0), turn)
+    whole, parts = footprint(box, pose), [footprint(box, pose, a, b) for a, b in ((-1, low), (low, low + thick), (low + thick, 1))]
+    assert shapely.union_all(parts).area == pytest.approx(whole.area, rel=1e-6)
+    assert all(p.is_empty or whole.buffer(1e-9).covers(p) for p in parts)

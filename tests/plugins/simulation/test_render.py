@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
+from scenes import BLOCK, WALL, down, make, world
 from standard import ROBOTS, standard_world
 
 from cramlite.model import Geom, Pose, Thing, World
+from cramlite_plugins.kinematics.kinematics import inverse
+from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.camera.ray_tracer import Camera, cast, render
 from cramlite_plugins.simulation.model.compile import compile_world
+from cramlite_plugins.simulation.recording.collision_pictures import collision_picture
 
 
 def test_a_picture_shows_robot_product_and_basket() -> None:
@@ -57,3 +62,21 @@ def test_the_camera_sees_its_target_in_the_middle_and_up_is_up() -> None:
 def centre_or_nan(compiled: object, data: object) -> float:
     picture = render(compiled.model, data, Camera((0, 0, 0), (-1, 0, -1)), 81, 61)  # type: ignore[attr-defined]
     return float("nan") if not (picture[..., 0] > 1.5 * picture[..., 1].astype(float)).any() else 0.0
+
+
+def test_a_refused_state_shows_both_bodies_and_no_others_in_colour() -> None:
+    around = world(WALL, BLOCK)
+    place = make(WALL, BLOCK)
+    found = place.collision(inverse(UR5E, down(0.55, 0.0, 0.2))[0])
+    assert found is not None
+    assert "wall" in found.pair
+    picture = collision_picture(around, ROBOTS, found, (160, 120)).astype(int)
+    red, blue = (picture[..., a] - picture[..., b] > 20 for a, b in ((0, 2), (2, 0)))
+    assert red[40:80, 60:100].any()
+    assert blue[40:80, 60:100].any()
+    apart = replace(found, one="block", other="arm1/base_link", moved={"block": Pose((0.1, 0.0, 0.1))})
+    elsewhere = collision_picture(around, ROBOTS, apart, (160, 120)).astype(int)
+    wall = collision_picture(around, ROBOTS, replace(apart, other="wall"), (160, 120)).astype(int)
+    assert not np.array_equal(elsewhere, wall)
+    with pytest.raises(KeyError):
+        collision_picture(around, ROBOTS, replace(found, other="nobody"), (160, 120))

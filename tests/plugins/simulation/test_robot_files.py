@@ -16,14 +16,15 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
 
-from cramlite.model import Floats, Pose
+from cramlite.model import Floats, ImportedRobot, Pose, RobotFile, Stated
 from cramlite.plugin import UserError
 from cramlite.testing.plugin_checks import check_robot
 from cramlite_plugins.kinematics.kinematics import flange, forward, inverse
 from cramlite_plugins.robots.dh_arm import forward as dh_forward
+from cramlite_plugins.simulation.robot_files.agreement import largest_error
 from cramlite_plugins.simulation.robot_files.chain import Chain, find_chain, pose_of
 from cramlite_plugins.simulation.robot_files.dh_table import table_of
-from cramlite_plugins.simulation.robot_files.robot_file import RobotFile, Stated, read_robot
+from cramlite_plugins.simulation.robot_files.robot_file import read_robot
 from cramlite_plugins.simulation.scenes.source import read_source
 
 DATA = Path(__file__).parent / "robots_data"
@@ -34,14 +35,6 @@ WITH = {
 }
 LINE = "robot: {type: ur5e}"
 SCENARIO = Path(__file__).parents[3] / "scenarios" / "place_on_shelf.yaml"
-PLUGIN = """
-from cramlite.plugin import hookimpl
-
-@hookimpl
-def robots():
-    from cramlite_plugins.simulation.robot_files.robot_file import Stated, read_robot
-    return [read_robot({path!r}, "mine", {stated}).robot]
-"""
 
 
 def menagerie() -> tuple[Path, Stated]:
@@ -64,24 +57,7 @@ def file_flange(path: Path, chain: Chain, q: Floats) -> Pose:
 
 def agree(path: Path, stated: Stated, count: int) -> float:
     """The largest error of the robot's forward kinematics against the file [m or rad]; the model's must be the robot's."""
-    robot = read_robot(path, "mine", stated).robot
-    chain = find_chain(read_source(path, {}))
-    table, worst = table_of(chain.axes, chain.flange), 0.0
-    source, model = read_source(path, {}).model, mujoco.MjModel.from_xml_string(robot.mjcf())
-    theirs, ours = mujoco.MjData(source), mujoco.MjData(model)
-    addresses = [source.joint(j).qposadr[0] for j in chain.joints]
-    kind, name = re.fullmatch(r"(site|body) '(\w+)'", chain.said).groups()  # type: ignore[union-attr]
-    for q in np.random.default_rng(0).uniform(*zip(*chain.limits, strict=True), (count, len(addresses))):  # type: ignore[call-overload]
-        own = tuple(float(v) for v in q + np.array(table.zeros))
-        theirs.qpos[addresses], ours.qpos[: len(own)] = q, own
-        mujoco.mj_kinematics(source, theirs)
-        mujoco.mj_kinematics(model, ours)
-        found = theirs.site(name) if kind == "site" else theirs.body(name)
-        real = pose_of(theirs.xpos[chain.base], theirs.xmat[chain.base]).inverse() * pose_of(found.xpos, found.xmat)
-        worst = max(worst, *(table.base * flange(robot, own) * table.tool).distance(real))
-        for site, solved in (("flange", flange(robot, own)), ("tcp", forward(robot, own))):
-            worst = max(worst, *solved.distance(pose_of(ours.site(site).xpos, ours.site(site).xmat)))
-    return worst
+    return largest_error(RobotFile(str(path), stated), read_robot(path, "mine", stated), count)
 
 
 @pytest.mark.parametrize("path", [SEVEN, SIX], ids=lambda p: p.name)
@@ -119,10 +95,10 @@ def test_the_robot_keeps_the_contract_and_inverts(path: Path) -> None:
 
 
 def test_a_urdf_states_speeds_and_torques() -> None:
-    found: RobotFile = read_robot(SIX, "mine", replace(WITH[SIX], sensor=""))
+    found: ImportedRobot = read_robot(SIX, "mine", replace(WITH[SIX], sensor=""))
     assert found.robot.velocity == (2.0, 2.0, 2.5, 4.0, 4.0, 6.0)
     assert mujoco.MjModel.from_xml_string(found.robot.mjcf()).actuator("elbow").forcerange[1] == 120.0
-    said = "; ".join(found.notes)
+    said = "; ".join((*found.found, *found.notes))
     assert "no speed" not in said
     assert "tools are bolted to body 'tool0'" in said
     assert "no force sensor is in the file" in said
@@ -130,7 +106,8 @@ def test_a_urdf_states_speeds_and_torques() -> None:
 
 
 def test_what_is_missing_is_said_with_what_says_it() -> None:
-    said = "; ".join(read_robot(SEVEN, "mine", WITH[SEVEN]).notes)
+    read = read_robot(SEVEN, "mine", WITH[SEVEN])
+    said = "; ".join((*read.found, *read.notes))
     assert "no speed is stated for j1, j2, j3, j4, j5, j6, j7: 2 rad/s; 'speed' says another" in said
     assert "home is the file's keyframe 'home'" in said
 
@@ -195,15 +172,59 @@ def test_any_row_of_hinges_has_a_table(
     assert ours.distance(real * flange) == pytest.approx((0, 0), abs=1e-5)
 
 
-@pytest.mark.parametrize(("path", "at"), [(SEVEN, ", at: {position: [100 mm, 0, 0]}"), (SIX, "")], ids=["seven", "six"])
-def test_a_program_is_proven(path: Path, at: str, run: Callable[..., Any], tmp_path: Path) -> None:
-    (tmp_path / "mine.py").write_text(PLUGIN.format(path=str(path), stated=WITH[path]).replace("mappingproxy", ""))
+HAND = DATA / "linked_hand.xml"
+SAID = {
+    "ours": f"robot: {{file: {SIX}, payload: 4 kg, sensor: flange, home: [0, 0.3, 1.6, 0, 1.24, 0]}}",
+    "linkage": f"robot: {{file: {SEVEN}, payload: 3 kg, sensor: flange, torques: [87, 87, 87, 87, 12, 12, 12],"
+    f" at: {{position: [100 mm, 0, 0]}}, gripper: {{file: {HAND}, force: [5 N, 60 N]}}}}",
+}
+
+
+@pytest.mark.parametrize("gripper", SAID)
+def test_a_program_is_proven(gripper: str, run: Callable[..., Any], tmp_path: Path) -> None:
     scenario = tmp_path / "place.yaml"
-    scenario.write_text(SCENARIO.read_text().replace(LINE, f"robot: {{type: mine{at}}}"))
-    options = ("--plugin", tmp_path / "mine.py", "--out", tmp_path / "run", "--no-report", "--twins", "0")
-    done = run("resolve", scenario, *options)
+    scenario.write_text(SCENARIO.read_text().replace(LINE, SAID[gripper]))
+    done = run("resolve", scenario, "--out", tmp_path / "run", "--no-report", "--twins", "0")
     assert done.code == 0, done.err
     assert "'block' rests on 'shelf'" in done.out + done.err
+    again = run("execute", tmp_path / "run" / "program.json", "--world", tmp_path / "run")
+    assert again.code == 0, again.err  # the run's world says which file its robot is from
+    assert run("check", tmp_path / "run" / "program.json").code == 0
+
+
+def test_a_gripper_too_narrow_for_the_block_is_no_solution(run: Callable[..., Any], tmp_path: Path) -> None:
+    scenario = tmp_path / "place.yaml"
+    narrow = SAID["linkage"].replace("force: [5 N, 60 N]", "force: [5 N, 60 N], opening: [0, 30 mm]")
+    scenario.write_text(SCENARIO.read_text().replace(LINE, narrow))
+    done = run("resolve", scenario, "--out", tmp_path / "run", "--no-report", "--twins", "0")
+    assert done.code == 1
+    assert "block" in done.err
+
+
+WRONG = {
+    "robot: {file: nowhere.xml, payload: 4 kg}": "there is no robot file",
+    f"robot: {{file: {SIX}, type: ur5e}}": "exactly one of 'type'",
+    "robot: {name: arm}": "exactly one of 'type'",
+    "robot: {type: ur5e, payload: 4 kg}": "'payload' belongs to a robot from a 'file'",
+    f"robot: {{file: {SIX}}}": "'payload' is the data sheet's",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: nowhere.xml}}}}": "there is no robot file",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{}}}}": "nothing moves behind the arm's last joint",
+    f"robot: {{file: {SIX}, payload: 4 kg, gripper: {{file: {HAND}, force: [20 N, 10 N]}}}}": "'force' is the lowest and the highest",
+    f"robot: {{file: {SIX}, payload: 4 kg, griper: robotiq_2f85}}": "gripper",
+    f"robot: {{file: {DATA / 'seven.xml'}, payload: 3 kg}}": "'torques' says them",
+    f"robot: {{file: {__file__}, payload: 3 kg}}": "no format that a plugin reads as a robot",
+}
+
+
+@pytest.mark.parametrize("line", WRONG)
+def test_what_is_wrong_with_a_scenarios_robot_is_said_where_it_stands(line: str, run: Callable[..., Any], tmp_path: Path) -> None:
+    scenario = tmp_path / "place.yaml"
+    scenario.write_text(SCENARIO.read_text().replace(LINE, line))
+    done = run("check", scenario)
+    assert done.code == 2
+    assert WRONG[line] in done.err + done.out
+    assert "place.yaml:" in done.err + done.out
+    assert "Traceback" not in done.err
 
 
 WHOLE = SEVEN.read_text()
@@ -216,8 +237,10 @@ BAD: dict[str, tuple[str, Stated, str]] = {
     "no joints": (FIXED, WITH[SEVEN], "has no hinge"),
     "five joints": (re.sub(r'<joint name="j[67]"[^>]*>', "", WHOLE).replace(" 1.5708 0\"", '"'), WITH[SEVEN], "has 5 hinges in a row"),
     "two arms": (TWO, WITH[SEVEN], "has 2 arms, which begin at 'l1' and 'm1'"),
-    "no limits": (WHOLE.replace('name="j3" range="-2.8 2.8"', 'name="j3"'), WITH[SEVEN], "'j3' has no limits"),
+    "no limits": (WHOLE.replace('name="j3" range="-2.8 2.8"', 'name="j3"'), WITH[SEVEN], "'j3' has no limits; 'limits' says them"),
+    "limits of another arm": (WHOLE, replace(WITH[SEVEN], limits=(("j9", -1.0, 1.0),)), "'limits' names 'j9'"),
     "no gripper of that name": (WHOLE, replace(WITH[SEVEN], gripper="robotiq"), "there is no gripper 'robotiq'"),
+    "payload not said": (WHOLE, replace(WITH[SEVEN], payload=0.0), "'payload' is the data sheet's"),
     "no payload": (WHOLE, replace(WITH[SEVEN], payload=0.5), "does not carry the gripper"),
     "no torque": (WHOLE, replace(WITH[SEVEN], torques=()), "no torque is stated for j1, j2"),
     "torques of another arm": (WHOLE, replace(WITH[SEVEN], torques=(1.0,)), "each of 7 joints"),

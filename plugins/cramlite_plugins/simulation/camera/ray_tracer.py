@@ -48,7 +48,7 @@ def render(
         shadows: cast a second ray from each point to the light; about twice the time.
     """
     camera = camera or Camera()
-    directions = camera.pose.rotate(_rays(width, height, camera.vertical_fov))
+    directions = rays_of(camera, width, height)
     eye = np.asarray(camera.eye, dtype=float)
     geom, distance, normal = cast(model, data, eye, directions)
     lit = np.ones(len(directions))
@@ -57,6 +57,11 @@ def render(
         points = eye + directions[hit] * distance[hit, None] + normal[hit] * 1e-4
         lit[hit] = np.where(_shaded(model, data, points), 0.25, 1.0)
     return (shade(model, geom, normal, directions, lit) * 255).astype(np.uint8).reshape(height, width, 3)
+
+
+def rays_of(camera: Camera, width: int, height: int) -> Floats:
+    """Return the directions (height * width, 3) of a camera's pixels, row by row; unit length, world frame."""
+    return camera.pose.rotate(_rays(width, height, camera.vertical_fov))
 
 
 def shade(
@@ -77,11 +82,14 @@ def shade(
     return np.asarray(np.clip(colour, 0, 1) ** (1 / 1.15))
 
 
-def cast(model: Model, data: Data, eye: Floats, directions: Floats) -> tuple[NDArray[np.int32], Floats, Floats]:
+def cast(
+    model: Model, data: Data, eye: Floats, directions: Floats, groups: NDArray[np.uint8] | None = None
+) -> tuple[NDArray[np.int32], Floats, Floats]:
     """Cast rays from one point.
 
     Args:
         eye: (3,) and directions: (N, 3), unit length, world frame.
+        groups: of each group of geoms (6,) 1 where rays hit it, else 0; None for all.
 
     Returns:
         Geom ids (N,), -1 where nothing is hit; distances (N,) [m]; surface normals (N, 3).
@@ -89,7 +97,7 @@ def cast(model: Model, data: Data, eye: Floats, directions: Floats) -> tuple[NDA
     count = len(directions)
     geom, distance, normal = np.full(count, -1, np.int32), np.zeros(count), np.zeros(3 * count)
     flat = np.ascontiguousarray(directions).reshape(-1)
-    mujoco.mj_multiRay(model, data, eye, flat, None, True, -1, geom, distance, normal, count, 20.0)
+    mujoco.mj_multiRay(model, data, eye, flat, groups, True, -1, geom, distance, normal, count, 20.0)
     return geom, distance, normal.reshape(-1, 3)
 
 

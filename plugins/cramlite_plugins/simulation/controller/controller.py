@@ -13,21 +13,18 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from msgspec.structs import replace
 
-from cramlite.model import Disturbance, Floats, Pose, Robot
+from cramlite.model import Disturbance, Floats, Pose
 
 from ..model.compile import unstable
 from ..model.index import RobotIndex
 from .arm_errors import ArmErrors
-from .force_mode import ForceMode
+from .commanded_arm import CommandedArm
 from .gripper_drive import GripperDrive
 from .gripper_server import GripperServer
-from .movep import process_motion
-from .nominal_arm import NominalArm, cross
+from .nominal_arm import cross
 from .platform_drive import PlatformDrive
 from .protective_stop import ProtectiveStop, Safety, SafetyWatch
-from .trajectories import Motion, StoppingMotion, blended_motion, joint_motion, linear_motion, stopping_motion
 from .wrist_sensor import GRAVITY, WristSensor
 
 STEPS = 4  # physics steps of one control cycle
@@ -61,7 +58,7 @@ class Applied(NamedTuple):
         return np.concatenate([self.force, torque])
 
 
-class Controller:
+class Controller(CommandedArm):
     """The arm side of the controller.
 
     Args:
@@ -85,10 +82,10 @@ class Controller:
         steps: int = STEPS,
         drive: type[GripperDrive] = GripperServer,
     ) -> None:
+        self.joints = adjacent(index.joints)
+        super().__init__(index.robot, np.array(data.qpos[self.joints]), steps * float(model.opt.timestep))
         self.steps = steps
         self.model, self.data, self.index = model, data, index
-        self.arm: Robot = index.robot
-        self.kinematics = NominalArm(index.robot)
         self.base = index.robot.arm_at(base)
         self.platform = PlatformDrive(model, data, index, base) if index.platform else None
         self.up = base.inverse().rotate((0.0, 0.0, 1.0))
@@ -96,8 +93,7 @@ class Controller:
         self.gripper: GripperDrive = drive(index.robot.gripper, index, model)
         self.gripper.begin_as(data)
         self.gripper_center = _gripper_center(model, data, index)
-        self.period = steps * float(model.opt.timestep)
-        self.servos, self.joints, self.dofs = adjacent(index.actuators), adjacent(index.joints), adjacent(index.dofs)
+        self.servos, self.dofs = adjacent(index.actuators), adjacent(index.dofs)
         self.wrist = adjacent([first + k for first in (index.ft_force, index.ft_torque) for k in range(3)])
         self.counted = np.arange(1.0, steps + 1)[:, None]
         self.ctrl, self.qpos, self.readings = data.ctrl, data.qpos, data.sensordata  # MuJoCo's own memory, looked up once
@@ -106,14 +102,8 @@ class Controller:
         self.stiffness = model.actuator_gainprm[self.servos, 0].copy()
         torques = model.actuator_forcerange[self.servos, 1].copy()
         self.watch = SafetyWatch(safety, index.robot, torques, self.period)
-        self.q = np.array(data.qpos[self.joints])
         self.rate, self.nothing = np.zeros(len(self.q)), np.zeros(len(self.q))
-        self.motion: Motion | None = None
-        self.time = 0.0
-        self.force_mode: ForceMode | None = None
-        self.force_gain = 1.0
         self.freedrive = False
-        self.nominal = self.kinematics.forward(self.q)
         self.errors: ArmErrors | None = None
         self._wrench: Floats | None = None
         self._forget()
@@ -143,70 +133,13 @@ class Controller:
 
     def set_tcp(self, tcp: Pose) -> None:
         """Set the tool centre point in the flange frame."""
-        self.arm = replace(self.arm, gripper=replace(self.arm.gripper, tcp=tcp))
-        self.kinematics = NominalArm(self.arm)
-        self.nominal = self.kinematics.forward(self.q)
+        super().set_tcp(tcp)
         self._forget()
 
     def set_payload(self, mass: float, center: Floats) -> None:
         """Set the payload on the flange: mass [kg], centre of mass (3,) [m] in the flange frame."""
         self.sensor.mass, self.sensor.center = mass, center
         self._forget()
-
-    def move_joints(self, goal: Floats, speed: float, acceleration: float) -> Motion:
-        """Start a movej to joint positions (n,) [rad, rad/s, rad/s2]; in force mode compliant axes deviate from it."""
-        return self._begin(joint_motion(self.q, goal, speed, acceleration))
-
-    def move_along(self, goals: list[Floats], radii: list[float], rates: list[tuple[float, float]]) -> Motion:
-        """Start several movej that blend into one another; ``radii`` [m] are those of all goals but the last.
-
-        Raises:
-            ValueError: a radius takes more than half of a motion.
-        """
-        points = [self.q.copy(), *goals]
-        return self._begin(blended_motion(points, radii, rates, lambda q: self.kinematics.place(q)))
-
-    def move_linear(self, goal: Pose, speed: float, acceleration: float) -> Motion:
-        """Start a movel [m/s, m/s2]; in force mode from the nominal end of the motion before, without the deviation."""
-        return self._begin(linear_motion(self._start(), goal, speed, acceleration))
-
-    def move_process(self, goals: list[Pose], radii: list[float], speed: float, acceleration: float) -> Motion:
-        """Start several movep that blend into one another; ``radii`` [m] are those of all goals but the last.
-
-        Raises:
-            ValueError: a line has no length, a radius takes more than half of one, or the way turns straight back.
-        """
-        return self._begin(process_motion([self._start(), *goals], radii, speed, acceleration))
-
-    def path_length(self, goal: Pose) -> float:
-        """Compute the path length of a movel [m]; a rotation counts by its lever."""
-        return linear_motion(self._start(), goal, 1.0, 1.0).way
-
-    def _start(self) -> Pose:
-        return self.nominal if self.force_mode else self.kinematics.forward(self.q)
-
-    def follow(self, motion: Motion) -> Motion:
-        """Start any other motion, from where the arm is now."""
-        return self._begin(motion)
-
-    def stop(self, deceleration: float) -> Motion | None:
-        """Stop the running motion on its own path, with a deceleration in its unit."""
-        if self.motion is None or isinstance(self.motion, StoppingMotion):
-            return self.motion
-        return self._begin(stopping_motion(self.motion, self.time, deceleration))
-
-    def start_force_mode(self, mode: ForceMode) -> None:
-        """Switch force mode on; if it is on already, its deviation is kept."""
-        if self.force_mode is None:
-            self.nominal = self.kinematics.forward(self.q)
-        else:
-            mode.offset = self.force_mode.offset
-        self.force_mode = mode
-
-    def end_force_mode(self) -> None:
-        """Switch force mode off: the arm stays where it is."""
-        if self.force_mode is not None:
-            self.force_mode, self.motion = None, None
 
     # What it measures
 
@@ -274,7 +207,7 @@ class Controller:
         Raises:
             ProtectiveStop: a limit of the safety configuration, or a target that cannot be followed.
         """
-        goal = self._command()
+        goal = self._goal()
         if goal is not self.q:
             self.watch.command(self.q, goal)
         self._apply(goal)
@@ -287,7 +220,7 @@ class Controller:
         if self.platform is not None:
             self.platform.stop()
         try:
-            self._apply(self._command())
+            self._apply(self._goal())
         except ProtectiveStop:  # the path cannot be followed any further
             self.motion = None
             self._apply(self.q)
@@ -302,33 +235,9 @@ class Controller:
         if self.platform is not None:
             self.base = self.arm.arm_at(self.platform.actual())
 
-    def _begin(self, motion: Motion) -> Motion:
-        self.motion, self.time = motion, 0.0
-        return motion
-
-    def _command(self) -> Floats:
-        """Where the arm should be at the end of this cycle."""
-        place: Floats | Pose | None = None
-        if self.motion is not None:
-            self.time += self.period
-            place = self.motion.at(self.time)
-            if self.time >= self.motion.duration:
-                self.motion = None
-        if self.freedrive and place is None:
-            return self.encoders()
-        if self.force_mode is None:
-            return self.q if place is None else self._inverse(place) if isinstance(place, Pose) else place
-        if place is not None:
-            self.nominal = place if isinstance(place, Pose) else self.kinematics.forward(place)
-        self.force_mode.advance(-self.wrench(), self.period, self.force_gain)
-        return self._inverse(self.force_mode.target(self.nominal))
-
-    def _inverse(self, target: Pose) -> Floats:
-        found = self.kinematics.follow(target, self.q)
-        if found is None:
-            place = ", ".join(f"{v:.3f}" for v in target.position)
-            raise ProtectiveStop(f"no inverse kinematics for the TCP at ({place}) m: out of reach or singular")
-        return found
+    def _goal(self) -> Floats:
+        """Where the arm should be at the end of this cycle; an arm that is led by hand goes where it is."""
+        return self.encoders() if self.freedrive and self.motion is None else self._command()
 
     def _physics(self, before: Floats) -> None:
         """Interpolated commands, with what velocity and payload need fed forward, and the sensor's mean."""

@@ -10,7 +10,8 @@ from typing import Any
 from cramlite.model import Gripper
 
 from ..model.index import RobotIndex
-from .gripper_drive import COUNTS, GripperDrive
+from .gripper_drive import GripperDrive
+from .gripper_order import COUNTS
 
 NAMES = ("ACT", "GTO", "POS", "SPE", "FOR", "PRE", "OBJ", "STA", "FLT")
 SETTABLE = ("ACT", "GTO", "POS", "SPE", "FOR")

@@ -70,8 +70,8 @@ class Compiled(Value):
         for mount in self.world.robots:
             index = self.robots[mount.name]
             data.qpos[list(index.joints)] = data.ctrl[list(index.actuators)] = mount.joints or index.robot.home
-            if mount.opening is not None:
-                index.set_opening(data, mount.opening)
+            if mount.opening is not None or index.linkage is not None:
+                index.set_opening(data, index.robot.start(mount)[1])
         for k, hand in enumerate(self.hands):
             home = Pose((0.0, k * APART, 0.0)) * hand.home
             hand.teleport(self.model, data, home)

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from cramlite.model import EntityName, Floats, Pose, Robot, Value
+from cramlite.model import EntityName, Floats, Linkage, Pose, Robot, Value
 
 Model = Any  # mujoco.MjModel; MuJoCo's bindings have no complete types
 Data = Any  # mujoco.MjData
@@ -46,6 +46,41 @@ class ThingIndex(Value):
     grains: tuple[tuple[int, int], ...] = ()
 
 
+class LinkageIndex(Value):
+    """Addresses of a linkage in the model, and its table (``cramlite.model.Linkage``); K samples, J joints, A actuators.
+
+    Args:
+        joints: qpos addresses of its joints.
+        measured: weight of each in what the encoders of its drives read.
+        readings: of the encoders (K), rising; ``openings`` (K) there, falling [m].
+        positions: (J, K) of the joints.
+        actuators: ids.
+        controls, forces: (A, K) of the actuators.
+    """
+
+    joints: tuple[int, ...]
+    measured: tuple[float, ...]
+    readings: tuple[float, ...]
+    openings: tuple[float, ...]
+    positions: tuple[tuple[float, ...], ...]
+    actuators: tuple[int, ...]
+    controls: tuple[tuple[float, ...], ...]
+    forces: tuple[tuple[float, ...], ...]
+
+    def opening(self, qpos: Floats) -> Floats:
+        """Return the distance between the pads (...) [m]; ``qpos`` (nq, ...) is of the whole model."""
+        reading = sum(w * qpos[a] for a, w in zip(self.joints, self.measured, strict=True))
+        return np.asarray(np.interp(reading, self.readings, self.openings))
+
+    def put(self, data: Data, opening: float) -> None:
+        """Set joints and orders to an opening [m] without any physics."""
+        narrow = [-o for o in self.openings]
+        for a, column in zip(self.joints, self.positions, strict=True):
+            data.qpos[a] = np.interp(-opening, narrow, column)
+        for a, column in zip(self.actuators, self.controls, strict=True):
+            data.ctrl[a] = np.interp(-opening, narrow, column)
+
+
 class EffectorIndex(Value):
     """Addresses of an effector in the model, a robot's gripper or a hand.
 
@@ -59,6 +94,7 @@ class EffectorIndex(Value):
         left, right: geom ids of the pads.
         bodies: ids of the bodies that move with the sensor, the fingers included.
         reach: smallest and largest distance between the pads [m].
+        linkage: what moves the pads, where it is a file's; else ``fingers`` are two slides.
     """
 
     name: str
@@ -73,15 +109,21 @@ class EffectorIndex(Value):
     right: tuple[int, ...]
     bodies: tuple[int, ...]
     reach: tuple[float, float]
+    linkage: LinkageIndex | None
 
     def opening(self, qpos: Floats) -> Floats:
         """Return the distance between the finger pads (...) [m], from the finger joints; ``qpos`` (nq, ...) is of the whole model."""
+        if self.linkage is not None:
+            return self.linkage.opening(qpos)
         low, high = self.reach
         travel = sum(qpos[a] / far for a, far in zip(self.fingers, self.travels, strict=True)) / len(self.fingers)
         return np.asarray(high - travel * (high - low))
 
     def set_opening(self, data: Data, opening: float) -> None:
         """Set the fingers to an opening [m] without any physics; for start states and planning."""
+        if self.linkage is not None:
+            self.linkage.put(data, opening)
+            return
         low, high = self.reach
         share = min(max((high - opening) / (high - low), 0.0), 1.0)
         for a, far in zip(self.fingers, self.travels, strict=True):
@@ -136,7 +178,7 @@ class RobotIndex(EffectorIndex):
 def robot_index(model: Model, name: str, robot: Robot) -> RobotIndex:
     """Look up the robot that was attached with the prefix ``{name}/``."""
     joints = [model.joint(f"{name}/{j}") for j in robot.joints]
-    effector = effector_fields(model, name, "gripper", robot.gripper.opening)
+    effector = effector_fields(model, name, "gripper", robot.gripper.opening, robot.gripper.linkage)
     return RobotIndex(
         robot=robot,
         joints=tuple(int(j.qposadr[0]) for j in joints),
@@ -158,7 +200,21 @@ def _platform_index(model: Model, name: str, robot: Robot) -> PlatformIndex | No
     )
 
 
-def effector_fields(model: Model, name: str, root: str, reach: tuple[float, float]) -> dict[str, Any]:
+def _linkage_index(model: Model, name: str, linkage: Linkage) -> LinkageIndex:
+    columns = tuple(tuple(zip(*rows, strict=True)) for rows in (linkage.positions, linkage.controls, linkage.forces))
+    return LinkageIndex(
+        joints=tuple(int(model.joint(f"{name}/{j}").qposadr[0]) for j in linkage.joints),
+        measured=linkage.measured,
+        readings=linkage.readings,
+        openings=linkage.openings,
+        positions=columns[0],
+        actuators=tuple(int(model.actuator(f"{name}/{a}").id) for a in linkage.actuators),
+        controls=columns[1],
+        forces=columns[2],
+    )
+
+
+def effector_fields(model: Model, name: str, root: str, reach: tuple[float, float], linkage: Linkage | None = None) -> dict[str, Any]:
     """Look up the fields of EffectorIndex for the effector whose first body is ``{name}/{root}``."""
     top = model.body(f"{name}/{root}").id
     bodies = tuple(b for b in range(model.nbody) if _inside(model, b, top))
@@ -169,13 +225,14 @@ def effector_fields(model: Model, name: str, root: str, reach: tuple[float, floa
         "ft": model.site(f"{name}/ft").id,
         "ft_force": int(model.sensor(f"{name}/ft_force").adr[0]),
         "ft_torque": int(model.sensor(f"{name}/ft_torque").adr[0]),
-        "gripper": model.actuator(f"{name}/gripper").id,
+        "gripper": model.actuator(f"{name}/{linkage.actuators[0] if linkage else 'gripper'}").id,
         "fingers": tuple(int(j.qposadr[0]) for j in fingers),
         "travels": tuple(float(j.range[1]) for j in fingers),
         "left": _pads(model, f"{name}/left_pad"),
         "right": _pads(model, f"{name}/right_pad"),
         "bodies": bodies,
         "reach": reach,
+        "linkage": _linkage_index(model, name, linkage) if linkage else None,
     }
 
 

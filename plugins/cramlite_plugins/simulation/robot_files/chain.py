@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from cramlite.plugin import UserError, nearest
 from ..scenes.source import Source
 
 AXES = (6, 7)
-FLANGES = re.compile(r"attachment|flange|tool0|ee_?site|end_?effector|link_?ee", re.IGNORECASE)
+FLANGES = re.compile(r"attachment|flange|tool0|right_hand|ee_?site|end_?effector|link_?ee", re.IGNORECASE)
 """Names of the place where a tool is bolted on: Menagerie's "attachment_site", ROS-Industrial's "tool0" and "flange"."""
 TAKEN = ("base_link", "gripper", "left_finger", "right_finger")
 """Names of bodies of the base and of our grippers."""
@@ -39,6 +40,8 @@ class Chain(Value):
         axes: (point, direction) of each joint in the base's frame, all joints at zero [m].
         flange: where tools are bolted on, in the base's frame, all joints at zero.
         said: what the flange was taken from.
+        place: "site" or "body", and the name of what it was taken from.
+        hand: whether something moves behind the last joint.
     """
 
     base: int
@@ -51,13 +54,16 @@ class Chain(Value):
     axes: tuple[tuple[Floats, Floats], ...]
     flange: Pose
     said: str
+    place: tuple[str, str]
+    hand: bool
 
 
-def find_chain(source: Source, flange: str = "") -> Chain:
+def find_chain(source: Source, flange: str = "", limits: Sequence[tuple[str, float, float]] = ()) -> Chain:
     """Find the arm in a compiled file: the first six or seven hinges in a row.
 
     Args:
         flange: name of the site or body where the tool is bolted on; empty looks for usual names behind the last joint.
+        limits: (joint, lower, upper) of joints without a range in the file [rad].
 
     Raises:
         UserError: there is no such row of hinges, a joint has no limits, or the flange is not there.
@@ -68,10 +74,7 @@ def find_chain(source: Source, flange: str = "") -> Chain:
     names = tuple(model.joint(j).name for j in joints)
     if "" in names:
         raise UserError(f"{where}: joint {names.index('') + 1} of the arm has no name; give it one, since programs name joints.")
-    free = [n for n, j in zip(names, joints, strict=True) if not model.jnt_limited[j]]
-    if free:
-        raise UserError(f"{where}: joint '{free[0]}' has no limits; write its range into the file (360 deg each way if it turns on).")
-    ranges = tuple((float(lo), float(hi)) for lo, hi in model.jnt_range[joints])
+    ranges = _ranges(source, names, joints, limits)
     wrong = [n for n, (lo, hi) in zip(names, ranges, strict=True) if not (math.isfinite(lo) and math.isfinite(hi) and lo < hi)]
     if wrong:
         raise UserError(f"{where}: the range of joint '{wrong[0]}' is no two finite angles, the lower one first.")
@@ -82,11 +85,31 @@ def find_chain(source: Source, flange: str = "") -> Chain:
     mujoco.mj_kinematics(model, data)
     base = int(model.body_parentid[bodies[0]])
     stand = pose_of(data.xpos[base], data.xmat[base])
-    place, said = _flange(source, data, bodies[-1], flange)
+    at, said, place = _flange(source, data, bodies[-1], flange)
+    hand = any(_moves(model, b) for b in range(1, model.nbody) if int(model.body_parentid[b]) == bodies[-1])
     axes = tuple((_in(stand, data.xanchor[j]), stand.rotation.T @ data.xaxis[j]) for j in joints)
     _check_size(where, names, axes)
     torques = tuple(_torque(model, j) for j in joints)
-    return Chain(base, bodies, _links(model, bodies), names, ranges, torques, _speeds(source, names), axes, stand.inverse() * place, said)
+    speeds, flat = _speeds(source, names), stand.inverse() * at
+    return Chain(base, bodies, _links(model, bodies), names, ranges, torques, speeds, axes, flat, said, place, hand)
+
+
+def _ranges(
+    source: Source, names: tuple[str, ...], joints: list[int], limits: Sequence[tuple[str, float, float]]
+) -> tuple[tuple[float, float], ...]:
+    """Ranges as stated, else as the file has them."""
+    model, stated = source.model, {name: (low, high) for name, low, high in limits}
+    for name in stated:
+        if name not in names:
+            raise UserError(f"{source.path}: 'limits' names '{name}', and the arm has no such joint; {nearest(name, names)}.")
+    free = [n for n, j in zip(names, joints, strict=True) if not model.jnt_limited[j] and n not in stated]
+    if free:
+        raise UserError(
+            f"{source.path}: joint '{free[0]}' has no limits; 'limits' says them, 360 deg each way if it turns on: "
+            f"limits: {{{', '.join(f'{n}: [-360 deg, 360 deg]' for n in free)}}}."
+        )
+    own = {n: (float(model.jnt_range[j][0]), float(model.jnt_range[j][1])) for n, j in zip(names, joints, strict=True)}
+    return tuple({**own, **stated}[n] for n in names)
 
 
 def _hinged(source: Source) -> tuple[int, ...]:
@@ -130,8 +153,8 @@ def _moves(model: Any, body: int) -> bool:
     return bool(model.body_jntnum[body]) or any(_moves(model, b) for b in below)
 
 
-def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str]:
-    """Where tools are bolted on, in the world, and what said so."""
+def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str, tuple[str, str]]:
+    """Where tools are bolted on, in the world, what said so, and its kind and name."""
     model = source.model
     sites = {model.site(s).name: int(s) for s in range(model.nsite) if _behind(model, int(model.site_bodyid[s]), last)}
     bodies = {model.body(b).name: b for b in range(1, model.nbody) if _behind(model, b, last)}
@@ -141,10 +164,10 @@ def _flange(source: Source, data: Any, last: int, named: str) -> tuple[Pose, str
         )
     name = named or next((n for n in (*sites, *bodies) if FLANGES.search(n)), "")
     if name in sites:
-        return pose_of(data.site_xpos[sites[name]], data.site_xmat[sites[name]]), f"site '{name}'"
+        return pose_of(data.site_xpos[sites[name]], data.site_xmat[sites[name]]), f"site '{name}'", ("site", name)
     b = bodies[name] if name else last
     said = f"body '{name}'" if name else f"the last body, '{model.body(last).name}': no site or body has a usual name; 'flange' names one"
-    return pose_of(data.xpos[b], data.xmat[b]), said
+    return pose_of(data.xpos[b], data.xmat[b]), said, ("body", model.body(b).name)
 
 
 def _behind(model: Any, body: int, last: int) -> bool:
@@ -168,8 +191,13 @@ def _torque(model: Any, joint: int) -> float:
     """The highest torque of a joint that the file states, of itself or of its actuator; 0 if none [Nm]."""
     found = [float(model.jnt_actfrcrange[joint][1])] if model.jnt_actfrclimited[joint] else []
     for a in range(model.nu):
-        if int(model.actuator_trnid[a][0]) == joint and int(model.actuator_trntype[a]) == 0 and model.actuator_forcelimited[a]:
-            found.append(float(model.actuator_forcerange[a][1]) * abs(float(model.actuator_gear[a][0])))
+        if int(model.actuator_trnid[a][0]) != joint or int(model.actuator_trntype[a]) != 0:
+            continue
+        gear = abs(float(model.actuator_gear[a][0]))
+        if model.actuator_forcelimited[a]:
+            found.append(float(model.actuator_forcerange[a][1]) * gear)
+        elif model.actuator_ctrllimited[a] and int(model.actuator_biastype[a]) == 0:  # a motor: its order is its torque
+            found.append(abs(float(model.actuator_ctrlrange[a][1] * model.actuator_gainprm[a][0])) * gear)
     return min(found, default=0.0)
 
 

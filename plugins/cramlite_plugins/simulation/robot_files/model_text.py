@@ -188,7 +188,7 @@ def _geoms(at_zero: Posed, part: Part, meshes: dict[str, str]) -> Iterator[str]:
             size[1] += 2 / 3 * size[0]
         if kind == "MESH":
             mesh = f"mesh_{int(model.geom_dataid[g])}"
-            meshes.setdefault(mesh, _line(_hull(model, int(model.geom_dataid[g])).ravel()))
+            meshes.setdefault(mesh, _line(hull_of(model, int(model.geom_dataid[g])).ravel()))
         own = f'mesh="{mesh}"' if kind == "MESH" else f'size="{_line(size)}"'
         place = back * pose_of(data.geom_xpos[g], data.geom_xmat[g])
         yield (
@@ -196,8 +196,8 @@ def _geoms(at_zero: Posed, part: Part, meshes: dict[str, str]) -> Iterator[str]:
         )
 
 
-def _hull(model: Any, mesh: int) -> Floats:
-    """The corners of a mesh's convex hull, (n, 3)."""
+def hull_of(model: Any, mesh: int) -> Floats:
+    """Return the corners of the convex hull of a mesh, (n, 3), in the frame of its inertia [m]."""
     from scipy.spatial import ConvexHull, QhullError
 
     start = int(model.mesh_vertadr[mesh])

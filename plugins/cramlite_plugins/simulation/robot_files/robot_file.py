@@ -1,27 +1,27 @@
-"""A robot from the MJCF or URDF of its arm, with one of our grippers on its flange."""
+"""A robot from the MJCF or URDF of its arm, with one of our grippers on its flange, or that of a file."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-from msgspec import field
 from msgspec.structs import replace
 
-from cramlite.model import Gripper, Pose, Robot, Value
+from cramlite.model import Gripper, ImportedRobot, Pose, Robot, Stated
 from cramlite.plugin import UserError, nearest
 
 from ...robots import franka_hand, robotiq_2f85
-from ..scenes.source import read_source
+from ..scenes.source import Source, read_source
 from .chain import Chain, find_chain
 from .dh_table import Table, reach_of, table_of
+from .hand_file import Hand, Mjcf, read_hand
 from .model_text import posed, write_model
 
-GRIPPERS: Mapping[str, tuple[Gripper, Callable[[str], tuple[str, str]]]] = {
+GRIPPERS: Mapping[str, tuple[Gripper, Mjcf]] = {
     "franka_hand": (franka_hand.FRANKA_HAND, franka_hand.gripper_mjcf),
     "robotiq_2f85": (robotiq_2f85.GRIPPER, robotiq_2f85.gripper_mjcf),
 }
@@ -29,50 +29,12 @@ ACCELERATION = 5.0  # no file states it: as for the UR5e [rad/s2]
 UPRIGHT = 1e-6  # how far the first axis may lean
 
 
-class Stated(Value):
-    """What a data sheet says of an arm, and its file does not; angles count as the file counts.
-
-    Args:
-        payload: of the arm, gripper included [kg].
-        gripper: one of ``GRIPPERS``; a hand in the file is left out.
-        flange: site or body behind the last joint where tools are bolted on; empty looks for usual names.
-        home: a parked joint position [rad]; empty takes the keyframe "home", else the middle of the ranges.
-        speed: of joints whose file states none [rad/s]; the slowest joints of a UR10 have 2.1.
-        torques: highest of each joint [Nm]; needed where the file states none, and then in place of its own.
-        sensor: where forces are measured, "flange" or a sensor's name; empty looks for a force sensor in the file.
-        apart: pairs of links whose shapes overlap although the real ones never meet, beside those that the file excludes.
-        packages: name in ``package://`` of a URDF -> its folder.
-    """
-
-    payload: float
-    gripper: str = "robotiq_2f85"
-    flange: str = ""
-    home: tuple[float, ...] = ()
-    speed: float = 2.0
-    torques: tuple[float, ...] = ()
-    sensor: str = ""
-    apart: tuple[tuple[str, str], ...] = ()
-    packages: Mapping[str, Path] = field(default_factory=dict)
-
-
-class RobotFile(Value):
-    """A robot that was read from a file, and what was found there.
-
-    Args:
-        robot: joints count as its Denavit-Hartenberg table does; ``axis_zeros`` is where the file counts zero.
-        notes: what was found, what is missing and taken from elsewhere, and what says another; one sentence each.
-    """
-
-    robot: Robot
-    notes: tuple[str, ...]
-
-
-def read_robot(path: Path | str, name: str, stated: Stated) -> RobotFile:
-    """Read an arm, and bolt one of our grippers to its flange.
+def read_robot(path: Path | str, name: str, stated: Stated) -> ImportedRobot:
+    """Read an arm, and bolt a gripper to its flange.
 
     Args:
         path: of an MJCF or URDF file.
-        name: that scenarios use for the robot.
+        name: of the robot's type.
         stated: what the file does not say.
 
     Raises:
@@ -81,24 +43,63 @@ def read_robot(path: Path | str, name: str, stated: Stated) -> RobotFile:
     path = Path(path)
     if not path.is_file():
         raise UserError(f"There is no robot file '{path}'.")
-    hand, hand_mjcf = _gripper(path, stated)
-    source = read_source(path, stated.packages)
-    found = find_chain(source, stated.flange)
-    chain = replace(found, torques=_torques(path, found, stated.torques))
+    packages = {name: Path(folder) for name, folder in stated.packages}
+    source = read_source(path, packages)
+    own = find_chain(source, stated.flange, stated.limits)
+    chain = replace(own, torques=_torques(path, own, stated.torques))
     table = table_of(chain.axes, chain.flange)
     _check_upright(path, chain.joints[0], table.base)
     at_zero = posed(source, chain)
     tip = at_zero.body(chain.bodies[-1])
     flange = tip.inverse() * at_zero.body(chain.base) * chain.flange
-    tool = _bolted(hand_mjcf(chain.links[-1]), flange, table.tool)
+    hand = _hand(path, source, stated, chain, flange)
+    _check_stated(path, stated, hand.gripper)
+    tool = _bolted(hand.mjcf(chain.links[-1]), flange, table.tool)
     text, overlaps = write_model(name, at_zero, chain, table, tool, _known(path, chain, stated.apart))
-    own, where = _home(path, source.model, chain, stated.home)
-    parked = tuple(v + z for v, z in zip(own, table.zeros, strict=True))
+    home, where = _home(path, source.model, chain, stated.home)
+    parked = tuple(v + z for v, z in zip(home, table.zeros, strict=True))
     _check_free(path, text, parked, where)
     sensor = stated.sensor or ("flange" if _has_force_sensor(source.model) else None)
     reach = round(reach_of(table, chain.limits), 3)
-    robot = _robot(name, chain, table, replace(hand, tcp=table.tool * hand.tcp), stated, parked, reach, sensor, text)
-    return RobotFile(robot, (*_found(path, chain, robot, stated, where), *overlaps))
+    gripper = replace(hand.gripper, tcp=table.tool * hand.gripper.tcp)
+    robot = _robot(name, chain, table, gripper, stated, parked, reach, sensor, text)
+    found = (*_found(path, chain, robot, where), *hand.found)
+    notes = (*_missing(chain, robot, stated, where), *hand.notes, *overlaps)
+    root = source.model.body(chain.base).name or "world"
+    return ImportedRobot(robot, found, notes, table.base, table.tool, chain.place, root)
+
+
+def _hand(path: Path, source: Source, stated: Stated, chain: Chain, flange: Pose) -> Hand:
+    """The gripper: one of ours, that of a file of its own, or that of the arm's file."""
+    if isinstance(stated.gripper, str):
+        if stated.gripper not in GRIPPERS:
+            raise UserError(
+                f"{path}: there is no gripper '{stated.gripper}' for arms from files; {nearest(stated.gripper, list(GRIPPERS))}, or "
+                "{file: ...} for that of a file."
+            )
+        gripper, mjcf = GRIPPERS[stated.gripper]
+        left = ("the hand in the file is left out; 'gripper: {}' takes it",) if chain.hand else ()
+        return Hand(gripper, mjcf, (f"the gripper is '{gripper.type}'",), left)
+    if not stated.gripper.path:
+        return read_hand(source, stated.gripper, chain.bodies[-1], flange.inverse())
+    own = Path(stated.gripper.path)
+    if not own.is_file():
+        raise UserError(f"{path}: there is no gripper file '{own}'.")
+    return read_hand(read_source(own, {name: Path(folder) for name, folder in stated.packages}), stated.gripper)
+
+
+def _check_stated(path: Path, stated: Stated, gripper: Gripper) -> None:
+    if not stated.payload:
+        raise UserError(
+            f"{path}: no payload is stated, and no file states one; 'payload' is the data sheet's, gripper included, such as 5 kg."
+        )
+    if not gripper.mass < stated.payload < 1000.0:
+        raise UserError(
+            f"{path}: a payload of {stated.payload:g} kg does not carry the gripper '{gripper.type}' of {gripper.mass:.3g} kg; "
+            "'payload' is the data sheet's, gripper included."
+        )
+    if not stated.speed > 0.0:
+        raise UserError(f"{path}: 'speed' is {stated.speed:g} rad/s; it is larger than 0.")
 
 
 def _robot(
@@ -121,20 +122,6 @@ def _robot(
         mjcf=lambda: text,
         axis_zeros=table.zeros,
     )
-
-
-def _gripper(path: Path, stated: Stated) -> tuple[Gripper, Callable[[str], tuple[str, str]]]:
-    if stated.gripper not in GRIPPERS:
-        raise UserError(f"{path}: there is no gripper '{stated.gripper}' for arms from files; {nearest(stated.gripper, list(GRIPPERS))}.")
-    hand = GRIPPERS[stated.gripper][0]
-    if not hand.mass < stated.payload < 1000.0:
-        raise UserError(
-            f"{path}: a payload of {stated.payload:g} kg does not carry the gripper '{stated.gripper}' of {hand.mass:g} kg; "
-            "'payload' is the data sheet's, gripper included."
-        )
-    if not stated.speed > 0.0:
-        raise UserError(f"{path}: 'speed' is {stated.speed:g} rad/s; it is larger than 0.")
-    return GRIPPERS[stated.gripper]
 
 
 def _torques(path: Path, chain: Chain, stated: tuple[float, ...]) -> tuple[float, ...]:
@@ -211,15 +198,18 @@ def _has_force_sensor(model: Any) -> bool:
     return bool((model.sensor_type == int(mujoco.mjtSensor.mjSENS_FORCE)).any())
 
 
-def _found(path: Path, chain: Chain, robot: Robot, stated: Stated, home: str) -> tuple[str, ...]:
-    """What was found and what is missing."""
+def _found(path: Path, chain: Chain, robot: Robot, home: str) -> tuple[str, ...]:
+    return (
+        f"{path.name}: {len(chain.joints)} joints: {', '.join(chain.joints)}; the flange reaches {robot.reach:g} m from the first axis",
+        f"tools are bolted to {chain.said.split(':')[0]}; home is {home}",
+    )
+
+
+def _missing(chain: Chain, robot: Robot, stated: Stated, home: str) -> tuple[str, ...]:
+    """What was taken from elsewhere, and what says another."""
     slow = [n for n, v in zip(chain.joints, chain.speeds, strict=True) if not v]
-    notes = [
-        f"{path}: {len(chain.joints)} joints: {', '.join(chain.joints)}; the flange reaches {robot.reach:g} m from the first axis",
-        f"tools are bolted to {chain.said}",
-        f"home is {home}",
-        f"the gripper is '{robot.gripper.type}'; a hand in the file is left out",
-    ]
+    notes = [f"tools are bolted to {chain.said}"] if ":" in chain.said else []
+    notes += [f"home is {home}; 'home' says another"] if home.startswith("the middle") else []
     notes += [f"no speed is stated for {', '.join(slow)}: {stated.speed:g} rad/s; 'speed' says another"] if slow else []
     notes += [] if robot.sensor else ["no force sensor is in the file: motions that feel are refused; 'sensor' says where one is"]
     return (*notes, f"no file states accelerations: {ACCELERATION:g} rad/s2 for each joint")

@@ -21,7 +21,7 @@ from cramlite.model import (
     SpiralSearch,
 )
 
-from ..controller.controller import Controller
+from ..controller.commanded_arm import CommandedArm
 from ..controller.force_mode import ForceMode
 from .steps import Cycles, Running, StepFailed, brake, force
 
@@ -153,14 +153,14 @@ def compliant_slide(run: Running, step: CompliantSlide) -> Cycles:
 
 
 def _comply(
-    arm: Controller, frame: Pose, axes: Sequence[float], wrench: Sequence[float], limits: Sequence[float]
+    arm: CommandedArm, frame: Pose, axes: Sequence[float], wrench: Sequence[float], limits: Sequence[float]
 ) -> None:
     turn = Pose((0.0, 0.0, 0.0), frame.quaternion)
     selection, wanted, most = (np.array(v, dtype=float) for v in (axes, wrench, limits))
     arm.start_force_mode(ForceMode(turn, selection, wanted, most))
 
 
-def _rest(arm: Controller) -> Cycles:
+def _rest(arm: CommandedArm) -> Cycles:
     """Stop, and leave force mode."""
     yield from brake(arm)
     arm.end_force_mode()

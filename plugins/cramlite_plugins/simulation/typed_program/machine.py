@@ -39,7 +39,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import UserError
 
-from ..controller.controller import Controller
+from ..controller.commanded_arm import CommandedArm
 from ..urscript.interpreter import Halted
 from . import control, force_steps, steps
 from .steps import Cycles, StepFailed
@@ -118,7 +118,7 @@ class ProgramMachine:
         log: called with each line that the program writes.
     """
 
-    def __init__(self, loaded: ProgramText, controller: Controller, log: Callable[[str], None]) -> None:
+    def __init__(self, loaded: ProgramText, controller: CommandedArm, log: Callable[[str], None]) -> None:
         self.program: Program = loaded.program
         self.lines, self.arm, self._log = loaded.lines, controller, log
         self.main_line = 0

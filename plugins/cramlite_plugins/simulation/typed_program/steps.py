@@ -15,7 +15,7 @@ import numpy as np
 
 from cramlite.model import AnyStep, Drive, MoveJoints, MoveLinear, SetGripper, SetPayload, Wait, ZeroSensor
 
-from ..controller.controller import Controller
+from ..controller.commanded_arm import CommandedArm
 
 Cycles = Generator[None, None, None]
 BRAKE = 3.0  # deceleration when a watched motion is stopped [m/s2]
@@ -30,7 +30,7 @@ class Running(Protocol):
     """The running program as a step sees it."""
 
     @property
-    def arm(self) -> Controller:
+    def arm(self) -> CommandedArm:
         """Return the controller of the arm."""
     def log(self, text: str) -> None:
         """Write a line to the program's log."""
@@ -41,25 +41,25 @@ class Running(Protocol):
         ...
 
 
-def force(arm: Controller) -> float:
+def force(arm: CommandedArm) -> float:
     """Return the magnitude of the measured force [N]."""
     return arm.force()
 
 
-def follow(arm: Controller) -> Cycles:
+def follow(arm: CommandedArm) -> Cycles:
     """Wait until the running motion has ended."""
     motion = arm.motion
     while motion is not None and arm.motion is motion:
         yield
 
 
-def brake(arm: Controller, deceleration: float = BRAKE) -> Cycles:
+def brake(arm: CommandedArm, deceleration: float = BRAKE) -> Cycles:
     """Stop the running motion on its path, and wait for it."""
     arm.stop(deceleration)
     yield from follow(arm)
 
 
-def wait(arm: Controller, seconds: float) -> Cycles:
+def wait(arm: CommandedArm, seconds: float) -> Cycles:
     """Wait for a time [s]."""
     for _ in range(max(1, round(seconds / arm.period))):
         yield

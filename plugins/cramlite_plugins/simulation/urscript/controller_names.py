@@ -39,7 +39,8 @@ INTERFACES = """
     get_configurable_digital_in get_configurable_digital_out get_digital_in get_digital_out get_euromap_input
     get_euromap_output get_flag get_rtde_value get_standard_analog_in get_standard_analog_out get_standard_digital_in
     get_standard_digital_out get_tool_analog_in get_tool_digital_in get_tool_digital_out modbus_add_rtu_signal
-    modbus_add_signal modbus_delete_signal modbus_get_error modbus_get_signal_status modbus_get_time_since_signal_invalid
+    modbus_add_rw_signal modbus_add_signal modbus_delete_signal modbus_get_error modbus_get_signal_status
+    modbus_get_time_since_signal_invalid
     modbus_send_custom_command modbus_set_digital_input_action modbus_set_output_register modbus_set_output_signal
     modbus_set_register_watchdog modbus_set_runstate_dependent_choice modbus_set_signal_update_frequency
     modbus_set_signal_watchdog read_input_boolean_register read_input_float_register read_input_integer_register

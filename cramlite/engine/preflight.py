@@ -1,0 +1,265 @@
+"""Preflight: what a program will do to a real arm, measured where it ran, beside what the arm and its controller are to allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+from msgspec import DecodeError, json
+from msgspec.structs import replace
+
+from ..base.errors import UserError
+from ..base.value import Value
+from ..model.program import Code, Program
+from ..model.program_json import is_program_text, read_program, typed_code
+from ..model.program_safety import FASTEST
+from ..model.robot import Robot
+from ..model.rollout import Rollout, load_rollout
+from ..model.run_peaks import RunPeaks, peaks_of
+from ..model.slowed import slowed
+from ..model.steps import SetGripper, SetPayload, walk
+from ..model.twin_verdict import Draw
+from ..model.verdict import Verdict
+from ..model.world import World
+from ..plugin.catalogue import Knowledge, pick
+from .intent import FILE as INTENT
+from .intent import Intent, read_intent
+from .judging import Judged, Purpose, judge_text
+
+OVERSHOOT = 1.05
+"""Measured joint speeds may exceed a limit by this factor: the model's position servo lags, then catches up."""
+MARGIN = 1.2
+"""A safety limit is set this far above what the program reaches: closer stops it for nothing. Ours."""
+OWN: Mapping[str, str] = {"tool_speed": "m/s", "tool_force": "N", "joint_speed": "deg/s", "payload": "kg"}
+"""Limits that a user may set -> unit: those of a controller's own pages."""
+
+
+class Flight(Value):
+    """Program with all that is known of it before a real arm runs it.
+
+    Args:
+        robot: that it is for.
+        text: what the robot is given.
+        rollout: the nominal run; or the run at a share of the speed, of a dry run.
+        program: typed; None where there is only a text.
+        intent: what it was made for; None where it is of no run directory.
+        verdict: of its proof; None where nothing was proven.
+        judged: of the dry run; None where there was none.
+        speed: share of its own speed at which it ran.
+    """
+
+    robot: Robot
+    text: Code
+    rollout: Rollout
+    program: Program | None = None
+    intent: Intent | None = None
+    verdict: Verdict | None = None
+    judged: Judged | None = None
+    speed: float = 1.0
+
+    @property
+    def peaks(self) -> RunPeaks | None:
+        """Peaks of the run; None where nothing moved."""
+        return peaks_of(self.rollout)
+
+    @property
+    def twins(self) -> tuple[RunPeaks, ...]:
+        """Peaks of its runs in twins, at its own speed; none of a dry run."""
+        runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
+        return tuple(t.peaks for t in runs if t.peaks is not None) if self.speed == 1.0 else ()
+
+    @property
+    def draws(self) -> tuple[Draw, ...]:
+        """Errors that its proof was tried with."""
+        runs = self.verdict.twins.twins if self.verdict is not None and self.verdict.twins is not None else ()
+        return tuple(d for t in runs for d in t.draws)
+
+    def task_at(self, line: int) -> str:
+        """Return the task that a line of the text belongs to; "" where that is not known."""
+        return self.text.task_of(line) or ""
+
+
+class Check(Value):
+    """What a program reaches of something that a controller limits.
+
+    Args:
+        name: of the limit.
+        unit: of all numbers here.
+        reaches: in the run.
+        in_twins: the most in any twin; None where there are none.
+        limit: that may not be exceeded, and ``source``, whose limit that is.
+        line: of the text where it is reached; 0 where that is nowhere in particular.
+        safety: whether a controller has a safety limit of it that is to be set.
+    """
+
+    name: str
+    unit: str
+    reaches: float
+    in_twins: float | None
+    limit: float
+    source: str
+    line: int = 0
+    safety: bool = True
+
+    @property
+    def most(self) -> float:
+        """The most in any run."""
+        return max(self.reaches, self.in_twins or 0.0)
+
+    @property
+    def passed(self) -> bool:
+        """Whether no run exceeds the limit."""
+        return self.most <= self.limit
+
+    @property
+    def setting(self) -> float | None:
+        """What to set on the controller: some more than any run reaches, and no more than the limit; None for nothing."""
+        if not self.safety:
+            return None
+        wanted = MARGIN * self.most
+        digits = 1 - math.floor(math.log10(wanted)) if wanted > 0 else 0
+        rounded: float = math.ceil(wanted * 10.0**digits - 1e-9) / 10.0**digits
+        return min(self.limit, rounded)
+
+
+def flight_of_run(run: Path, knowledge: Knowledge) -> Flight:
+    """Read a run directory; its recorded run is measured, and nothing runs again.
+
+    Raises:
+        UserError: it holds no program that was proven, or is damaged.
+    """
+    intent = read_intent(run)
+    try:
+        verdict = json.decode((run / "verdict.json").read_bytes(), type=Verdict)
+    except (OSError, DecodeError) as error:
+        raise UserError(f"'{run / 'verdict.json'}' cannot be read: {error}. Run 'cramlite resolve' again.") from error
+    robot = pick("robot", knowledge.robots_of(intent.kept.world), intent.program.robot_type)
+    if not (run / "rollout.npz").is_file():
+        raise UserError(
+            f"'{run}' has no recorded run, since the text of its robot cannot be run here; so nothing was measured that could be "
+            "shown. Give 'program.json', the typed program, with --world."
+        )
+    _require_unaltered(run, intent)
+    rollout = load_rollout(run / "rollout.npz", intent.kept.world)
+    return Flight(robot, intent.kept.code, rollout, intent.program, intent, verdict)
+
+
+def _require_unaltered(run: Path, intent: Intent) -> None:
+    """The text beside the record is the one that was proven: it is what a robot would be given."""
+    path = run / f"program{intent.kept.suffix}"
+    try:
+        same = path.read_text(encoding="utf-8") == intent.kept.text
+    except (OSError, UnicodeDecodeError):
+        same = False
+    if not same:
+        raise UserError(
+            f"'{path}' is missing, or not the text that was proven; what was measured says nothing of it. Give that file itself, with "
+            f"--world {run}, to measure it as it is now; or run 'cramlite resolve' again."
+        )
+
+
+def flight_of_text(text: str, world: World, knowledge: Knowledge, seed: int) -> Flight:
+    """Run a text in a world and measure it.
+
+    Raises:
+        UserError: it cannot run at all.
+    """
+    mount = world.robots[0]
+    rollout = knowledge.simulator.execute(text, world, knowledge.robots_of(world), mount=mount.name, seed=seed)
+    typed = read_program(text).program if is_program_text(text) else None
+    return Flight(pick("robot", knowledge.robots_of(world), mount.type), Code("", text, {}, ""), rollout, typed)
+
+
+def dry_run(flight: Flight, share: float, world: World, knowledge: Knowledge, seed: int) -> Flight:
+    """Write a program anew at a share of its speed, run that text and judge it by what the program is for.
+
+    Args:
+        share: above 0 and up to 1.
+
+    Raises:
+        UserError: there is no typed program that could be written anew.
+    """
+    if flight.program is None:
+        raise UserError(
+            f"--speed {share:g}: only a typed program can be written anew at another speed, and this is a text. Give the run "
+            f"directory that it came from; or leave --speed out here and set the speed slider of the pendant to {100 * share:g} %."
+        )
+    program = slowed(flight.program, share)
+    code = _written(program, flight, knowledge)
+    if flight.intent is None:
+        rollout = knowledge.simulator.execute(code.text, world, knowledge.robots_of(world), mount=world.robots[0].name, seed=seed)
+        return replace(flight, text=code, rollout=rollout, program=program, speed=share)
+    kept = replace(flight.intent.kept, text=code.text, origins=tuple(sorted(code.origins.items())))
+    purpose = Purpose(intent=replace(flight.intent, kept=kept, program=program))
+    judged = judge_text(code.text, world, purpose, knowledge, seed)
+    return replace(flight, text=code, rollout=judged.rollout, program=program, judged=judged, speed=share)
+
+
+def _written(program: Program, flight: Flight, knowledge: Knowledge) -> Code:
+    """In the language that the program had; typed, where that cannot be run here."""
+    writers = [b for b in knowledge.backends.values() if b.executable]
+    own = (b for b in writers if flight.intent is not None and b.name == flight.intent.kept.language)
+    writer = next(own, None)
+    return writer.emit(program, flight.robot) if writer is not None else typed_code(program)
+
+
+def checks(flight: Flight, own: Mapping[str, float]) -> Iterator[Check]:
+    """Yield what a program reaches of each limit.
+
+    Args:
+        own: limits of the user, by a name of ``OWN``; in place of the robot's and the program's.
+    """
+    peaks, robot, program = flight.peaks, flight.robot, flight.program
+    if peaks is not None:
+        twins = flight.twins
+        most = max((t.tool_speed for t in twins), default=None)
+        allowed = _limit("tool_speed", own, FASTEST, "factory preset")
+        yield Check("tool speed", "m/s", peaks.tool_speed, most, *allowed, peaks.tool_speed_line)
+        force = program.force_limit if program is not None else robot.force_limit
+        source = program.force_limit_source if program is not None else f"of robot '{robot.type}'"
+        most = max((t.force for t in twins), default=None)
+        yield Check("tool force", "N", peaks.force, most, *_limit("tool_force", own, force, source), peaks.force_line)
+        yield from _joint_speeds(peaks, twins, robot, own)
+    if program is not None:
+        allowed = _limit("payload", own, robot.payload, f"of robot '{robot.type}'")
+        yield Check("payload", "kg", heaviest(program)[0], None, *allowed, safety=False)
+
+
+def _joint_speeds(peaks: RunPeaks, twins: Sequence[RunPeaks], robot: Robot, own: Mapping[str, float]) -> Iterator[Check]:
+    for k, (name, reached, limit) in enumerate(zip(robot.joints, peaks.joint_speeds, robot.velocity, strict=False)):
+        most = max((math.degrees(t.joint_speeds[k]) for t in twins), default=None)
+        allowed = _limit("joint_speed", own, math.degrees(limit) * OVERSHOOT, f"of robot '{robot.type}', and 5 %")
+        yield Check(f"joint speed {name}", "deg/s", math.degrees(reached), most, *allowed)
+
+
+def _limit(name: str, own: Mapping[str, float], limit: float, source: str) -> tuple[float, str]:
+    return (own[name], "yours") if name in own else (limit, source)
+
+
+def heaviest(program: Program) -> tuple[float, str]:
+    """Return the largest payload that a program tells the arm it carries [kg], gripper included, and the step that says so."""
+    loads = [(program.mass, "the empty gripper"), *((s.mass, s.origin) for s in walk(program.steps) if isinstance(s, SetPayload))]
+    return max(loads)
+
+
+def strongest_grip(program: Program) -> float:
+    """Return the largest force that the fingers are told to close with [N]; 0 for none."""
+    return max((s.force for s in walk(program.steps) if isinstance(s, SetGripper)), default=0.0)
+
+
+def covered(draws: Iterable[Draw]) -> dict[str, list[tuple[float, float, str]]]:
+    """Return, of each source of error, the largest that was drawn, the largest that could have been, and the unit."""
+    found: dict[tuple[str, str, float], float] = {}
+    for draw in draws:
+        key = draw.source, draw.unit, round(draw.size, 6)
+        found[key] = max(found.get(key, 0.0), abs(draw.value))
+    by_source: dict[str, list[tuple[float, float, str]]] = {}
+    for (source, unit, size), most in found.items():
+        by_source.setdefault(source, []).append((most, size, unit))
+    return by_source
+
+
+def is_run(path: Path) -> bool:
+    """Whether a path is a run directory that says what its program is for."""
+    return path.is_dir() and (path / INTENT).is_file()

@@ -1,0 +1,32 @@
+"""What moves the pads of a gripper whose model comes from a file: its joints and actuators at each opening."""
+
+from __future__ import annotations
+
+from ..base.value import Value
+
+
+class Linkage(Value):
+    """Positions of a gripper's joints and orders to its actuators along its stroke, widest first; K samples, J joints, A actuators.
+
+    Args:
+        openings: distance between the pads (K), falling [m].
+        joints: names in the model.
+        positions: of the joints (K, J) [rad, m].
+        measured: weight of each joint (J) in what its encoder reads; readings rise as the hand closes.
+        actuators: names in the model.
+        controls: of the actuators (K, A), in their own units.
+        forces: of each actuator for one newton between the pads (K, A) [N or Nm].
+    """
+
+    openings: tuple[float, ...]
+    joints: tuple[str, ...]
+    positions: tuple[tuple[float, ...], ...]
+    measured: tuple[float, ...]
+    actuators: tuple[str, ...]
+    controls: tuple[tuple[float, ...], ...]
+    forces: tuple[tuple[float, ...], ...]
+
+    @property
+    def readings(self) -> tuple[float, ...]:
+        """Return what the encoder reads at each opening (K)."""
+        return tuple(sum(w * q for w, q in zip(self.measured, row, strict=True)) for row in self.positions)

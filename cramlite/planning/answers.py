@@ -1,0 +1,196 @@
+"""Answers of plugins, kept: a question that was answered is not asked again, in whichever task sequence and round it comes up.
+
+What an answer depends on is what its plugin looked at: the designator, the belief, and those bindings and that agenda which it
+read ("verifying traces" of Mokhov et al. 2018, "Build systems a la carte"). Another seed alone makes no other question.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, overload
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from ..base.errors import Unresolvable
+from ..model.belief import Belief
+from ..model.designators import Designator
+from ..plugin.grounding import Context
+
+NOTHING = object()
+"""What a name is bound to that is not bound."""
+
+Streams = Iterable[tuple[str, Iterable[Any] | Unresolvable]]
+"""Plugins that say "mine", and the answers of each."""
+
+
+class Read(Mapping[str, Any]):
+    """Bindings as a plugin sees them, with a note of what it looked at.
+
+    Args:
+        now: the bindings.
+    """
+
+    def __init__(self, now: Mapping[str, Any]) -> None:
+        self.now = now
+        self.values_read: dict[str, Any] = {}
+        self.names_read: tuple[str, ...] | None = None
+
+    def __getitem__(self, name: str) -> Any:
+        found = self.values_read[name] = self.now.get(name, NOTHING)
+        if found is NOTHING:
+            raise KeyError(name)
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        self.names_read = tuple(self.now)
+        return iter(self.now)
+
+    def __len__(self) -> int:
+        self.names_read = tuple(self.now)
+        return len(self.now)
+
+    def suits(self, other: Mapping[str, Any]) -> bool:
+        """Check whether all that was looked at is the same in other bindings."""
+        same = all(_same(other.get(name, NOTHING), value) for name, value in self.values_read.items())
+        return same and self.names_read in (None, tuple(other))
+
+
+class ReadAhead(Sequence[Designator]):
+    """Agenda as a plugin sees it, with a note of whether it looked."""
+
+    def __init__(self, now: Sequence[Designator]) -> None:
+        self.now, self.read = now, False
+
+    @overload
+    def __getitem__(self, index: int) -> Designator: ...
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Designator]: ...
+    def __getitem__(self, index: int | slice) -> Designator | Sequence[Designator]:
+        self.read = True
+        return self.now[index]
+
+    def __len__(self) -> int:
+        self.read = True
+        return len(self.now)
+
+
+class Kept(Struct):
+    """Answers of one plugin to one question, as far as they were asked for.
+
+    Args:
+        source: gives the others.
+        answers: so far.
+        impossible: how they ended, if so.
+    """
+
+    source: Iterator[Any]
+    answers: list[Any] = field(default_factory=list)
+    impossible: Unresolvable | None = None
+    ended: bool = False
+
+    def at(self, number: int) -> Any:
+        """Return an answer by its number, from 0; ``NOTHING`` behind the last.
+
+        Raises:
+            Unresolvable: the plugin says so behind the last.
+        """
+        while len(self.answers) <= number and not self.ended:
+            try:
+                self.answers.append(next(self.source))
+            except StopIteration:
+                self.ended = True
+            except Unresolvable as impossible:
+                self.ended, self.impossible = True, impossible
+        if number < len(self.answers):
+            return self.answers[number]
+        if self.impossible is not None:
+            raise self.impossible
+        return NOTHING
+
+
+class Question(Struct):
+    """Question that was asked, with what its answers depend on.
+
+    Args:
+        item, belief: that it is about.
+        read, ahead: what was looked at.
+        kept: plugin -> its answers, in the order in which plugins were asked.
+    """
+
+    item: Designator
+    belief: Belief
+    read: Read
+    ahead: ReadAhead
+    kept: dict[str, Kept] = field(default_factory=dict)
+
+    def suits(self, item: Designator, belief: Belief, context: Context) -> bool:
+        """Check whether what was asked is the same for all that the answers so far depend on."""
+        same = self.item == item and same_belief(self.belief, belief) and self.read.suits(context.bindings)
+        return same and (not self.ahead.read or tuple(self.ahead.now) == tuple(context.agenda))
+
+
+class Answers(Struct):
+    """Questions to plugins that were answered, and what was answered, over all searches for one goal.
+
+    Args:
+        known: name of a designator, where the arm is, and what is held -> the questions then.
+        asked: how many were asked of plugins.
+    """
+
+    known: dict[tuple[object, ...], list[Question]] = field(default_factory=dict)
+    asked: int = 0
+
+    def of(
+        self, item: Designator, belief: Belief, context: Context, ask: Callable[[Context], Streams]
+    ) -> tuple[bool, list[tuple[str, Iterator[Any]]]]:
+        """Return whether a question was answered before, and the answers of each plugin, lazily; they may raise ``Unresolvable``.
+
+        Args:
+            ask: asks the plugins.
+        """
+        asked_before = self.asked
+        found = self._question(item, belief, context, ask)
+        told = [(plugin, self._told(found, plugin, context, ask)) for plugin in found.kept]
+        return self.asked == asked_before, told
+
+    def _question(self, item: Designator, belief: Belief, context: Context, ask: Callable[[Context], Streams]) -> Question:
+        """The question if it was asked before, else as it is asked now."""
+        key = (item.name, belief.joints, belief.held.thing if belief.held else "")
+        here = self.known.setdefault(key, [])
+        found = next((q for q in here if q.suits(item, belief, context)), None)
+        if found is not None:
+            return found
+        self.asked += 1
+        new = Question(item, belief, Read(context.bindings), ReadAhead(context.agenda))
+        watched = replace(context, bindings=new.read, agenda=new.ahead)
+        for plugin, answers in ask(watched):
+            new.kept[plugin] = Kept(_raising(answers) if isinstance(answers, Unresolvable) else iter(answers))
+        here.append(new)
+        return new
+
+    def _told(self, question: Question, plugin: str, context: Context, ask: Callable[[Context], Streams]) -> Iterator[Any]:
+        """A plugin's answers. What it looks at before it gives the next is looked up in the bindings of whoever asks for that."""
+        number = 0
+        while True:
+            if not question.suits(question.item, question.belief, context):
+                question = self._question(question.item, question.belief, context, ask)
+            question.read.now, question.ahead.now = context.bindings, context.agenda
+            if plugin not in question.kept or (answer := question.kept[plugin].at(number)) is NOTHING:
+                return
+            yield answer
+            number += 1
+
+
+def same_belief(one: Belief, other: Belief) -> bool:
+    """Check whether two beliefs are equal; what they share is not compared."""
+    return one is other or all(_same(getattr(one, name), getattr(other, name)) for name in one.__struct_fields__)
+
+
+def _same(one: Any, other: Any) -> bool:
+    return one is other or bool(one == other)
+
+
+def _raising(impossible: Unresolvable) -> Iterator[Any]:
+    raise impossible
+    yield

@@ -1,0 +1,92 @@
+"""The robot of a scenario: of a type that a plugin declares, or from the file of another program."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..base.errors import UserError, nearest
+from ..model.robot_file import HandFile, RobotFile, Stated
+from ..model.world import RobotMount
+from ..plugin.catalogue import pick
+
+if TYPE_CHECKING:
+    from ..model.imported_robot import ImportedRobot
+    from ..model.robot import Robot
+    from ..plugin.catalogue import Knowledge
+    from .robot_spec import GripperSpec, RobotSpec
+    from .scenario import Scenario
+
+
+def mount_of(scenario: Scenario) -> RobotMount:
+    """Return the mount of a scenario's robot; the type of one from a file is the file's name."""
+    spec = scenario.spec.robot
+    kind = spec.type or scenario.resolve_path(spec.file or "").name
+    return RobotMount(spec.name, kind, spec.at.pose(), file=file_of(scenario))
+
+
+def robot_of(scenario: Scenario, knowledge: Knowledge) -> Robot:
+    """Return the model of a scenario's robot.
+
+    Raises:
+        UserError: no plugin declares its type, or its file cannot be used; with file and line.
+    """
+    read = imported_robot(scenario, knowledge)
+    if read is not None:
+        return read.robot
+    found: Robot = pick("robot", knowledge.robots, scenario.spec.robot.type or "", scenario.where("robot", "type"))
+    return found
+
+
+def imported_robot(scenario: Scenario, knowledge: Knowledge) -> ImportedRobot | None:
+    """Read the file that a scenario's robot comes from; None if it is of a plugin's type.
+
+    Raises:
+        UserError: it cannot be used; with file and line.
+    """
+    file = file_of(scenario)
+    if file is None:
+        return None
+    try:
+        return knowledge.read_robot(file)
+    except UserError as error:
+        raise UserError(f"{scenario.where('robot')}: {error}") from error
+
+
+def file_of(scenario: Scenario) -> RobotFile | None:
+    """Return the file that a scenario's robot comes from, and what is stated beside it; None if it is of a plugin's type.
+
+    Raises:
+        UserError: there is no such file; with file and line.
+    """
+    spec = scenario.spec.robot
+    if spec.file is None:
+        return None
+    return RobotFile(_existing(scenario, spec.file, "file"), _stated(scenario, spec))
+
+
+def _stated(scenario: Scenario, spec: RobotSpec) -> Stated:
+    return Stated(
+        payload=spec.payload or 0.0,
+        gripper=spec.gripper if isinstance(spec.gripper, str) else _hand(scenario, spec.gripper),
+        flange=spec.flange,
+        home=spec.home,
+        speed=spec.speed,
+        torques=spec.torques,
+        limits=tuple((name, low, high) for name, (low, high) in spec.limits.items()),
+        sensor=spec.sensor,
+        apart=spec.apart,
+        packages=tuple((name, str(scenario.resolve_path(folder).absolute())) for name, folder in spec.packages.items()),
+    )
+
+
+def _hand(scenario: Scenario, spec: GripperSpec) -> HandFile:
+    path = _existing(scenario, spec.file, "gripper", "file") if spec.file else ""
+    return HandFile(path, spec.at.pose(), spec.pads, spec.tcp, spec.opening, spec.force, spec.speed)
+
+
+def _existing(scenario: Scenario, name: str, *keys: str) -> str:
+    path = scenario.resolve_path(name)
+    if not path.is_file():
+        beside = [p.name for suffix in ("xml", "urdf", "mjcf") for p in path.parent.glob(f"*.{suffix}")]
+        raise UserError(f"{scenario.where('robot', *keys)}: there is no robot file '{path}'; {nearest(path.name, beside)}.")
+    return str(path.absolute())

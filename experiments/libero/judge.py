@@ -1,0 +1,191 @@
+"""LIBERO as a process that judges: it runs in an environment of its own and speaks JSON lines.
+
+Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``cameras``,
+``check``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md): its Panda takes deltas of its
+end effector through robosuite's operational space controller, as in the published protocol. A request that cannot be served is
+answered with ``error``.
+"""
+
+from __future__ import annotations
+
+import base64
+import difflib
+import io
+import json
+import os
+import sys
+from typing import Any
+
+LINES = os.fdopen(os.dup(1), "w")  # robosuite and LIBERO print to standard output, which becomes standard error
+os.dup2(2, 1)
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+import mujoco  # noqa: E402
+import numpy as np  # noqa: E402
+
+RATE, IDLE = 20, 10
+"""Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
+OPEN = 0.08
+"""Between the fingers of the open hand [m]."""
+QUANTUM = 0.25
+"""What one action changes of the command of the hand, -1 (open) to 1 (closed): 25 physics steps of 0.01 each (PandaGripper)."""
+PIXELS = 256
+HAND = "gripper0_right_gripper"
+
+
+class Refused(Exception):
+    """A request that cannot be served; the message is for people."""
+
+
+class Judge:
+    """One episode at a time."""
+
+    def __init__(self) -> None:
+        self.env: Any = None
+        self.steps, self.first = 0, None
+        self.hand = 0.0
+
+    def answer(self, ask: dict[str, Any]) -> dict[str, Any]:
+        """Serve a request."""
+        name = ask.pop("ask", None)
+        if name not in ("reset", "hello", "scene", "step", "check", "cameras"):
+            raise Refused(f"there is no request '{name}'")
+        if name != "reset" and self.env is None:
+            raise Refused(f"'{name}' needs an episode; 'reset' begins one")
+        return getattr(self, name)(**ask)
+
+    def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
+        """Begin an episode, after LIBERO's idle actions."""
+        from libero.libero import benchmark, get_libero_path
+        from libero.libero.envs.env_wrapper import ControlEnv
+
+        known = benchmark.get_benchmark_dict()
+        if suite not in known:
+            near = difflib.get_close_matches(suite, known, n=5, cutoff=0.3)
+            raise Refused(f"there is no suite '{suite}'; did you mean one of {', '.join(near or sorted(known)[:5])}?")
+        tasks = known[suite]()
+        if not 0 <= task < tasks.get_num_tasks():
+            raise Refused(f"suite '{suite}' has tasks 0 to {tasks.get_num_tasks() - 1}, not {task}")
+        found, states = tasks.get_task(task), tasks.get_task_init_states(task)
+        if not 0 <= state < len(states):
+            raise Refused(f"task {task} of '{suite}' has initial states 0 to {len(states) - 1}, not {state}")
+        path = os.path.join(get_libero_path("bddl_files"), found.problem_folder, found.bddl_file)
+        if self.env is not None:
+            self.env.close()
+        self.env = ControlEnv(
+            bddl_file_name=path, has_offscreen_renderer=False, use_camera_obs=False, horizon=100_000, ignore_done=True, control_freq=RATE
+        )
+        self.env.reset()
+        self.env.set_init_state(states[state])
+        self.hand = 0.0
+        for _ in range(IDLE):
+            self.env.step(np.zeros(7))
+        self.steps, self.first = 0, None
+        return {"task": found.name, "language": self.env.language_instruction}
+
+    def scene(self) -> dict[str, Any]:
+        """Describe the world: the model as MJCF, its state, the goal, and where the goal's regions are."""
+        env, sim = self.env.env, self.env.sim
+        base = sim.model.body_name2id("robot0_link0")
+        things = {n: env.get_object(n) for n in (*env.objects_dict, *env.fixtures_dict)}
+        return {
+            "xml": sim.model.get_xml(), "qpos": sim.data.qpos.tolist(), "goal": env.parsed_problem["goal_state"],
+            "bodies": {n: thing.root_body for n, thing in things.items() if hasattr(thing, "root_body")},
+            "regions": {n: {"bodies": above(sim, n), "box": site_box(sim, n)} for n in env.object_sites_dict},
+            "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
+        }  # fmt: skip
+
+    def hello(self, **_: Any) -> dict[str, Any]:
+        """Say what robot there is."""
+        controller = self.env.robots[0].controller
+        lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
+        return {
+            "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag,
+            "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
+            "fingers": OPEN * QUANTUM / 4 * 1.1, "hesitation": 2 / QUANTUM / RATE + 0.05,
+        } | self.feel()  # fmt: skip
+
+    def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
+        """Take an action; what the hand may press with is LIBERO's own."""
+        del grip
+        controller = self.env.robots[0].controller
+        action = np.clip(np.array(delta) / controller.output_max, -1.0, 1.0)
+        wanted = 1.0 - opening / (OPEN / 2)
+        turn = 0.0 if abs(wanted - self.hand) <= QUANTUM / 2 else float(np.sign(wanted - self.hand))
+        self.hand = float(np.clip(self.hand + QUANTUM * turn, -1.0, 1.0))
+        self.env.step(np.array([*action, turn]))
+        self.steps += 1
+        if self.first is None and self.env.check_success():
+            self.first = self.steps
+        return self.feel()
+
+    def feel(self) -> dict[str, Any]:
+        """Return what the robot feels."""
+        sim, robot = self.env.sim, self.env.robots[0]
+        fingers = [float(sim.data.get_joint_qpos(j)) for j in robot.gripper.joints]
+        body = sim.model.body_name2id(HAND)
+        turn = sim.data.get_site_xmat("gripper0_ft_frame")
+        weight = np.array([0.0, 0.0, -9.81 * float(sim.model.body_subtreemass[body])])
+        force = -(turn @ np.array(robot.ee_force) + weight)
+        return {
+            "joints": np.array(robot._joint_positions).tolist(), "opening": abs(fingers[0]) + abs(fingers[1]),
+            "wrench": [*force.tolist(), 0.0, 0.0, 0.0],
+        }  # fmt: skip
+
+    def check(self) -> dict[str, Any]:
+        """Return LIBERO's judgement: now, and at which step it was true for the first time."""
+        return {"success": bool(self.env.check_success()), "first": self.first, "steps": self.steps}
+
+    def cameras(self) -> dict[str, Any]:
+        """Take a picture with each camera of the published protocol, as PNG in base64."""
+        from PIL import Image
+
+        model, data = self.env.sim.model._model, self.env.sim.data._data
+        found = {}
+        renderer = mujoco.Renderer(model, PIXELS, PIXELS)
+        for name in ("agentview", "robot0_eye_in_hand"):
+            renderer.update_scene(data, name)
+            Image.fromarray(renderer.render()).save(buffer := io.BytesIO(), "png")
+            found[name] = {
+                "png": base64.b64encode(buffer.getvalue()).decode(), "fovy": float(model.camera(name).fovy[0]),
+                "position": data.camera(name).xpos.tolist(), "rotation": data.camera(name).xmat.tolist(),
+            }  # fmt: skip
+        return found
+
+
+def above(sim: Any, name: str) -> list[str]:
+    """Names of the bodies that a region's site belongs to, from the nearest up to the world's."""
+    body, found = int(sim.model.site_bodyid[sim.model.site_name2id(name)]), []
+    while body:
+        found.append(sim.model.body_id2name(body))
+        body = int(sim.model.body_parentid[body])
+    return found
+
+
+def site_box(sim: Any, name: str) -> dict[str, Any]:
+    """Pose and half sides of a region's site [m]."""
+    site = sim.model.site_name2id(name)
+    return {
+        "position": sim.data.site_xpos[site].tolist(), "rotation": sim.data.site_xmat[site].tolist(),
+        "half": sim.model.site_size[site].tolist(),
+    }  # fmt: skip
+
+
+def main() -> None:
+    """Answer until the input ends."""
+    judge = Judge()
+    for line in sys.stdin:
+        try:
+            ask = json.loads(line)
+            if ask.get("ask") == "end":
+                return
+            said = judge.answer(ask)
+        except Refused as refused:
+            said = {"error": str(refused)}
+        except (ValueError, TypeError, AttributeError) as error:
+            said = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps(said), file=LINES, flush=True)
+
+
+if __name__ == "__main__":
+    main()

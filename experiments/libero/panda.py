@@ -1,0 +1,65 @@
+"""The Panda of robosuite 1.4 as a robot of cramlite, a plugin file: what LIBERO's scenes are driven with.
+
+Kinematics: links and joint ranges of robosuite 1.4, models/assets/robots/panda/robot.xml: the Franka Research 3's but for the flange
+(106.5 mm) and the ranges. Speeds: Panda data sheet. Links and their masses are the FR3's (cramlite_plugins/robots/fr3.py), which
+are larger than the Panda's. Hand: models/assets/grippers/panda_gripper.xml: fingers from 52.4 mm, pads of 16 x 16 x 8 mm whose middle is at
+93.4 mm, tips at 106 mm, 20 N a finger; the site that its controller moves is at 97 mm. The box of the hand is that of
+cramlite_plugins/robots/franka_hand.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from msgspec.structs import replace
+
+from cramlite.model import Pose, Robot
+from cramlite.plugin import hookimpl
+from cramlite_plugins.robots.dh_arm import arm_mjcf
+from cramlite_plugins.robots.fr3 import APART, BASE, DH, FR3, JOINTS, LINKS
+from cramlite_plugins.robots.franka_hand import HEIGHT, TURN
+from cramlite_plugins.robots.parallel_gripper import Jaws, beside, finger
+
+FLANGE, SITE = 0.1065, 0.097
+LIMITS = (
+    (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718, -0.0698), (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
+)  # fmt: skip
+TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
+JAWS = Jaws(
+    stroke=0.080, pad=(0.016, 0.020, 0.008), palm=HEIGHT, tip=0.106, back=(0.0105, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,
+    centre=0.10, force=20.0,
+)  # fmt: skip
+MASS = 0.52
+"""Of the hand and its fingers [kg]."""
+
+
+def gripper_mjcf(wrist: str) -> tuple[str, str]:
+    """Write the hand as MJCF text: (body element to put on the flange, elements beside worldbody)."""
+    turn, back = (" ".join(f"{v:.9g}" for v in p.quaternion) for p in (TURN, TURN.inverse()))
+    body = (
+        f'<body name="gripper" quat="{turn}" gravcomp="1"><site name="ft" quat="{back}"/><site name="tcp" pos="0 0 {SITE}"/>'
+        f'<inertial pos="0 0 0.05" mass="{MASS - 2 * JAWS.mass}" diaginertia="0.0005 0.0003 0.0005"/>'
+        f'<geom name="gripper/0" type="box" pos="0 0 {HEIGHT / 2}" size="0.0315 0.102 {HEIGHT / 2}" rgba=".9 .9 .9 1"/>'
+        f"{finger(JAWS, 'left', 1)}{finger(JAWS, 'right', -1)}</body>"
+    )
+    return body, beside(JAWS, wrist)
+
+
+def mjcf() -> str:
+    """Write the arm and its hand as MJCF text."""
+    return arm_mjcf("libero_panda", TABLE, LINKS, JOINTS, LIMITS, BASE, gripper_mjcf(LINKS[-1].name), APART)
+
+
+HAND = replace(
+    FR3.gripper, type="libero_panda_hand", pad=JAWS.pad[:2], depth=SITE - HEIGHT, mass=MASS, tcp=TURN * Pose((0.0, 0.0, SITE)),
+    force=(5.0, 20.0),
+)  # fmt: skip
+PANDA = replace(
+    FR3, type="libero_panda", dh=TABLE, limits=LIMITS, velocity=(2.175,) * 4 + (2.61,) * 3, gripper=HAND, mjcf=mjcf, backend="stream"
+)
+
+
+@hookimpl
+def robots() -> Iterable[Robot]:
+    """Declare the arm."""
+    return [PANDA]

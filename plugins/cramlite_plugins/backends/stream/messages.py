@@ -1,0 +1,124 @@
+"""What is said between cramlite and a robot process, one JSON object a line (docs/how-to/drive_a_robot.md).
+
+All lengths are metres, angles radians, times seconds, forces newtons; poses are of the tool centre point in the arm's base frame.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, TypeVar
+
+from msgspec import DecodeError, json
+
+from cramlite.model import Joints, Value
+from cramlite.plugin import UserError
+
+PROTOCOL = 1
+"""Version of this protocol; a process of another one is refused."""
+Six = tuple[float, float, float, float, float, float]
+
+
+class State(Value, kw_only=True):
+    """What the robot feels at the end of a period.
+
+    Args:
+        joints: encoders, base to flange [rad].
+        opening: distance between the fingers [m].
+        wrench: of the environment on the tool at the TCP, base axes, without the weight of the hand [N, Nm]; None where it feels
+            nothing.
+        stop: why the robot goes no further, as a clause; "" while it does.
+        say: a line for the log.
+    """
+
+    joints: Joints
+    opening: float
+    wrench: Six | None = None
+    stop: str = ""
+    say: str = ""
+
+
+class Hello(State, kw_only=True):
+    """What the process says of its robot, with its first state.
+
+    Args:
+        protocol: version of the protocol that it speaks.
+        robot: type, as cramlite's robots have it.
+        actions: what it takes: joint positions, or deltas of the end effector from where it is.
+        rate: actions in a second [Hz].
+        lag: how long it stays behind what it is told while it moves [s]; actions are that much ahead.
+        most: largest delta that it takes at once, translation [m] and rotation [rad]; None for no limit.
+        tolerance: how near to a target it comes to rest, translation [m] and rotation [rad].
+        fingers: how near they come to an opening [m]; None for 1.2 % of their stroke.
+        hesitation: how long they may stand still before they move [s]; those that rest longer have been stopped.
+    """
+
+    protocol: int
+    robot: str
+    actions: Literal["joints", "deltas"]
+    rate: float
+    lag: float = 0.0
+    most: tuple[float, float] | None = None
+    tolerance: tuple[float, float] = (0.002, 0.01)
+    fingers: float | None = None
+    hesitation: float = 0.08
+
+
+class AskHello(Value, tag_field="ask", tag="hello", kw_only=True):
+    """First message to the process: the version spoken here, and the type of robot that the program is for."""
+
+    robot: str
+    protocol: int = PROTOCOL
+
+
+class Action(Value, tag_field="ask", tag="step", kw_only=True, omit_defaults=True):
+    """Message of one period, with ``joints`` or ``delta``.
+
+    Args:
+        joints: where the arm shall be at the end of this period [rad].
+        delta: the same as a translation and a rotation vector of the TCP from where the robot is, base axes [m, rad].
+        opening: where the fingers shall be at the end of this period, anything between closed and open [m].
+        grip: what they may press with [N].
+    """
+
+    opening: float
+    grip: float
+    joints: Joints | None = None
+    delta: Six | None = None
+
+
+class AskEnd(Value, tag_field="ask", tag="end"):
+    """Last message: it is over, whatever the outcome; the process ends."""
+
+
+Said = TypeVar("Said", bound=State)
+
+
+def encoded(ask: AskHello | Action | AskEnd) -> bytes:
+    """Write a message as one line."""
+    return json.encode(ask) + b"\n"
+
+
+def understood(line: bytes, kind: type[Said], joints: int) -> Said:
+    """Read a line of the process.
+
+    Args:
+        joints: of the robot.
+
+    Raises:
+        UserError: it is no such message, or its numbers are none; a clause.
+    """
+    try:
+        said = json.decode(line, type=kind)
+    except (DecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"answered {_shown(line)}, which is no {kind.__name__.lower()} message: {error}") from None
+    numbers = (*said.joints, said.opening, *(said.wrench or ()))
+    if not all(map(math.isfinite, numbers)):
+        raise UserError(f"answered {_shown(line)}, in which a number is not finite")
+    if len(said.joints) != joints:
+        raise UserError(f"answered with {len(said.joints)} joints; the robot has {joints}")
+    return said
+
+
+def _shown(line: bytes, most: int = 80) -> str:
+    text = line.decode(errors="replace").strip()
+    return repr(text if len(text) <= most else text[:most] + "...")

