@@ -16,9 +16,8 @@ from msgspec.structs import replace
 from ..base.errors import NoSolution, UserError
 from ..base.json_text import as_json
 from ..base.value import Value
-from ..model.entity_name import EntityName
-from ..model.geometry import Pose
 from ..model.program_json import typed_code
+from ..model.rollout import world_after_run
 from ..model.steps import MoveJoints, SetGripper, walk
 from ..planning.diagnosis import failure_text
 from ..planning.task_sequences import LISTED
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from ..model.plan import Plan
     from ..model.program import Code, Program
     from ..model.rollout import Rollout
-    from ..model.world import Thing, World
+    from ..model.world import World
     from ..scenario.scenario import Scenario
     from .engine import Engine
 
@@ -114,7 +113,7 @@ def _next(done: Round, scenario: Scenario, engine: Engine, seed: int, number: in
     Raises:
         NoSolution: something is in the hand, or what is left cannot be done with what is seen.
     """
-    plan, now = remaining_plan(done), world_after_run(_back(done, engine, seed, number, say))
+    plan, now = remaining_plan(done), _after(_back(done, engine, seed, number, say))
     setting = engine.setting(scenario, seed=seed, now=now, rest=plan)
     assert setting.look is not None and setting.real is not None
     seen = ", ".join(f"{n} {e.source}" for n, e in setting.look.estimates.items()) or "nothing that it knows"
@@ -138,7 +137,7 @@ def _back(done: Round, engine: Engine, seed: int, number: int, say: Say) -> Roun
     Raises:
         NoSolution: it did not get there.
     """
-    program, world = done.attempt.program, world_after_run(done)
+    program, world = done.attempt.program, _after(done)
     path = way_back(done.rollout.joints)
     if not path:
         return done
@@ -207,31 +206,8 @@ def remaining_plan(done: Round) -> Plan:
     return replace(plan, actions=plan.actions[start:])
 
 
-def world_after_run(done: Round) -> World:
-    """Return the world as a run left it: things where they are, the robot as it stands.
-
-    Loose fillings are as at the start.
-    """
-    rollout, world = done.rollout, done.attempt.world
-    mount = world.robots[0]
-    joints, opening = tuple(map(float, rollout.joints[-1])), float(rollout.opening[-1])
-    mount = replace(mount, base=_end(rollout, str(EntityName(mount.name, "base")), mount.base), joints=joints, opening=opening)
-    things = tuple(_moved(t, _end(rollout, t.name, t.pose)) if t.movable else t for t in world.things)
-    return replace(world, things=things, robots=(mount, *world.robots[1:]))
-
-
-def _end(rollout: Rollout, name: str, before: Pose) -> Pose:
-    if name not in rollout.poses:
-        return before
-    x, y, z, *turn = rollout.poses[name][-1].tolist()
-    return Pose((x, y, z), tuple(turn))
-
-
-def _moved(thing: Thing, pose: Pose) -> Thing:
-    if thing.joint is None:
-        return replace(thing, pose=pose)
-    value = thing.joint.value + thing.joint.between(thing.pose, pose)
-    return replace(thing, pose=pose, joint=replace(thing.joint, value=value))
+def _after(done: Round) -> World:
+    return world_after_run(done.rollout, done.attempt.world)
 
 
 def planned(text: str, program: Program, plan: str, scenario: Scenario, engine: Engine, seed: int) -> tuple[Plan, Code]:
@@ -276,5 +252,5 @@ def _furniture(scenario: Scenario, engine: Engine, seed: int) -> Setting:
     spec, knowledge = scenario.spec, engine.knowledge
     world, _ = build_world(scenario, spec.things, spec.vary, knowledge, seed)
     robot = robot_of(scenario, knowledge)
-    fixed = replace(world, things=tuple(t for t in world.things if not t.movable))
+    fixed = replace(world, things=tuple(t for t in world.things if t.furniture))
     return Setting(scenario.name, fixed, (), robot, knowledge.backends[robot.backend], seed, force_limit=spec.force_limit)

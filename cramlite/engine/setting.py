@@ -72,7 +72,13 @@ class Setting(Value):
 
     def symbolic(self, taxonomy: Taxonomy) -> SymbolicWorld:
         """Return the symbolic world at the start, as task planning takes it."""
-        return symbolic_world(self.world, taxonomy, self.relations)
+        return symbolic_world(self.now, taxonomy, self.relations)
+
+    @property
+    def now(self) -> World:
+        """The believed world when the plan begins: with what the robot moved so that it could look."""
+        since = self.look.since if self.look else {}
+        return replace(self.world, things=tuple(t.moved_to(since[t.name]) if t.name in since else t for t in self.world.things))
 
     def start(self, plan: Plan) -> State:
         """Return the initial search state of a plan: at home, or where the robot stands since it looked.
@@ -83,4 +89,6 @@ class Setting(Value):
         done = self.look.state if self.look else None
         if done is None:
             return State(agenda, self.belief())
-        return replace(done, agenda=agenda, belief=self.belief().moved(done.belief.joints), choices=())
+        belief, since = self.belief().moved(done.belief.joints), self.look.since if self.look else {}
+        poses = {n: replace(e, pose=since.get(n, e.pose)) for n, e in belief.poses.items()}
+        return replace(done, agenda=agenda, belief=replace(belief, poses=poses), choices=())

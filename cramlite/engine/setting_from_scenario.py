@@ -14,6 +14,7 @@ from ..model.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
 from ..scenario.robots import robot_of
 from ..scenario.worlds import build_world, real_world
+from .exploration import explored
 from .setting import Setting
 
 if TYPE_CHECKING:
@@ -75,13 +76,14 @@ def _seen(
     from ..perception.view_queries import queries_everywhere, queries_of
 
     world, real = replace(written.world, poses="camera"), replace(now or written.real or written.world, poses="camera")
-    furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
+    furniture = replace(world, things=tuple(t for t in world.things if t.furniture))
     plan = None if told or scenario.spec.goal else likeliest(replace(written, world=furniture, relations=(), real=None))
     wanted = queries_of(plan, furniture, knowledge.taxonomy, knowledge.tasks) if plan else told
     if scenario.spec.goal and not told:
         wanted = queries_everywhere(furniture, knowledge.taxonomy)
     seen = look(scenario, wanted, world, real, written.robot, knowledge, written.seed)
-    return replace(written, world=seen.world, relations=seen.relations, real=seen.real, look=seen)
+    setting = replace(written, world=seen.world, relations=seen.relations, real=seen.real, look=seen)
+    return explored(setting, scenario, knowledge) if scenario.spec.goal and not told and now is None else setting
 
 
 def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from msgspec import field, to_builtins
+from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.value import Value
-from .geometry import Floats, Vector3
+from .entity_name import EntityName
+from .geometry import Floats, Pose, Vector3
 from .world import World
 
 
@@ -131,6 +133,25 @@ class Rollout(Value):
         """Return the (N,) magnitude of the contact force [N]: ``force``, or that of ``wrench`` where nobody tared a sensor."""
         norm: Floats = (self.wrench[:, :3] ** 2).sum(axis=1) ** 0.5
         return norm if self.force is None else self.force
+
+
+def world_after_run(rollout: Rollout, world: World) -> World:
+    """Return the world as a run left it that began in ``world``: things where they are, the robot as it stands.
+
+    Loose fillings are as at the start.
+    """
+    mount = world.robots[0]
+    joints, opening = tuple(map(float, rollout.joints[-1])), float(rollout.opening[-1])
+    mount = replace(mount, base=_end(rollout, str(EntityName(mount.name, "base")), mount.base), joints=joints, opening=opening)
+    things = tuple(t.moved_to(_end(rollout, t.name, t.pose)) if t.movable else t for t in world.things)
+    return replace(world, things=things, robots=(mount, *world.robots[1:]))
+
+
+def _end(rollout: Rollout, name: str, before: Pose) -> Pose:
+    if name not in rollout.poses:
+        return before
+    x, y, z, *turn = rollout.poses[name][-1].tolist()
+    return Pose((x, y, z), tuple(turn))
 
 
 _ARRAYS = ("times", "joints", "wrench", "opening", "lines")

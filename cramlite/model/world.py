@@ -218,6 +218,18 @@ class Thing(Value):
         """Whether the thing can move: it has a mass, and is not fixed to the world."""
         return self.mass is not None
 
+    @property
+    def furniture(self) -> bool:
+        """Whether a map has the thing: it is fixed, or mounted on a joint, as a drawer is."""
+        return not self.movable or self.joint is not None
+
+    def moved_to(self, pose: Pose) -> Thing:
+        """Return the thing at another pose, its joint, if it has one, at the value that it has there."""
+        if self.joint is None:
+            return replace(self, pose=pose)
+        value = self.joint.value + self.joint.between(self.pose, pose)
+        return replace(self, pose=pose, joint=replace(self.joint, value=value))
+
     def feature(self, type_: str) -> Feature | None:
         """Return the first feature of exactly this class, or None."""
         return next((f for f in self.features if f.type == type_), None)

@@ -16,12 +16,13 @@ from ..base.errors import NoSolution, UserError
 from ..base.value import Value
 from ..model.belief import Estimate, Relation, initial_belief
 from ..model.designators import Action, Location
+from ..model.geometry import Pose
 from ..model.world import Camera, Thing, World
 from ..ontology.prefixes import local_name
 from ..plugin.expert import RELATIONS, Judged
 from ..scenario.scenario import Scenario
 from ..scenario.worlds import camera_of
-from .query import ObjectQuery
+from .query import Condition, ObjectQuery
 from .recognition import SIGMA, estimate, facts, least_pose_confidence, renamed, thing_from_percept
 from .result import Perceived
 from .runner import perceive
@@ -69,6 +70,8 @@ class Look(Value):
         estimates: of the perceived poses.
         real: the world as it is; things that were recognised have the names they are believed under.
         obstacles: bodies around what was seen and not recognised.
+        hidden: places into which the camera could not look.
+        since: where things are by the last picture that were moved so that it could look; ``known`` has them as at the start.
     """
 
     pictures: tuple[Picture, ...]
@@ -77,6 +80,8 @@ class Look(Value):
     estimates: Mapping[str, Estimate]
     real: World
     obstacles: tuple[Thing, ...] = ()
+    hidden: tuple[str, ...] = ()
+    since: Mapping[str, Pose] = {}
 
     @property
     def world(self) -> World:
@@ -112,7 +117,7 @@ def look(
         NoPipeline: the experts cannot answer it.
         NoSolution: the camera cannot be brought there.
     """
-    furniture = replace(world, things=tuple(t for t in world.things if not t.movable))
+    furniture = replace(world, things=tuple(t for t in world.things if t.furniture))
     seen = Look((), furniture, (), {}, real)
     for queries in wanted:
         out_of_sight, answered = list[NoSolution](), False
@@ -121,6 +126,7 @@ def look(
                 taken = _best(scenario, replace(query, wanted=WANTED), seen, robot, knowledge, seed)
             except NoSolution as nowhere:  # it may be elsewhere
                 out_of_sight.append(nowhere)
+                seen = replace(seen, hidden=(*seen.hidden, *places_of(query, seen.known, knowledge)))
                 continue
             seen = _beware(_with(seen, taken, knowledge), knowledge)
             if answered := taken.perceived is not None and bool(taken.perceived.answers):
@@ -134,7 +140,7 @@ def _best(
     scenario: Scenario, query: ObjectQuery, seen: Look, robot: Robot, knowledge: Knowledge, seed: int
 ) -> Picture:
     """A picture whose poses are sure enough, else the one in which they are surest."""
-    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if t.movable}
+    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
     best: tuple[float, Picture | None] = (-1.0, None)
     for taken in islice(pictures(scenario, query, seen, robot, knowledge, seed), VIEWS):
         perceived = ask(query, taken.view, taken.fixtures, knowledge, earlier=earlier, robot=taken.robot)
@@ -145,13 +151,44 @@ def _best(
     return best[1]
 
 
+def look_into(
+    seen: Look, container: str, state: State, camera: Camera, now: World, knowledge: Knowledge, seed: int
+) -> Look:
+    """Return what is believed after a picture of what lies in a container that was opened for it.
+
+    What is recognised there is believed to have been in the container at the start, where that then was.
+
+    Args:
+        state: of the robot, with the steps that opened it and brought the camera to a view of it.
+        now: the world as it really is behind these steps.
+    """
+    furniture = (t for t in seen.known.things if t.furniture)
+    fixtures = tuple(replace(t, pose=state.belief.pose(t.name)) for t in furniture)
+    placed, look_at, robots = replace(camera, joints=state.belief.joints), knowledge.simulator.look, knowledge.robots
+    own = look_at(replace(now, things=()), robots, replace(placed, noise=False), seed=0).depth
+    view = look_at(now, robots, placed, seed=seed + 7919 * len(seen.pictures))
+    query = ObjectQuery((Condition("in", "CONTAINS", container),), wanted=WANTED)
+    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
+    perceived = ask(query, view, fixtures, knowledge, earlier=earlier, robot=own)
+    taken = Picture(view, placed, fixtures, state, own, perceived)
+    after = _with(replace(seen, known=replace(seen.known, things=fixtures)), taken, knowledge)
+    inside = {t.name: t.pose for t in after.known.things if not t.furniture}
+    there = state.belief.pose(container)
+    back = seen.known.thing(container).pose * there.inverse()
+    things = (*seen.known.things, *(replace(t, pose=back * t.pose) for t in after.known.things if t.name in inside))
+    estimates = {n: replace(e, pose=back * e.pose) if n in inside else e for n, e in after.estimates.items()}
+    since = {**seen.since, container: there, **inside}
+    found = replace(after, known=replace(seen.known, things=things), estimates=estimates, since=since)
+    return replace(found, real=renamed(seen.real, found.world))
+
+
 def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
     """What is believed after one more picture."""
     assert taken.perceived is not None
     answers = taken.perceived.answers
     found = {n: (t, p) for p in answers if (known := thing_from_percept(p, knowledge)) for n, t in [known]}
     fixtures, estimates = _fixtures(taken, taken.perceived, before)
-    old = {t.name: t for t in before.known.things if t.movable}
+    old = {t.name: t for t in before.known.things if not t.furniture}
     things = (*fixtures, *{**old, **{n: t for n, (t, _) in found.items()}}.values())
     new = (r for name, (_, percept) in found.items() for r in facts(name, percept, fixtures))
     perceived = {name: estimate(percept) for name, (_, percept) in found.items()}
@@ -168,7 +205,7 @@ def _beware(seen: Look, knowledge: Knowledge) -> Look:
     """With what the pictures show and nothing that is known explains, as bodies that are in the way."""
     if not any("obstacles" in e.outputs for e in knowledge.experts):
         return seen
-    fixed, moved = (tuple(t for t in seen.known.things if t.movable == kind) for kind in (False, True))
+    fixed, moved = (tuple(t for t in seen.known.things if t.furniture == kind) for kind in (True, False))
     found: list[Thing] = []
     for taken in seen.pictures:
         query, known = ObjectQuery(wanted=("obstacles",)), (*fixed, *found)
@@ -211,7 +248,7 @@ def pictures(
         UserError: the scenario has no camera.
         NoSolution: the camera cannot be brought there.
     """
-    camera, fixtures = camera_of(scenario), tuple(t for t in seen.known.things if not t.movable)
+    camera, fixtures = camera_of(scenario), tuple(t for t in seen.known.things if t.furniture)
     if camera is None:
         raise UserError(
             f"{scenario.path}: the scenario has no camera, so nothing can be seen; add 'camera: {{mount: flange}}', or a "

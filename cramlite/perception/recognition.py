@@ -64,8 +64,8 @@ def renamed(real: World, belief: World) -> World:
 
     Nobody who decides sees this: physics and controllers do not know names.
     """
-    mine = {t.name: t for t in belief.things if t.movable}
-    theirs = {t.name: t for t in real.things if t.movable}
+    mine = {t.name: t for t in belief.things if not t.furniture}
+    theirs = {t.name: t for t in real.things if not t.furniture}
     pairs = sorted(
         (math.dist(a.pose.position, b.pose.position), a.name, b.name) for a in mine.values() for b in theirs.values()
     )

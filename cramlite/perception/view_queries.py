@@ -48,8 +48,8 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[
         )
         at = here or [*(p for p in _views(furniture.things, taxonomy) if p not in there), *there]
         needs = replace(wanted, types=()) if wanted.features or wanted.affords else wanted
-        found[wanted.name] = tuple(query_from(needs, on=p) for p in dict.fromkeys(at)) or (query_from(needs),)
-    covered = {q.value("on") for queries in found.values() for q in queries[:1]}
+        found[wanted.name] = tuple(query_from(needs, **_at(p, furniture, taxonomy)) for p in dict.fromkeys(at)) or (query_from(needs),)
+    covered = {q.value("on") or q.value("in") for queries in found.values() for q in queries[:1]}
     pegs = (p for name in dict.fromkeys(felt) for p in _views(places[name], taxonomy) if p not in covered)
     ends = dict.fromkeys(n for o in wholes if not places[o.name] for n in _beside(o, plan, tasks, put=True) if n not in felt)
     tops = [t for name in ends for t in places.get(name, ()) if not bears(t, taxonomy, INSIDE)]
@@ -59,7 +59,14 @@ def queries_of(plan: Plan, furniture: World, taxonomy: Taxonomy, tasks: Mapping[
 
 def queries_everywhere(furniture: World, taxonomy: Taxonomy) -> Queries:
     """Return a query for each piece of furniture that bears things: for all that is there."""
-    return tuple((query_from(Object(""), on=p),) for p in _views(furniture.things, taxonomy))
+    return tuple((query_from(Object(""), **_at(p, furniture, taxonomy)),) for p in _views(furniture.things, taxonomy))
+
+
+def _at(place: str, furniture: World, taxonomy: Taxonomy) -> dict[str, str]:
+    """The condition of being at a place: in what only holds things inside, else on it."""
+    thing = next((t for t in furniture.things if t.name == place), None)
+    hollow = thing is not None and bears(thing, taxonomy, INSIDE) and not bears(thing, taxonomy, STANDING)
+    return {"in" if hollow else "on": place}
 
 
 def _things(wanted: Object, furniture: World, taxonomy: Taxonomy) -> tuple[Thing, ...]:

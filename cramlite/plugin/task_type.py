@@ -97,6 +97,8 @@ class TaskType(ABC):
     """True for tasks that choose where to put something: their ``where`` constrains it (``Action.parameters``)."""
     looks: ClassVar[bool] = False
     """True for the task that brings a camera to where it sees some places: the engine asks it for pictures."""
+    lays_open: ClassVar[str] = ""
+    """Role of what it opens, where that hides what lies in it: the engine asks for it where the camera finds nothing elsewhere."""
     leads_on: ClassVar[bool] = False
     """True for free motions: their goal, unless given, is where the next task begins."""
     touches: ClassVar[tuple[tuple[str, str], ...] | None] = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -206,6 +207,9 @@ def _build(
             parameters |= {k: _frozen(v[int(rng.integers(len(v)))]) for k, v in sorted(change.parameters.items())}
         parameters |= {k: str(scenario.resolve_path(str(parameters[k])).absolute()) for k in maker.files if k in parameters}
         thing = maker.make(name=spec.name, pose=spec.at.pose() if spec.at else Pose(), **parameters)
+        if spec.at and model != spec.model:
+            written = models[spec.model].make(name=spec.name, pose=thing.pose, **parameters)
+            thing = replace(thing, pose=Pose((0.0, 0.0, _underside(written) - _underside(thing))) * thing.pose)
         thing = replace(thing, type=spec.type or thing.type, max_grip_force=spec.max_grip_force)
         if spec.hangs_on:
             thing = replace(thing, pose=_hang(spec, thing, built, maker))
@@ -213,6 +217,12 @@ def _build(
         said = str(error).removeprefix(f"thing '{spec.name}': ")
         raise UserError(f"{_where_said(scenario, spec, said) or place}: thing '{spec.name}': {said}") from error
     return replace(thing, pose=_shifted(thing.pose, change, rng)) if change else thing
+
+
+def _underside(thing: Thing) -> float:
+    """Height of the lowest corner of the boxes around a thing's geoms [m]."""
+    corners = ((thing.pose * g.pose).apply([*product(*((-h, h) for h in g.half_extents))]) for g in thing.geoms)
+    return min(float(c[:, 2].min()) for c in corners)
 
 
 def _where_said(scenario: Scenario, spec: ThingSpec, said: str) -> str:

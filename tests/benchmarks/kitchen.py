@@ -1,26 +1,32 @@
 """Prove kitchens of ``scenarios/kitchen`` for many seeds, nominal proofs without twins: the share that is proven, with its interval.
 
-Each seed varies where things are. With a camera a seed counts only if the first execution in the real world succeeds, too.
+Each seed varies where things are. With a camera a seed counts only if the first execution in the real world succeeds, too. A search
+that takes longer than ``--seconds`` counts as failed.
 """
 
 from __future__ import annotations
 
 import argparse
-import resource
+import time
+from collections.abc import Iterable
 from pathlib import Path
+from statistics import median
 
+from msgspec.structs import replace
 from seeds import wilson
 
 from cramlite import Engine, data_folder, read_scenario
 from cramlite.base.errors import CramliteError
+from cramlite.planning.budget import budget_of
 
 
-def solved(engine: Engine, path: Path, seed: int) -> str:
+def solved(engine: Engine, path: Path, seed: int, seconds: int) -> str:
     """Empty where a program is proven and, with a real world, succeeds there; else why not."""
     scenario = read_scenario(path)
     try:
         setting = engine.setting(scenario, seed=seed, twins=0)
-        solution = next(engine.resolve(scenario, setting=setting, seed=seed), None)
+        budget = replace(budget_of(scenario), seconds=seconds)
+        solution = next(engine.resolve(scenario, setting=setting, seed=seed, budget=budget), None)
     except CramliteError as error:
         return str(error)
     if solution is None:
@@ -32,23 +38,38 @@ def solved(engine: Engine, path: Path, seed: int) -> str:
     return ""
 
 
+def table_row(engine: Engine, path: Path, seeds: Iterable[int], seconds: int) -> tuple[int, int]:
+    """Print a row of the table and why seeds failed; return how many were proven, and of how many."""
+    reasons, times = dict[int, str](), list[float]()
+    for seed in seeds:
+        begin = time.process_time()
+        reasons[seed] = solved(engine, path, seed, seconds)
+        times.append(time.process_time() - begin)
+    good = sum(not why for why in reasons.values())
+    low, high = wilson(good, len(reasons))
+    took = f"{median(times):.0f} s | {max(times):.0f} s"
+    print(f"| `{path.stem}` | {good} of {len(reasons)} | {low:.3f} to {high:.3f} | {took} |", flush=True)
+    for seed, why in reasons.items():
+        if why:
+            print(f"  seed {seed}: {why[:300]}", flush=True)
+    return good, len(reasons)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("kitchens", nargs="*", help="names; all that must succeed by default")
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--count", type=int, default=10)
+    parser.add_argument("--seconds", type=int, default=120, help="of the search, for each seed; 0 for no limit")
     arguments = parser.parse_args()
     folder, engine = data_folder("scenarios") / "kitchen", Engine()
     names = arguments.kitchens or sorted(p.stem for p in folder.glob("*.yaml") if not p.stem.endswith("_fails"))
-    for name in names:
-        reasons = {s: solved(engine, folder / f"{name}.yaml", s) for s in range(arguments.first, arguments.first + arguments.count)}
-        good = sum(not why for why in reasons.values())
-        low, high = wilson(good, len(reasons))
-        print(f"{name}: {good} of {len(reasons)}, interval {low:.2f} to {high:.2f}", flush=True)
-        for seed, why in reasons.items():
-            if why:
-                print(f"  seed {seed}: {why[:300]}", flush=True)
-    print(f"{sum(resource.getrusage(resource.RUSAGE_SELF)[:2]):.0f} s of processor time")
+    seeds = range(arguments.first, arguments.first + arguments.count)
+    print("| kitchen | proven | 95 % interval (Wilson) | processor time, median | longest |\n|---|---|---|---|---|", flush=True)
+    rows = [table_row(engine, folder / f"{name}.yaml", seeds, arguments.seconds) for name in names]
+    good, runs = (sum(column) for column in zip(*rows, strict=True))
+    low, high = wilson(good, runs)
+    print(f"| together | {good} of {runs} | {low:.3f} to {high:.3f} | | |")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ from itertools import islice
 from msgspec.structs import replace
 
 from cramlite import Engine, NoSolution, Trace, find_scenario, read_scenario
-from cramlite.engine.candidates import attempts
+from cramlite.engine.candidates import attempts, search_in
 from cramlite.engine.execution import execute
 from cramlite.model import Verdict
 from cramlite.planning.budget import budget_of
@@ -93,7 +93,8 @@ def attempt(
     except NoSolution as nowhere:  # the camera cannot be brought to where it is to look
         return None, None, str(nowhere)
     plan = next(plan for plan, _ in engine.plans(scenario, setting, trace))
-    for candidate, verdict in islice(attempts(plan, setting, engine.knowledge, replace(budget_of(scenario), proofs=1), trace), 1):
+    search = search_in(setting, engine.knowledge, replace(budget_of(scenario), proofs=1), trace)
+    for candidate, verdict in islice(attempts(search, plan, setting, engine.knowledge), 1):
         if verdict.passed and setting.real is not None:
             done = execute(candidate, setting, engine.knowledge)
             candidate, verdict = done.candidate, done.verdict

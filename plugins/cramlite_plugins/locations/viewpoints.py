@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from cramlite.model import Belief, Floats, Intrinsics, Location, Place, Pose, Thing, thing_of
+from cramlite.model import Belief, Feature, Floats, Intrinsics, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 
@@ -22,6 +22,8 @@ def looking_at(eye: tuple[float, float, float], target: tuple[float, float, floa
 DISTANCES = (0.55, 0.65, 0.75)  # from the middle [m]: depth noise grows with the square, 1.4 mm at 0.55 m
 SIDES = (-35.0, 35.0, -20.0, 20.0, -50.0, 50.0, 0.0)  # of the robot's own direction, about the vertical [deg]
 HEIGHTS = (25.0, 40.0, 10.0)  # above the horizontal [deg]: from aside and above, two or three faces are seen
+INTO = (60.0, 75.0, 45.0)  # the same of a cavity, over whose rim the camera looks [deg]
+FLOOR = 0.6  # share of a cavity's floor, about its middle, that is looked at: in its corners little can lie
 BORDER = 1 / 16  # share of the image's width that stays free around what is looked at
 SEEN = 0.5  # share of each thing that others may not hide, as of a place that a camera should see
 BELOW = 0.08  # what hangs from a peg is about that far below it [m]
@@ -43,7 +45,8 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     points = np.array([p for name in around for p in _points(belief, name)])
     to_flange = context.camera.pose.inverse()
     scene = make_scene(belief, context)
-    for k, (name, eye) in enumerate(_eyes(points.mean(axis=0))):
+    heights = INTO if all(_cavity(belief.thing(name)) for name in around) else HEIGHTS
+    for k, (name, eye) in enumerate(_eyes(points.mean(axis=0), heights)):
         optical = _optical(eye, points.mean(axis=0))
         if not _in_view(context.camera.intrinsics, optical, points):
             yield Refused(name, "not all of it would be in view", 1)
@@ -60,8 +63,11 @@ def _views(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 
 
 def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
-    """What should be in view of a thing, base frame: along its peg and below, or where it is."""
+    """What should be in view of a thing, base frame: along its peg and below, its cavity, or where it is."""
     thing, pose = belief.thing(entity), belief.pose(thing_of(entity))
+    if cavity := _cavity(thing):
+        inside: Sequence[Sequence[float]] = _floor(pose * cavity.pose, cavity.size).tolist()
+        return inside
     peg = thing.feature("vrps:Peg")
     if peg is None:
         return [tuple(pose.position)]
@@ -69,10 +75,25 @@ def _points(belief: Belief, entity: str) -> Sequence[Sequence[float]]:
     return [*ends.tolist(), *(ends - (0, 0, 2 * BELOW)).tolist()]
 
 
-def _eyes(target: Floats) -> Iterator[tuple[str, Floats]]:
+def _cavity(thing: Thing) -> Feature | None:
+    """The cavity of what holds things inside alone; None of what something can hang from, or stand on."""
+    if any(f.type in ("vrps:Peg", "vrps:SurfaceFeature") for f in thing.features):
+        return None
+    return thing.feature("cram:Cavity")
+
+
+def _floor(opening: Pose, size: Mapping[str, float]) -> Floats:
+    """Middle and corners (5, 3) of what is looked at of a cavity's floor, half way up to its opening, which is a pose with z out of it."""
+    x, y = (FLOOR * (size[side] / 2 if side in size else size.get("radius", 0.0)) for side in ("width", "depth"))
+    corners = [(0, 0), (x, y), (x, -y), (-x, y), (-x, -y)]
+    points: Floats = opening.apply([(a, b, -size.get("height", 0.0) / 2) for a, b in corners])
+    return points
+
+
+def _eyes(target: Floats, heights: Sequence[float]) -> Iterator[tuple[str, Floats]]:
     """Points around the target, on the robot's side, with a name for people."""
     towards = math.atan2(-target[1], -target[0])
-    for distance, height, side in itertools.product(DISTANCES, HEIGHTS, SIDES):
+    for distance, height, side in itertools.product(DISTANCES, heights, SIDES):
         a, h = towards + math.radians(side), math.radians(height)
         way = np.array([math.cos(a) * math.cos(h), math.sin(a) * math.cos(h), math.sin(h)])
         yield f"{distance:.2f} m, {side:+.0f} deg aside, {height:.0f} deg above", target + distance * way
@@ -97,7 +118,12 @@ def _hidden(eye: Floats, around: Sequence[str], belief: Belief) -> str:
 
     for name in around:
         points = _seen_of(belief, name)
-        others = [t for t in belief.world.things if t.name in belief.poses and not _belongs(t, name, belief)]
+        whole = thing_of(name)
+        walls = _cavity(belief.thing(whole)) is not None  # of a container its own walls hide what is inside
+        others = [
+            t for t in belief.world.things
+            if t.name in belief.poses and (walls if t.name == whole else not _belongs(t, name, belief))
+        ]  # fmt: skip
         hidden, by = hidden_by(points, eye, belief, others)
         if (share := 1.0 - float(hidden.mean())) < SEEN:
             return f"{100 * share:.0f} % of '{name}' would be seen, {100 * SEEN:.0f} % is needed; '{by}' hides most"
@@ -110,7 +136,7 @@ def _seen_of(belief: Belief, entity: str) -> Floats:
     from ..shapes.bounds import box_around
 
     thing = belief.thing(entity)
-    if thing.feature("vrps:Peg") is not None:
+    if thing.feature("vrps:Peg") is not None or _cavity(thing):
         return np.array(_points(belief, entity))
     low, high = box_around(thing.geoms)
     signs = np.array([(0, 0, 0), *itertools.product((-0.9, 0.9), repeat=3)])

@@ -51,7 +51,8 @@ def execute(
         robots: descriptions by type, for the world's mounts.
         mount: name of the robot that runs the program.
         seed, force_noise: of the wrist sensor's noise; standard deviation [N].
-        time_limit: of the program, in simulated time [s].
+        time_limit: without a line that no earlier one came behind, in simulated time [s]: a program of many tasks goes on and on,
+            one that hangs or loops for ever does not.
         settle: how long to go on recording after its end [s].
         safety: limits that end in a protective stop.
         limits: limits of the URScript interpreter.
@@ -154,15 +155,19 @@ class _Run:
     def play(self, machine: _Runner, time_limit: float) -> tuple[str, str]:
         """Cycle program and physics until either ends; the outcome and its reason."""
         self.machine = machine
+        farthest, since = machine.main_line, 0.0
         try:
-            while self.data.time < time_limit:
+            while self.data.time < since + time_limit:
                 machine.cycle()
                 if machine.finished:
                     return "finished", ""
+                if machine.main_line > farthest:
+                    farthest, since = machine.main_line, float(self.data.time)
                 self.controller.cycle()
                 machine.remember()
                 self.observe(machine.main_line)
-            return "timeout", f"line {machine.main_line}: the program still ran after {time_limit:g} s"
+            ran = f"the program still ran after {self.data.time:.0f} s"
+            return "timeout", f"line {machine.main_line}: {ran}, of which {time_limit:g} s brought no further line"
         except Halted:
             said = [m.text.removeprefix("cramlite abort: ") for m in self.recorder.messages[-1:]]
             return "halted", said[0] if said else f"line {machine.main_line}: halt, without a message"

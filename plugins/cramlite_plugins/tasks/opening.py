@@ -16,6 +16,7 @@ class Opening(ByHandle):
     summary = "open a drawer or a door by its handle"
     parameters = (SPEED, Parameter("share", 0.8, "of the joint's range; open is what is open by 0.2"), *FORCES)
     stroke = "pull"
+    lays_open = "Patient"
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
