@@ -1,9 +1,10 @@
-"""Pictures of pages for README and docs, taken in a headless Chromium (which must be installed).
+"""Pictures for README and docs. Those of pages are taken in a headless Chromium (which must be installed).
 
-    python docs/site/pictures.py RECORDING
+    python docs/site/pictures.py RECORDING SCENARIO
 
-Writes docs/assets/report.png (the report of fetch_from_hanger) and docs/assets/reading.png (what ``cramlite interpret --html``
-says of a recording, e.g. one of a person in virtual reality).
+Writes docs/assets/report.png (the report of fetch_from_hanger), docs/assets/reading.png (what ``cramlite interpret --html`` says of
+a recording, e.g. one of a person in virtual reality) and docs/assets/foreign_scene.webp (the run of a scenario whose world is
+somebody else's file: the one shown is LIBERO's goal scene with ``goal: [cream_cheese_1_main in wooden_cabinet_1_cabinet_top]``).
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from PIL import Image
 DOCS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(DOCS.parent / "tests" / "helpers"))
 
+from gallery import animate  # noqa: E402
 from headless import Browser, chromium  # noqa: E402
 
 WIDTH, COLOURS = 1100, 128
@@ -40,15 +42,18 @@ def take(page: Path, out: Path, height: int) -> None:
     Image.open(out).convert("RGB").quantize(COLOURS).save(out, optimize=True)
 
 
-def main(recording: str) -> None:
-    """Take both pictures."""
+def main(recording: str, foreign: str) -> None:
+    """Take all pictures."""
     with tempfile.TemporaryDirectory() as folder:
         run, reading = Path(folder) / "run", Path(folder) / "reading.html"
         cramlite("resolve", "fetch_from_hanger", "--out", run)
         take(run / "report.html", DOCS / "assets" / "report.png", 1850)
         cramlite("interpret", recording, "--html", reading)
         take(reading, DOCS / "assets" / "reading.png", 900)
+        there = Path(folder) / "there"
+        cramlite("resolve", foreign, "--twins", "0", "--no-report", "--out", there)
+        animate(next(p for p in (there / "execution", there) if (p / "rollout.npz").is_file()), DOCS / "assets" / "foreign_scene.webp")
 
 
 if __name__ == "__main__":
-    main(sys.argv[1])
+    main(*sys.argv[1:])
