@@ -4,7 +4,7 @@
 
 Writes docs/assets/report.png (the report of fetch_from_hanger), docs/assets/reading.png (what ``cramlite interpret --html`` says of
 a recording, e.g. one of a person in virtual reality) and docs/assets/foreign_scene.webp (the run of a scenario whose world is
-somebody else's file: the one shown is LIBERO's goal scene with ``goal: [cream_cheese_1_main in wooden_cabinet_1_cabinet_top]``).
+somebody else's file: the one shown is robosuite's PickPlaceCan with ``goal: [Can_main in bin2]``).
 """
 
 from __future__ import annotations

@@ -8,12 +8,13 @@ from msgspec.structs import replace
 from scenes import BLOCK, WALL, down, make, world
 from standard import ROBOTS, standard_world
 
-from cramlite.model import Geom, Pose, Thing, World
+from cramlite.model import Geom, Pose, RobotMount, Thing, World
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.simulation.camera.ray_tracer import Camera, cast, render
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.recording.collision_pictures import collision_picture
+from cramlite_plugins.simulation.recording.pictures import camera_of
 
 
 def test_a_picture_shows_robot_product_and_basket() -> None:
@@ -41,6 +42,19 @@ def test_rays_measure_distances_and_normals() -> None:
     assert list(geom) == [0, -1, 0]
     assert distance[[0, 2]] == pytest.approx([1.5, 1.5 * np.sqrt(2)])
     assert normal[0] == pytest.approx((-1, 0, 0))
+
+
+@pytest.mark.parametrize(("wall", "side"), [(None, -1.0), ((0.1, -1.0, 0.7), 1.0), ((0.5, 0.1, 0.2), -1.0)])
+def test_pictures_are_taken_beside_the_robot_wherever_it_stands(wall: tuple[float, float, float] | None, side: float) -> None:
+    """A wall before the camera makes it change sides; one behind what it looks at does not."""
+    base = Pose.from_rotvec((2.0, 3.0, 0.9), (0, 0, 1.2))
+    things = () if wall is None else (Thing("wall", "cram:Wall", base * Pose(wall), (Geom("box", (0.5, 0.02, 0.5)),)),)
+    there = World(things, (RobotMount("arm", "ur5e", base),))
+    compiled = compile_world(there, ROBOTS)
+    camera = camera_of(there, compiled.model, compiled.data())
+    eye, target = ((base.inverse() * Pose(p)).position for p in (camera.eye, camera.target))
+    assert eye == pytest.approx((-0.35, side * 1.55, 1.10)) and target == pytest.approx(Camera().target)
+    assert camera_of(World(()), compiled.model, compiled.data()).target == Camera().target
 
 
 def test_the_camera_sees_its_target_in_the_middle_and_up_is_up() -> None:

@@ -9,11 +9,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene
+from cramlite.model import EntityName, Floats, Pose, Robot, Rollout, Scene, World
 
-from ..camera.ray_tracer import render
+from ..camera.ray_tracer import Camera, cast, render
 from ..model.compile import Compiled, compile_world
-from ..model.index import Data, RobotIndex
+from ..model.index import Data, Model, RobotIndex
 from ..model.triangles import body_name, solids
 from .recorder import effector_of
 
@@ -24,7 +24,23 @@ def picture(rollout: Rollout, sample: int, robots: Mapping[str, Robot], size: tu
     data = compiled.data()
     _put(compiled, data, rollout, sample)
     mujoco.mj_forward(compiled.model, data)
-    return render(compiled.model, data, width=size[0], height=size[1])
+    return render(compiled.model, data, camera_of(rollout.world, compiled.model, data), *size)
+
+
+def camera_of(world: World, model: Model, data: Data) -> Camera:
+    """Return the camera that stands beside the first robot, wherever that is: on its right, or on its left where something near
+    the camera hides what is before the robot."""
+    usual, base = Camera(), world.robots[0].base if world.robots else Pose()
+    x, y, z = usual.eye
+    right, left = (Camera((base * Pose(e)).position, (base * Pose(usual.target)).position) for e in (usual.eye, (x, -y, z)))
+    return right if _clear(model, data, right) or not _clear(model, data, left) else left
+
+
+def _clear(model: Model, data: Data, camera: Camera) -> bool:
+    """Whether nothing in the first half of the way hides what a camera looks at."""
+    eye, way = np.asarray(camera.eye), np.subtract(camera.target, camera.eye)
+    geom, distance, _ = cast(model, data, eye, way[None] / np.linalg.norm(way))
+    return bool(geom[0] < 0 or distance[0] > np.linalg.norm(way) / 2)
 
 
 def scene(rollout: Rollout, robots: Mapping[str, Robot], samples: Sequence[int]) -> Scene:
