@@ -47,13 +47,15 @@ def test_without_any_program_the_refusals_are_the_page(tmp_path: Path, run: Run)
     assert faults(page) == []
     assert titles(page) == ["Summary", "What collides with what", "Why nothing was proven"]
     assert "nothing ran" in page and "Proven" not in page
-    for entry in json.loads((tmp_path / "run" / "trace.json").read_text())["entries"]:
+    entries = json.loads((tmp_path / "run" / "trace.json").read_text())["entries"]
+    for entry in entries:
         if entry["outcome"] in ("refused", "impossible"):
             assert entry["reason"] in unescape(page)
     assert "Nearest miss: 1.Opening/pull" in page
     drawn = re.findall(r'<figure><img src="(data:image/webp[^"]+)"[^>]* alt="([^"]*)"', page)
     assert [alt for _, alt in drawn] == ["drawer and post in the state that was refused"]
-    assert "8 alternatives were refused since two bodies" in page
+    count = sum(entry.get("collision") is not None for entry in entries)
+    assert count > 1 and f"{count} alternatives were refused since two bodies" in page
 
 
 def test_a_run_that_was_refused_is_shown(tmp_path: Path, run: Run) -> None:

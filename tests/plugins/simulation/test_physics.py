@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import mujoco
@@ -13,7 +14,8 @@ from standard import ROBOTS, standard_world
 
 from cramlite.model import Physics, Pose, World
 from cramlite_plugins.simulation.model.compile import Compiled, compile_world
-from cramlite_plugins.simulation.objects.products_and_fixtures import hung, product
+from cramlite_plugins.simulation.objects.products_and_fixtures import hung, product, table
+from cramlite_plugins.simulation.objects.vessels import can
 
 START = (3.02, -1.17, 2.0, -1.0, 1.45, -1.57)
 
@@ -64,3 +66,23 @@ def test_without_friction_it_stays_on_the_hanger() -> None:
     compiled = compile_world(hanging((0.04, 0.025, 0.15), Physics(pad_friction=0.0)), ROBOTS)
     data = take_off(compiled, rise=0.012)
     assert compiled.collisions(data) == {("hanger/peg", "product/hole")}
+
+
+@pytest.mark.parametrize(("friction", "rolls"), [(0.0001, False), (0.0, True)])
+def test_what_is_round_comes_to_rest_when_it_rolls(friction: float, rolls: bool) -> None:
+    """A can that rolls at 50 mm/s loses 20 mm/s each second by the lever of 0.1 mm: g times .004, and the can's own turning behind it."""
+    lying = can("can", Pose.from_rotvec((0.0, 0.0, 0.034), (math.pi / 2, 0, 0)))
+    compiled = compile_world(World((table("floor", Pose(), size=(1.0, 1.0, 0.02)), lying)), {})
+    compiled.model.geom_friction[:, 2] = friction
+    data = compiled.data()
+    data.qvel[:] = (0.05, 0.0, 0.0, 0.0, 0.0, -0.05 / 0.033)  # of the free joint: in the world, then about the can's own axes
+    for _ in range(round(3.0 / compiled.model.opt.timestep)):
+        mujoco.mj_step(compiled.model, data)
+    assert abs(data.qvel[0]) > 0.03 if rolls else abs(data.qvel[0]) < 0.003
+
+
+def test_what_hangs_on_a_round_peg_has_no_rolling_friction() -> None:
+    compiled = compile_world(hanging((0.06, 0.05, 0.10)), ROBOTS)
+    model = compiled.model
+    round_ones = np.isin(model.geom_type, (mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE))
+    assert round_ones.any() and (model.geom_condim[round_ones] <= 4).all()

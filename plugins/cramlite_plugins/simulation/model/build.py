@@ -35,8 +35,9 @@ SHAPES = {
 # (measured).
 SOLREF = (0.005, 1.0)
 ROLLING = frozenset({"cylinder", "capsule", "sphere"})
-"""Shapes whose contacts have rolling friction (condim 6), a lever of 0.1 mm as MuJoCo has it: a bottle of 26 mm radius then rolls as
-on wood, with .004 of its weight. Without it one that lay in a drawer crept 29 mm in 13 s, by the rounding of contact normals (measured)."""
+"""Shapes that have rolling friction (condim 6) where they can be moved, a lever of 0.1 mm as MuJoCo has it: a bottle of 26 mm radius
+then rolls as on wood, with .004 of its weight. Without it one that lay in a drawer crept 29 mm in 13 s, by the rounding of contact normals
+(measured). What hangs on a fixed round peg swings as before."""
 STICKS = 0.05
 """Inertia that a joint must have for its dry friction to hold [kg m2 for a Nm, kg for a N]. MuJoCo's friction is soft: a torque of
 its limit turns the joint by (1 - d) / (b I), which with the default impedance d = 0.9 and damping b = 100 / s is 0.02 rad/s for so
@@ -239,7 +240,7 @@ def _add_geom(
         pos=geom.pose.position,
         quat=geom.pose.quaternion,
         friction=[friction, 0.005, 0.0001],
-        condim=6 if geom.shape in ROLLING else 3,
+        condim=6 if thing.movable and geom.shape in ROLLING else 3,
         rgba=geom.rgba,
         solref=SOLREF,
         mass=mass,
