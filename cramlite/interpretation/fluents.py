@@ -43,9 +43,19 @@ def matching(facts: frozenset[Fact], patterns: Iterable[Pattern]) -> set[Fact]:
             some.setdefault(p[0], []).append(p)
         elif p in facts:
             found.add(p)  # type: ignore[arg-type]
-    anywhere = some.pop(None, [])
-    asked = (f for f in facts if f[0] in some) if not anywhere else iter(facts)
-    return found | {f for f in asked if any(matches(f, p) for p in (*some.get(f[0], ()), *anywhere))}
+    if anywhere := some.pop(None, []):
+        found |= {f for f in facts if any(matches(f, p) for p in anywhere)}
+    alike = by_predicate(facts) if some else {}
+    return found | {f for name, asked in some.items() for f in alike.get(name or "", ()) if any(matches(f, p) for p in asked)}
+
+
+@lru_cache(maxsize=64)
+def by_predicate(facts: frozenset[Fact]) -> Mapping[str, tuple[Fact, ...]]:
+    """Return the facts of each predicate; a state is asked several times before the next one comes."""
+    found = dict[str, list[Fact]]()
+    for f in facts:
+        found.setdefault(f[0], []).append(f)
+    return {name: tuple(rows) for name, rows in found.items()}
 
 
 def said(pattern: Pattern) -> str:
@@ -267,16 +277,17 @@ class Fluents(Value):
         patterns = tuple(removes)
         ended = matching(facts, patterns) - adds
         excluded = {(p, *_of_wholes(new)[1:]) for new in adds for p in self[new[0]].excludes}
-        ended |= {f for f in facts - adds if _of_wholes(f) in excluded} if excluded else set()
+        ended |= _as_wholes(facts, excluded) - adds
         lost = {(p, *_of_wholes(f)[1:]) for f in ended for p in self[f[0]].undoes}
-        ended |= {f for f in facts if _of_wholes(f) in lost} if lost else set()
+        ended |= _as_wholes(facts, lost)
         ended = {m for f in ended for m in self.both_ways(f)}
         left = (facts - ended) | adds
         if not ended:
             return left
         left -= self._parted(ended, left) - adds
         known = {_of_wholes(f) for f in left}
-        implying = [f for f in left if self[f[0]].implies]
+        named = {name for name, fluent in self.of.items() if fluent.implies}
+        implying = [f for f in left if f[0] in named]
         return left - {f for f in implying if not all((p, *_of_wholes(f)[1:]) in known for p in self[f[0]].implies)}
 
     def clash(self, scene: SymbolicWorld, one: GoalCondition, other: GoalCondition) -> str:
@@ -308,6 +319,11 @@ class Fluents(Value):
         """Facts of whole things that held because of a part, of which no part is left."""
         gone = {_of_wholes(f) for f in ended if self[f[0]].of_wholes}
         return gone - {_of_wholes(f) for f in left if f not in gone} if gone else gone
+
+
+def _as_wholes(facts: frozenset[Fact], wholes: set[Fact]) -> set[Fact]:
+    """Facts that are some facts of whole things, of these themselves or of their parts."""
+    return {f for p in {w[0] for w in wholes} for f in by_predicate(facts).get(p, ()) if _of_wholes(f) in wholes}
 
 
 @lru_cache(maxsize=100_000)

@@ -21,6 +21,7 @@ from ..interpretation.fluents import (
     Fluents,
     Pattern,
     SymbolicWorld,
+    by_predicate,
     contents,
     fluents_of,
     matches,
@@ -77,9 +78,10 @@ class Operator(Value):
     def unmet(self, facts: frozenset[Fact]) -> str:
         """Return the first precondition that does not hold, as rules write it; "" where all do."""
         missing = [said(f) for f in sorted(self.needs - facts)]
-        missing += ["not " + said(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
+        if matching(facts, self.without):
+            missing += ["not " + said(f) for p in sorted(self.without, key=str) for f in sorted(matching(facts, [p]))]
         for one, two in sorted(self.never):
-            alike = sorted(f for f in facts if f[0] == one[0])
+            alike = sorted(by_predicate(facts).get(one[0], ()))
             found = (e for f in alike for e in _others(f, one) if _with(two, e) in facts)
             missing += [f"not {said(_with(two, e))} as {said(_with(one, e))}" for e in found]
         return next(iter(missing), "")

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..base.value import Value
 from ..interpretation.conditions import atoms
-from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matches, said
+from ..interpretation.fluents import EFFECTOR, Fact, Fluents, SymbolicWorld, matching, said
 from ..model.entity_name import thing_of
 from .action_schema import ActionSchema, Table, action_schemas
 from .blocking import Blocking, blocking_of
@@ -153,7 +153,8 @@ class PlanningProblem(Value, eq=False):
                 return f"'{step}', its step {number}, was refused: {bar}"
             facts = step.apply(facts)
         missing = [said(f) for f in sorted(self.wanted.needs - facts)]
-        missing += ["not " + said(f) for p in self.wanted.without for f in sorted(facts) if matches(f, p)]
+        if not missing and matching(facts, self.wanted.without):
+            missing += ["not " + said(f) for p in self.wanted.without for f in sorted(matching(facts, [p]))]
         return f"it ends without {missing[0]}, which the goal asks for" if missing else ""
 
     def shortened(self, steps: Sequence[Operator]) -> tuple[Operator, ...]:
@@ -163,7 +164,7 @@ class PlanningProblem(Value, eq=False):
         """
         kept, left, facts = list[Operator](), list(steps), self.facts
         while left:
-            cut = (left[n:] for n in (1, 2, 3) if n <= len(left))
+            cut = (left[n:] for n in (1, 2, 3) if n <= len(left) and not self._missed(left[:n], left[n:], facts))
             shorter = next((rest for rest in cut if not self._failing(rest, facts, kept)), None)
             if shorter is None:
                 facts = left[0].apply(facts)
@@ -171,6 +172,15 @@ class PlanningProblem(Value, eq=False):
             else:
                 left = shorter
         return tuple(kept)
+
+    def _missed(self, without: Iterable[Operator], rest: Iterable[Operator], facts: frozenset[Fact]) -> bool:
+        """Whether what steps bring about is needed later, before another brings it about: quicker than to apply all the rest."""
+        lacking = {f for step in without for f in step.adds} - facts
+        for step in rest:
+            if lacking & step.needs:
+                return True
+            lacking -= step.adds
+        return bool(lacking & self.wanted.needs)
 
     def plan(self, steps: Sequence[Operator]) -> TaskPlan:
         """Return operators as a plan, each with why it is there."""
