@@ -144,8 +144,9 @@ def _search(
     run: RunDirectory, reading: Reading, setting: Setting, engine: Engine, trace: Trace, say: Callable[[str], None]
 ) -> tuple[Solution | None, Solution | None]:
     tried: Solution | None = None
+    before = dict(run.spent)
     for candidate in engine.candidates(reading, setting=setting, trace=trace, progress=say):
-        if candidate.number in run.refused:
+        if candidate.resume(before.get(str(candidate.number))):
             said = "refused before this run was resumed"
             trace.add(0, "sequence", str(candidate.plan), "refused", "engine", said, kind="sequence")
             continue
@@ -155,7 +156,7 @@ def _search(
             tried = attempt if tried is None or tried.number == attempt.number else tried
         if not is_late(trace):  # else it was not tried out
             write_trace(run, trace, engine)
-            run.refuse(candidate.number)
+            run.refuse(candidate.number, candidate.spent)
     return None, tried
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from msgspec import field
@@ -78,10 +78,25 @@ class CandidateSequence(Value, eq=False):
                 self.number, candidate, verdict, self.trace, self.setting, self.reading.interpretation, self.reading.episode
             )
 
-
     def wider(self) -> CandidateSequence | None:
-        """Return the next round of this sequence, once the attempts of this one have ended; None where nothing was left out."""
-        return replace(self, effort=self.effort.widened()) if self.effort.capped else None
+        """Return the next round of this sequence, once the attempts of this one have ended; None where nothing was left out, or
+        the budget is spent."""
+        left = self.effort.proofs < self.budget.proofs and self.effort.expanded < self.budget.expansions
+        return replace(self, effort=self.effort.widened()) if self.effort.capped and left else None
+
+    @property
+    def spent(self) -> dict[str, int]:
+        """What was spent on this sequence in all rounds, for ``resume``."""
+        effort = self.effort
+        return {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
+
+    def resume(self, spent: Mapping[str, int] | None) -> bool:
+        """Whether an earlier run ended this round, or a wider one; then this one has spent what that had when it ended."""
+        if spent is None or spent["breadth"] < self.effort.breadth:
+            return False
+        self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
+        self.effort.capped = bool(spent["capped"]) or spent["breadth"] > self.effort.breadth
+        return True
 
 
 def search_in(
