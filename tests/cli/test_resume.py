@@ -57,3 +57,15 @@ def test_a_finished_run_is_not_done_again(run: Run, tmp_path: Path) -> None:
     assert again.code == 0
     assert program.stat().st_mtime_ns == written
     assert json.loads(again.out)["plan"] == json.loads(first.out)["plan"]
+
+
+def test_wider_rounds_are_tried_and_not_again(run: Run, tmp_path: Path) -> None:
+    """A post stands before the drawer: the handle can be taken in more ways than the first round tries, and none does."""
+    arguments = ("resolve", "tasks/opening_blocked", "--out", tmp_path / "run", "--no-report")
+    first = run(*arguments)
+    assert first.code == 1 and "candidate 1: Opening, 2 times as many alternatives as at first" in first.err
+    spent = json.loads((tmp_path / "run" / "manifest.json").read_text())["spent"]["1"]
+    assert spent["breadth"] >= 2 and not spent["capped"]
+    again = run(*arguments)
+    assert again.code == 1 and "candidate 1: Opening" not in again.err.split("No solution")[0]
+    assert again.err.split("No solution")[1] == first.err.split("No solution")[1]
