@@ -51,7 +51,8 @@ class Bar(Value):
 
 
 class Row(Value):
-    """Candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof."""
+    """Candidate as the page shows it; ``miss`` is the refusal that came nearest to a proof, ``anchors`` are the numbers of the
+    decisions that links lead to: of a designator that several rounds asked about, the last."""
 
     attempt: CandidateDecisions
     title: str
@@ -60,6 +61,7 @@ class Row(Value):
     bars: tuple[Bar, ...]
     lines: Mapping[str, Sequence[tuple[int, int]]]
     linked: bool
+    anchors: frozenset[int]
     open: bool
 
 
@@ -95,6 +97,7 @@ def _row(done: Finished, attempt: CandidateDecisions, titles: Sequence[Sequence[
         bars([d for d in attempt.decisions if d.asks]),
         lines_of(steps_of(code)) if code is not None else {},
         shown,
+        frozenset({d.asked.designator: d.asked.number for d in attempt.decisions if d.asks}.values()) if shown else frozenset(),
         attempt.proven or (not done.proven and nearest is not None and nearest.candidate == attempt.number),
     )
 
