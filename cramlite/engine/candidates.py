@@ -91,7 +91,7 @@ class CandidateSequence(Value, eq=False):
         return {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
 
     def resume(self, spent: Mapping[str, int] | None) -> bool:
-        """Whether an earlier run ended this round, or a wider one; then this one has spent what that had when it ended."""
+        """Take over what an earlier run had spent when it ended this round, or a wider one; return whether one did."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]

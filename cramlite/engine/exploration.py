@@ -72,7 +72,7 @@ def _looked_into(setting: Setting, container: str, knowledge: Knowledge) -> Sett
     text = text_that_runs(candidate, backend)
     assert text is not None  # it ran in the proof
     mount = seen.real.robots[0].name
-    ran = knowledge.simulator.execute(text.text, seen.real, knowledge.robots, mount=mount, seed=setting.seed)
+    ran = knowledge.simulator.execute(text.text, seen.real, knowledge.robots_of(seen.real), mount=mount, seed=setting.seed)
     if ran.outcome != "finished":
         return setting
     looked = look_into(seen, container, state, seen.camera, world_after_run(ran, seen.real), knowledge, setting.seed)

@@ -23,7 +23,6 @@ from ..model.twin_verdict import Draw
 from ..model.verdict import Verdict
 from ..model.world import World
 from ..plugin.catalogue import Knowledge, pick
-from .intent import FILE as INTENT
 from .intent import Intent, read_intent
 from .judging import Judged, Purpose, judge_text
 
@@ -258,8 +257,3 @@ def covered(draws: Iterable[Draw]) -> dict[str, list[tuple[float, float, str]]]:
     for (source, unit, size), most in found.items():
         by_source.setdefault(source, []).append((most, size, unit))
     return by_source
-
-
-def is_run(path: Path) -> bool:
-    """Whether a path is a run directory that says what its program is for."""
-    return path.is_dir() and (path / INTENT).is_file()

@@ -164,7 +164,7 @@ def look_into(
     """
     furniture = (t for t in seen.known.things if t.furniture)
     fixtures = tuple(replace(t, pose=state.belief.pose(t.name)) for t in furniture)
-    placed, look_at, robots = replace(camera, joints=state.belief.joints), knowledge.simulator.look, knowledge.robots
+    placed, look_at, robots = replace(camera, joints=state.belief.joints), knowledge.simulator.look, knowledge.robots_of(now)
     own = look_at(replace(now, things=()), robots, replace(placed, noise=False), seed=0).depth
     view = look_at(now, robots, placed, seed=seed + 7919 * len(seen.pictures))
     query = ObjectQuery((Condition("in", "CONTAINS", container),), wanted=WANTED)

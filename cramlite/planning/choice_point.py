@@ -149,7 +149,7 @@ class ChoicePoint(Struct):
     def say(
         self, outcome: Outcome, plugin: str, reason: str, text: str | None = None, cost: float | None = None, passed: int = 0,
         numbers: Mapping[str, float] | None = None, collision: Collision | None = None,
-    ) -> int:  # fmt: skip  # fmt: skip
+    ) -> int:  # fmt: skip
         """Record in the trace the outcome of the designator, or of the alternative that ``text`` stands for."""
         text = str(self.item) if text is None else text
         kind = KINDS[type(self.item)]
