@@ -19,10 +19,13 @@ FAR = 20.0
 def doubts(scenario: Scenario, setting: Setting, knowledge: Knowledge) -> list[str]:
     """Return warnings about a scenario, each with file and line.
 
-    They are about numbers that look like other units, things inside each other, and things that stand on nothing.
+    They are about numbers that look like other units, things inside each other, things that stand on nothing, and what the camera could
+    not look into.
     """
     source = scenario.where("world" if scenario.spec.world else "robot")
     found = [*_numbers(scenario), *(f"{source}: {note}" for note in setting.world.notes)]
+    shut = setting.look.shut if setting.look else {}
+    found += [f"{scenario.where('camera')}: nobody looked into '{name}': {why}" for name, why in shut.items()]
     look = getattr(knowledge.simulator, "doubts", None)  # a simulator need not have any
     world = setting.real if setting.look and setting.real else setting.world  # as it was written, not as it was seen
     for name, said in look(world, knowledge.robots_of(world)) if look else ():

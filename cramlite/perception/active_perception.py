@@ -71,6 +71,7 @@ class Look(Value):
         real: the world as it is; things that were recognised have the names they are believed under.
         obstacles: bodies around what was seen and not recognised.
         hidden: places into which the camera could not look.
+        shut: those of them that were to be opened -> why that, or the look into them, did not come off.
         since: where things are by the last picture that were moved so that it could look; ``known`` has them as at the start.
     """
 
@@ -81,6 +82,7 @@ class Look(Value):
     real: World
     obstacles: tuple[Thing, ...] = ()
     hidden: tuple[str, ...] = ()
+    shut: Mapping[str, str] = {}
     since: Mapping[str, Pose] = {}
 
     @property

@@ -6,6 +6,7 @@ import pytest
 from task_scenarios import attempt
 
 from cramlite import Engine, Trace, UserError, data_folder, find_scenario, read_scenario
+from cramlite.engine.scenario_doubts import doubts
 
 REFUSED = {
     "bottle_from_drawer": "'bottle', which no task moved then, got",
@@ -118,6 +119,9 @@ def test_what_lies_in_a_drawer_that_is_stuck_is_not_believed(engine: Engine) -> 
     scenario = read_scenario(find_scenario(f"kitchen/{HIDDEN}_fails"))
     setting = engine.setting(scenario, twins=0)
     assert setting.look is not None and not setting.look.estimates and "drawer" in setting.look.hidden
+    assert "0.Opening" in setting.look.shut["drawer"]
+    (said,) = (d for d in doubts(scenario, setting, engine.knowledge) if "nobody looked into 'drawer'" in d)
+    assert "hidden_in_drawer_camera_fails.yaml" in said
     with pytest.raises(UserError, match="in this world there are: none"):
         next(engine.resolve(scenario, setting=setting))
 
