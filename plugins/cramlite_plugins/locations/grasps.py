@@ -110,11 +110,10 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     for grip in grips:
         at = pose * grip.pose
         before = at * Pose((0, 0, -STANDOFF))
-        narrow = min(grip.width + SLACK, context.robot.gripper.opening[1])
+        narrow, *wider = _openings(grip, thing, context.robot.gripper)
         if why := unreached(at, before, narrow):
             yield why.refused(grip.name)
             continue
-        wider = _wider(grip, thing, context.robot.gripper)
         opening = next((wide for wide in wider if not unreached(at, before, wide)), narrow)
         place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
         yield Grounding(
@@ -127,11 +126,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         )
 
 
-def _wider(grip: Grip, thing: Thing, gripper: Gripper) -> Iterator[float]:
-    """Further distances of the pads at which a grasp may be approached, apart from the least [m]: the widest first."""
+def _openings(grip: Grip, thing: Thing, gripper: Gripper) -> list[float]:
+    """Distances of the pads at which a grasp may be approached [m]: the least, then the widest first."""
     shape, most = rays.body(thing.geoms), gripper.opening[1]
     wide = (min(grip.width + slack, most) for slack in WIDER)
-    return (w for w in wide if antipodal.clear(shape, grip.pose, w, gripper))
+    return [min(grip.width + SLACK, most), *(w for w in wide if antipodal.clear(shape, grip.pose, w, gripper))]
 
 
 def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
