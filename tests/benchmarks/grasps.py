@@ -13,6 +13,7 @@ import argparse
 
 import flying_gripper
 import grasp_objects
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Geom, Pose, Thing
@@ -26,12 +27,12 @@ FIRST = 5
 
 def proposals(item: Thing, count: int = FIRST) -> list[grasps.Grip]:
     """The first grasps that do not go through the table."""
-    place = rays.body([replace(TABLE, pose=item.pose.inverse() * TABLE.pose)])
-    fit = (
-        g for g in grasps.ranked(item, GRIPPER, 0.9)
-        if antipodal.clear(place, g.pose * Pose((0, 0, 0.001)), min(g.width + grasps.SLACK, GRIPPER.opening[1]), GRIPPER)
-    )  # fmt: skip
-    return [g for g, _ in zip(fit, range(count), strict=False)]
+    place, found = rays.body([replace(TABLE, pose=item.pose.inverse() * TABLE.pose)]), grasps.ranked(item, GRIPPER, 0.9)
+    if not found:
+        return []
+    openings = np.minimum(np.array([g.width for g in found]) + grasps.SLACK, GRIPPER.opening[1])
+    fit = antipodal.clear(place, antipodal.Hands.at([g.pose for g in found]).moved(0.001), openings, GRIPPER)
+    return [found[k] for k in np.flatnonzero(fit)[:count]]
 
 
 def holds(item: Thing, grip: grasps.Grip, friction: float = 0.9) -> bool:

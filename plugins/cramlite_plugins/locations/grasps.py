@@ -130,7 +130,8 @@ def _openings(grip: Grip, thing: Thing, gripper: Gripper) -> list[float]:
     """Distances of the pads at which a grasp may be approached [m]: the least, then the widest first."""
     shape, most = rays.body(thing.geoms), gripper.opening[1]
     wide = (min(grip.width + slack, most) for slack in WIDER)
-    return [min(grip.width + SLACK, most), *(w for w in wide if antipodal.clear(shape, grip.pose, w, gripper))]
+    hand = antipodal.Hands.at([grip.pose])
+    return [min(grip.width + SLACK, most), *(w for w in wide if antipodal.clear(shape, hand, np.array([w]), gripper).all())]
 
 
 def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
@@ -148,11 +149,9 @@ def _ranked(
     geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
 ) -> tuple[Grip, ...]:
     shape, middle, cone = rays.body(geoms), np.asarray(centre), max(math.atan(friction), PARALLEL)
-    proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper, cone))
-    seen: set[tuple[float, ...]] | None = set() if len(geoms) > MANY else None
-    found = (_checked(shape, middle, grip, gripper, cone, seen) for grip in proposed)
-    best = sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
-    return tuple(_varied(best))
+    proposed = [*candidates(geoms, gripper), *_across_parts(shape, middle, handles, gripper, cone)]
+    found = _checked(shape, middle, proposed, gripper, cone) if proposed else []
+    return tuple(_varied(sorted(found, key=lambda g: (round(g.cost, 4), g.name))))
 
 
 def _varied(grips: Sequence[Grip]) -> Iterator[Grip]:
@@ -170,15 +169,25 @@ def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
     """Yield grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
     body = [g for g in geoms if not g.part]
     for i, geom in enumerate(body):
-        for grip in _of_geom(geom, gripper):
-            name = grip.name + (f" of geom {i}" if len(body) > 1 else "")
-            yield replace(grip, name=name)
-            drawn = antipodal.shallow(geom, grip.pose, gripper)
-            if drawn is not None:
-                yield replace(grip, pose=drawn, name=f"{name}, shallow")
-            tips = antipodal.by_tips(geom, grip.pose, gripper)
-            if tips is not None:
-                yield replace(grip, pose=tips[0], name=f"{name}, by the tips", ahead=tips[1])
+        name = f" of geom {i}" if len(body) > 1 else ""
+        grips = [replace(grip, name=grip.name + name) for grip in _of_geom(geom, gripper)]
+        if not grips:
+            continue
+        hands = antipodal.Hands.at([g.pose for g in grips])
+        near, far = rays.intervals(rays.body([geom]), hands.positions, hands.approach)
+        for grip, one, other in zip(grips, near[:, 0].tolist(), far[:, 0].tolist(), strict=True):
+            yield from _drawn_back(grip, one, other, gripper)
+
+
+def _drawn_back(grip: Grip, near: float, far: float, gripper: Gripper) -> Iterator[Grip]:
+    """A grasp of a geom, and the same with less of the pads on it; the geom is so near and far along the approach [m]."""
+    yield grip
+    drawn = antipodal.shallow(grip.pose, near, far, gripper)
+    if drawn is not None:
+        yield replace(grip, pose=drawn, name=f"{grip.name}, shallow")
+    tips = antipodal.by_tips(grip.pose, near, far, gripper)
+    if tips is not None:
+        yield replace(grip, pose=tips[0], name=f"{grip.name}, by the tips", ahead=tips[1])
 
 
 def _across_parts(
@@ -186,12 +195,14 @@ def _across_parts(
 ) -> Iterator[Grip]:
     """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
     parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
-    for line in surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK, cone) if parts else ():
+    lines = surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK, cone) if parts else []
+    found = [(line, pose, name) for line in lines for pose, name in surfaces.frames(line)]
+    deep = antipodal.depths(shape, [pose for _, pose, _ in found], gripper) if found else ()
+    for (line, _, name), ways in zip(found, deep, strict=True):
         at = "handle " if any(math.dist(line.middle, h.position) < NEAR_HANDLE for h in handles) else ""
-        for frame, name in surfaces.frames(line):
-            where = " ".join(f"{1000 * v:+.0f}" for v in line.middle)
-            for pose, ahead, how in antipodal.depths(shape, frame, gripper):
-                yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}", ahead=ahead)
+        where = " ".join(f"{1000 * v:+.0f}" for v in line.middle)
+        for pose, ahead, how in ways:
+            yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}", ahead=ahead)
 
 
 def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
@@ -222,34 +233,37 @@ def _thinnest(geom: Geom) -> float:
     return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
 
 
-def _checked(
-    shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float, seen: set[tuple[float, ...]] | None
-) -> Grip | None:
-    """The candidate on the whole shape; None where it does not fit, slips or is obstructed, or one like it was seen.
+def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
+    """The candidates on the whole shape, without those that do not fit, slip or are obstructed; of those alike on many parts, one."""
+    aheads, most = np.array([g.ahead for g in grips]), gripper.opening[1]
+    proposed = antipodal.Hands.at([g.pose for g in grips])
+    found = antipodal.pinches(shape, proposed.moved(aheads))
+    fits = (found.width > 0) & (found.width + LEAST_SLACK <= most) & (found.slant <= cone)
+    rows = np.flatnonzero(fits)
+    hands, widths = proposed.of(rows).moved(0.0, found.low[rows] + found.width[rows] / 2), found.width[rows]
+    if len(shape.geoms) > MANY:
+        _, first = np.unique(_cells(hands), axis=0, return_index=True)
+        first.sort()
+        rows, hands, widths = rows[first], hands.of(first), widths[first]
+    free = np.flatnonzero(antipodal.clear(shape, hands, np.minimum(widths + SLACK, most), gripper))
+    rows, hands, widths = rows[free], hands.of(free), widths[free]
+    covered = antipodal.coverage(shape, hands, widths, gripper)
+    off = np.einsum("nij,ni->nj", hands.turns, centre - hands.positions)
+    levers = np.abs(off[:, 0]) + 0.3 * np.maximum(0.0, np.abs(off[:, 1]) - widths / 2)
+    return [
+        Grip(_at(grips[k].pose, p), float(w), float(lever), grips[k].name, float(found.slant[k]), float(c), grips[k].ahead)
+        for k, p, w, lever, c in zip(rows.tolist(), hands.positions, widths, levers, covered, strict=True)
+    ]
 
-    Args:
-        seen: grasps that were looked at, to which it is added; None to look at each.
-    """
-    found = antipodal.pinch(shape, grip.pose * Pose((0.0, 0.0, grip.ahead)))
-    if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:
-        return None
-    pose = found.pose * Pose((0.0, 0.0, -grip.ahead))
-    if seen is not None:
-        if (like := _cell(pose)) in seen:
-            return None
-        seen.add(like)
-    if not antipodal.clear(shape, pose, min(found.width + SLACK, gripper.opening[1]), gripper):
-        return None
-    off = pose.inverse().apply(centre)
-    lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
-    covered = antipodal.coverage(shape, pose, found.width, gripper)
-    return Grip(pose, found.width, lever, grip.name, found.slant, covered, grip.ahead)
+
+def _at(pose: Pose, position: Floats) -> Pose:
+    x, y, z = position.tolist()
+    return Pose((x, y, z), pose.quaternion)
 
 
-def _cell(pose: Pose) -> tuple[float, ...]:
-    """Equal for poses of the hand within ``AGAIN`` and some 7 deg of each other."""
-    z, y = pose.rotate((0.0, 0.0, 1.0)), pose.rotate((0.0, 1.0, 0.0))
-    return (*np.round(np.asarray(pose.position) / AGAIN).tolist(), *np.round(8 * z).tolist(), *np.round(8 * y).tolist())
+def _cells(hands: antipodal.Hands) -> Floats:
+    """Rows (n, 9) that are equal for hands within ``AGAIN`` and some 7 deg of each other."""
+    return np.round(np.hstack([hands.positions / AGAIN, 8 * hands.approach, 8 * hands.closing])) + 0.0  # no minus zero
 
 
 def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
