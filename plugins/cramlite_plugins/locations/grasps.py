@@ -1,6 +1,6 @@
 """Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
 
-Those with room for the whole hand come first. Among these decide the lever and the part of the pads (``grips``), how far the hand
+Those with room for the whole hand, there, before and when it lifts, come first. Among these decide the lever and the part of the pads (``grips``), how far the hand
 turns to get there, and whether pads that cannot press harder keep the thing from turning between them. Inverse kinematics and
 collisions are looked at one by one.
 """
@@ -21,7 +21,7 @@ from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
 from . import antipodal
-from .grips import AGAIN, SLACK, Grip, ranked, varied, why_none
+from .grips import AGAIN, SLACK, WIDE, Grip, ranked, varied, why_none
 from .hand_room import HandRoom
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
-WIDER = (math.inf, 0.03)
+LIFTED = 0.10  # most things that are grasped are then picked up by so much [m]
+WIDER = (math.inf, WIDE)
 """And by so much, or as the fingers open at all, where nothing is in the way: a thing that is 4 mm from where it is believed to be, and
 turned by 5 deg, is pushed by a pad that passes it by 5 mm."""
 HALF_TURN = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
@@ -145,6 +146,8 @@ def _in_order(
             found.append((cost, grip, Grasp(grip, at, min(grip.width + SLACK, most), load, name)))
     hands, openings = antipodal.Hands.at([g.at for *_, g in found]), np.array([g.opening for *_, g in found])
     own, others = room.blocked(hands, openings, CLEARANCE)
+    up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
+    others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     for blocked in (False, True):
         yield from varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
 

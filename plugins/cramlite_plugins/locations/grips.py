@@ -26,6 +26,7 @@ from . import pinch_lines as surfaces
 HANDLE = "cram:Handle"
 NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
+WIDE = 0.03  # and so much wider if it can be: a hand that is 10 mm off does not push it [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
 """Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
@@ -49,6 +50,7 @@ class Grip(Value):
         slant: angle of the contact normals to the closing direction [rad].
         coverage: share of the pad that the shape fills.
         ahead: how far before the TCP the contact pair is [m].
+        slack: wider than the contacts that the thing itself lets the fingers approach, both sides together, up to ``WIDE`` [m].
     """
 
     pose: Pose
@@ -58,11 +60,13 @@ class Grip(Value):
     slant: float = 0.0
     coverage: float = 1.0
     ahead: float = 0.0
+    slack: float = WIDE
 
     @property
     def cost(self) -> float:
-        """Return the cost [m]: the lever; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
-        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant
+        """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact or fingers close to the thing on their way
+        count as some lever more."""
+        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant + 0.3 * (WIDE - self.slack)
 
     @property
     def likeness(self) -> tuple[float, ...]:
@@ -185,11 +189,14 @@ def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: G
     free = np.flatnonzero(antipodal.clear(shape, hands, np.minimum(widths + SLACK, most), gripper))
     rows, hands, widths = rows[free], hands.of(free), widths[free]
     covered = antipodal.coverage(shape, hands, widths, gripper)
+    wide = np.minimum(widths + WIDE, most)
+    slacks = np.where(antipodal.clear(shape, hands, wide, gripper), wide, np.minimum(widths + SLACK, most)) - widths
     off = np.einsum("nij,ni->nj", hands.turns, centre - hands.positions)
     levers = np.abs(off[:, 0]) + 0.3 * np.maximum(0.0, np.abs(off[:, 1]) - widths / 2)
+    columns = (np.asarray(v).tolist() for v in (rows, widths, levers, covered, slacks))
     return [
-        Grip(_at(grips[k].pose, p), float(w), float(lever), grips[k].name, float(found.slant[k]), float(c), grips[k].ahead)
-        for k, p, w, lever, c in zip(rows.tolist(), hands.positions, widths, levers, covered, strict=True)
+        Grip(_at(grips[k].pose, p), width, lever, grips[k].name, float(found.slant[k]), cover, grips[k].ahead, slack)
+        for p, k, width, lever, cover, slack in zip(hands.positions, *columns, strict=True)
     ]
 
 
