@@ -70,6 +70,7 @@ class Wanted(Value):
         where: further constraints, by name (the keys of ``where`` in scenario files).
         obstacles: what stands there.
         depth: of a cavity [m].
+        under: what it comes to rest on in its middle, where that is not level.
     """
 
     thing: Thing
@@ -82,6 +83,7 @@ class Wanted(Value):
     obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
     opened: Any = None
+    under: Thing | None = None
 
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]

@@ -91,16 +91,21 @@ def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[t
 
 def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[Wanted, Offset]]:
     """Positions on all surfaces, in turn."""
-    streams = [zip(itertools.repeat(t), positions(_free(t, now, location), _anchor(t))) for t in targets]
+    streams = [zip(itertools.repeat(t), _positions(t, now, location)) for t in targets]
     for row in itertools.zip_longest(*streams):
         yield from (found for found in row if found is not None)
+
+
+def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset]:
+    """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide."""
+    return iter([(0.0, 0.0)]) if wanted.under else positions(_free(wanted, now, location), _anchor(wanted))
 
 
 def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
     """What objects at the best position of each surface, where there is not one free position."""
     for wanted in targets:
         bare = replace(wanted, where={}, obstacles=())
-        offset = next(positions(_free(bare, now, location), _anchor(wanted)), (0.0, 0.0))
+        offset = next(_positions(bare, now, location), (0.0, 0.0))
         spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
         said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
         yield _refusal(spot, wanted, CHEAP[location.relation]) or Refused(spot.name, said, 0, blocking=standing_there(wanted))
@@ -120,7 +125,7 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
     """The lowest height at which all is free; from a stand-off that is blocked no other height is tried."""
-    cheap, blocked = len(CHEAP[relation]), None
+    cheap, blocked, wanted = len(CHEAP[relation]), None, _settled(wanted, now, yaw)
     for k, (height, above) in enumerate(_heights(wanted, now, relation)):
         spot = _spot(wanted, now, offset, yaw, height, above)
         if blocked is not None and blocked.distance(spot.before)[0] < SAME:
@@ -136,6 +141,17 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
         blocked = spot.before if ABOVE_IT in reason.reason else None
         if reason.passed < cheap:
             return  # no height changes what is seen from above
+
+
+def _settled(wanted: Wanted, now: Pose, yaw: float) -> Wanted:
+    """With the surface that carries what is held, turned so, on what is not level; as it is where there is none."""
+    from ..shapes.nesting import nested
+
+    if wanted.under is None:
+        return wanted
+    there = _spot(wanted, now, (0.0, 0.0), yaw, 0.0, 0.0).thing
+    found = nested(wanted.thing, there, wanted.under, wanted.belief.pose(wanted.under.name))
+    return replace(wanted, target=found) if found else wanted
 
 
 def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:
@@ -181,9 +197,22 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     opened = make_scene(belief, context, opening=context.robot.gripper.opening[1], clearance=0.0) if into else None
     bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
     if not into:
-        return [replace(w, obstacles=_obstacles(w, context)) for w in bare]
+        level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
+        return [*_uneven(level, thing, pose), *level]
     beside_it = [replace(w, obstacles=_lying_in(w)) for w in bare]
     return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there, or over it
+
+
+def _uneven(level: list[Wanted], thing: Thing, pose: Pose) -> list[Wanted]:
+    """The middle of what can be moved itself and whose own shape, such as a plate's rim, stands about its largest surface."""
+    first = level[0]
+    if thing.furniture or not any(o.name == thing.name for o in first.obstacles):
+        return []
+    others = tuple(o for o in first.obstacles if o.name != thing.name)
+    hollow = thing.feature("cram:Cavity")
+    x, y, _ = (pose * hollow.pose if hollow else first.target.pose).position
+    middle = replace(first.target, pose=Pose((x, y, first.target.pose.position[2])))
+    return [replace(first, target=middle, obstacles=others, under=thing)]
 
 
 def _opening(thing: Thing, pose: Pose) -> list[tuple[Any, float]]:

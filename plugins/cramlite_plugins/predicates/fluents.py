@@ -25,7 +25,7 @@ from cramlite.plugin import (
 )
 
 from ..shapes.bounds import corners
-from ..shapes.surfaces import resting_height
+from ..shapes.surfaces import SUNK, resting_height
 
 PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
 HAND = "soma:Gripper"
@@ -159,7 +159,7 @@ def _below(thing: Thing, scene: SymbolicWorld) -> str | None:
                 continue
             x, y, z = (other.pose * feature.pose).inverse().apply(thing.pose.position)
             size = feature.size
-            if abs(x) <= size.get("width", 0.0) / 2 and abs(y) <= size.get("depth", 0.0) / 2 and z >= 0.0:
+            if abs(x) <= size.get("width", 0.0) / 2 and abs(y) <= size.get("depth", 0.0) / 2 and z >= -SUNK:
                 found.append((float(z), other.name))
     return min(found)[1] if found else None
 

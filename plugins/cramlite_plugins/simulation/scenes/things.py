@@ -136,12 +136,20 @@ def _surfaced(thing: Thing) -> tuple[Thing, str]:
         Feature(f"surface{k + 1 if k else ''}", "vrps:SurfaceFeature", thing.pose.inverse() * pose, size)
         for k, (pose, size) in enumerate((p, s) for p, s in level[:MOST] if min(s.values()) > NARROW)
     ]
-    features = (*thing.features, *([hollow] if hollow else ()), *tops)
+    features = (*thing.features, *([hollow] if hollow else ()), *(tops or _floors(hollow)))
     said = [f"{len(tops)} surface{'s' * (len(tops) != 1)}"] if tops else []
     for feature in features:
         if feature.type != "vrps:SurfaceFeature" and feature.name != "handle":
             said.append(f"{feature.name} of {' x '.join(f'{1000 * v:.0f}' for v in feature.size.values())} mm")
     return replace(thing, features=features), ", ".join(said) or "no surfaces"
+
+
+def _floors(hollow: Feature | None) -> list[Feature]:
+    """The floor of a cavity, round as a bowl's may be: what a thing without a level face carries other things on."""
+    if hollow is None:
+        return []
+    floor = hollow.pose * Pose((0.0, 0.0, -hollow.size["height"]))
+    return [Feature("floor", "vrps:SurfaceFeature", floor, {k: hollow.size[k] for k in ("width", "depth")})]
 
 
 def _largest(area: Any) -> dict[str, float]:
