@@ -264,8 +264,8 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
 
 
 CHEAP: Mapping[str, Mapping[str, Filter]] = {
-    "on": {"supported": supported, "in its region": in_region, "clear": clear, "near": near, "beside": beside},
-    "in": {"inside": inside, "in its region": in_region, "near": near, "beside": beside},
+    "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region},
+    "in": {"inside": inside, "near": near, "beside": beside, "in its region": in_region},
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {

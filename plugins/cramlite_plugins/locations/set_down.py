@@ -34,7 +34,8 @@ ONTO = ((0.02, 0.06), (0.01, 0.015))
 """Lowest point above a surface from where a guarded motion goes on, and the stand-off above that [m]; the second where there
 is little room above."""
 NESTED = ((0.02, 0.06), (0.035, 0.045))
-"""The same of what is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that holds it, less than paths keep."""
+"""The same of what is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that holds it, and paths keep
+more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 TURNED = "turned"
@@ -217,7 +218,7 @@ def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
     return replace(first, target=middle, obstacles=others, under=thing)
 
 
-def _opening(thing: Thing, pose: Pose, region: str) -> list[tuple[Any, float]]:
+def _opening(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:
     """The opening of a thing's cavity, the first or the one that is meant, as an area, and how deep it is."""
     import shapely
 

@@ -246,7 +246,8 @@ def in_extent(type_: str, size: Mapping[str, float], point: Floats) -> bool:
     x, y, z = map(float, point)
     if type_ == CAVITY:
         return _within((x, y, z), size)
-    beside = math.hypot(x, y) > size["radius"] if "radius" in size else 2 * abs(x) > size.get("width", 0.0) or 2 * abs(y) > size.get("depth", 0.0)
+    wide, deep = (size.get(name, 0.0) / 2 for name in ("width", "depth"))
+    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > wide or abs(y) > deep
     return not beside and -SUNK <= z <= size.get("height", math.inf)
 
 

@@ -76,7 +76,7 @@ def _lowest(own: Floats, under: Floats) -> tuple[int, int]:
     rise = float(_gap(own, under, *at).max())
     while True:
         beside = [(at[0] + i, at[1] + j) for i, j in product((-1, 0, 1), repeat=2) if (i, j) != (0, 0)]
-        found = [(float(_gap(own, under, *b).max()), b) for b in beside if 0 <= min(b) and max(b) <= 2 * CELLS]
+        found = [(float(_gap(own, under, *b).max()), b) for b in beside if min(b) >= 0 and max(b) <= 2 * CELLS]
         lower = min((f for f in found if math.isfinite(f[0])), default=(math.inf, at))
         if lower[0] > rise - LOWER:
             return at

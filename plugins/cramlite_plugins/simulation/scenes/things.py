@@ -19,6 +19,8 @@ from .sites import LARGE, NARROW, places
 
 CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door", "knob": "cram:Knob"}
 """What a thing is taken for by how it moves, where its names say nothing."""
+CONTAINER = "soma:DesignedContainer"
+"""What is taken for one then: what is fixed and has cavities that sites mark."""
 MOST = 6
 """Surfaces of one thing that become features."""
 
@@ -106,6 +108,8 @@ def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> 
     found = {f.name: f for s in shapes for f in s.features} | {f.name: f for f in sites if f.type == "cram:Cavity"}
     thing, said = _surfaced(replace(thing, features=tuple(found.values())))
     areas = tuple(f for f in sites if f.type != "cram:Cavity")
+    if group.kind == "fixed" and len(areas) < len(sites):
+        thing = replace(thing, type=CONTAINER)
     thing = replace(thing, features=(*thing.features, *areas))
     said += "".join(f", area '{f.name}'" for f in areas)
     if thing.joint is not None:
