@@ -20,10 +20,14 @@ SCENE = {
     "bodies": {"can_1": "can_1_main", "plate_1": "plate_1_main", "cabinet_1": "cabinet_1_base", "stove_1": "stove_1_main"},
     "regions": {
         "cabinet_1_top_region": {"bodies": ["cabinet_1_top", "cabinet_1_base"]}, "table_front_region": {"bodies": []},
+        "table_left_region": {"bodies": ["table"]},
         "cabinet_1_top_side": {"bodies": ["cabinet_1_base"]}, "stove_1_knob": {"bodies": ["stove_1_plain", "stove_1_main"]},
     },
 }  # fmt: skip
-THINGS = ("can_1_main", "plate_1_main", "cabinet_1_base", "cabinet_1_top", "stove_1_main")
+THINGS = (
+    "can_1_main", "plate_1_main", "cabinet_1_base", "cabinet_1_top", "cabinet_1_top/top_region", "stove_1_main", "table", "table/region",
+    "table/left_region",
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -39,8 +43,9 @@ def module(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     ("literal", "said"),
     [
         (["on", "can_1", "plate_1"], "can_1_main on plate_1_main"),
-        (["in", "can_1", "cabinet_1_top_region"], "can_1_main in cabinet_1_top"),  # the drawer, not the cabinet
+        (["in", "can_1", "cabinet_1_top_region"], "can_1_main in cabinet_1_top/top_region"),  # the drawer's, not the cabinet's
         (["on", "can_1", "cabinet_1_top_side"], "can_1_main on cabinet_1_base"),
+        (["on", "can_1", "table_left_region"], "can_1_main on table/left_region"),
         (["open", "cabinet_1_top_region"], "cabinet_1_top open"), (["close", "cabinet_1_top_region"], "cabinet_1_top closed"),
         (["turnon", "stove_1"], "stove_1_main turned on"), (["turnoff", "stove_1_knob"], "stove_1_main turned off"),
     ],
