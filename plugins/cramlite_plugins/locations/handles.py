@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-
 from msgspec.structs import replace
 
 from cramlite.model import Belief, Feature, Joint, Location, Place, Pose, Thing
@@ -16,7 +15,6 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
 from .antipodal import pinch
-
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
@@ -53,7 +51,8 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     for k, (tilt, turn, back) in enumerate(itertools.product(TILTS, (0.0, 180.0), (0.0, TIPS))):
         across = _across(thing.joint, handle, tilt, turn)
         width = 2 * handle.size["radius"] if tilt == 0.0 else _thickness(thing, across)
-        name = f"across the handle, turned {turn:.0f} deg" + (f", tilted {tilt:+.0f} deg" if tilt else "") + (", by the tips" if back else "")
+        tilted, tips = f", tilted {tilt:+.0f} deg" if tilt else "", ", by the tips" if back else ""
+        name = f"across the handle, turned {turn:.0f} deg{tilted}{tips}"
         found = hand.around(belief.pose(thing.name) * across * Pose((0, 0, -back)), width)
         if isinstance(found, Place):
             said = f"{name}: {1000 * width:.0f} mm wide, open {1000 * (found.opening or 0.0):.0f} mm"
