@@ -101,8 +101,7 @@ def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, t
         "world": {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state"}, "budget": SEARCH,
     }  # fmt: skip
     setting = engine.setting(read_scenario(spec | {"tasks": []}), twins=twins)
-    names = (n for t in setting.world.things for n in (t.name, *(f"{t.name}/{f.name}" for f in t.features)))
-    goal = goal_sentences(scene, names)
+    goal = goal_sentences(scene, setting.world.things)
     (folder / "scenario.yaml").write_text(yaml.safe_dump(spec | {"goal": goal}, sort_keys=False))
     mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
     return tuple(goal), replace(setting, world=replace(setting.world, robots=(mount,)))

@@ -17,6 +17,7 @@ from cramlite.model import (
     ForceExtract,
     ForceInsert,
     ForceMove,
+    Held,
     Motion,
     MoveLinear,
     MoveUntilContact,
@@ -27,6 +28,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
+from ..shapes.carried_along import carried_along
 from .motion_kinds import KINDS, value
 from .ontology_limits import adapted, known, noted
 
@@ -77,7 +79,9 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
 
-    place = place_of(motion, context)
+    place, moved = place_of(motion, context), belief
+    if (way := place.values.get("moved")) is not None and belief.held is None:
+        belief, moved = _along(place.thing, belief, context), _pushed(place.thing, way, belief)
     points = line(motion, belief, context, list(place.path))
     here = tcp(belief, context)
     corners = np.array([here.position, *(p.position for p in place.path)])
@@ -95,7 +99,25 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
         timeout(float(ways.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"{1000 * ways.sum():.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {limit:.0f} N"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="force path")
+    yield Grounding((step,), reason, 0.0, moved.moved(points[-1]), key="force path")
+
+
+def _along(thing: str, belief: Belief, context: Context) -> Belief:
+    """A belief in which the hand takes a thing along, as it does one that it pushes, with what is in it."""
+    from ..motion_planning.reach import tcp
+
+    with_it = carried_along(belief, thing)
+    return belief.grasped(Held(thing, tcp(belief, context).inverse() * belief.pose(thing), 0.0, carries=with_it))
+
+
+def _pushed(thing: str, way: float, belief: Belief) -> Belief:
+    """A belief in which a thing's joint has moved on [m, rad], and what is in it with the thing."""
+    joint, known = belief.world.thing(thing).joint, belief.poses[thing]
+    assert joint is not None
+    there, with_it = joint.moved(known.pose, way), carried_along(belief, thing)
+    poses = {thing: replace(known, pose=there, source="predicted: pushed")}
+    poses |= {name: replace(e, pose=there * e.pose) for name, e in with_it.items()}
+    return replace(belief, poses={**belief.poses, **poses})
 
 
 def frame_along(axis: Floats) -> Pose:
