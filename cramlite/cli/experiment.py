@@ -8,7 +8,7 @@ from pathlib import Path
 from ..base.errors import UserError
 from .arguments import Add, plugin_choice
 
-JUDGED = ("suite", "tasks", "states", "twins", "judge", "attempt_refused")
+JUDGED = ("suite", "tasks", "states", "twins", "judge", "attempt_refused", "fail")
 """Options of experiments that somebody else judges; the others have ``OWN``, and both the rest."""
 OWN = ("set", "short", "without", "executor", "keep_baseline")
 
@@ -48,6 +48,7 @@ def _judged(path: Path, arguments: argparse.Namespace) -> int:
         pictures=not arguments.no_pictures,
         json_output=arguments.json,
         plugins=plugin_choice(arguments),
+        fail=arguments.fail,
     )
 
 
@@ -96,3 +97,4 @@ def add_commands(add: Add) -> None:
     judged.add_argument(
         "--attempt-refused", action="store_true", help="play the best refused program where none is proven; counted apart"
     )
+    judged.add_argument("--fail", action="store_true", help="exit code 1 if an episode is not true at rest within its budget")

@@ -29,6 +29,7 @@ def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, t
     spec: dict[str, Any] = {
         "scenario": "episode", "robot": {"type": "libero_panda", "at": {"position": [x, y, z]}},
         "world": {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state"}, "budget": SEARCH,
+        "limits": {"advisory": ["bystanders"]},  # LIBERO does not ask about them
     }  # fmt: skip
     setting = engine.setting(read_scenario(spec | {"tasks": []}), twins=twins)
     goal = goal_sentences(scene, (t.name for t in setting.world.things))

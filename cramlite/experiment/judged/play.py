@@ -18,12 +18,13 @@ from ...engine.engine import Engine
 from ...engine.setting import Setting
 from ...engine.solution import Solution
 from ...model.rollout import save_rollout
+from ...model.verdict import ADVICE
 from ...planning.diagnosis import failure_text
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
 from .judge import Judge, connect
-from .results import Attempt, EpisodeResult
+from .results import Attempt, EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
 BROKEN_OFF = "broken off"
@@ -96,7 +97,7 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
         result = replace(result, reason=failure_text(trace, engine.registry.faults))
         again = trial.attempt_refused and refused is not None
         return replace(result, refused=_attempt(trial, judge, refused, "refused")) if again and refused else result
-    advice = tuple(f"{f.validator}: {f.reason}" for f in getattr(proven.verdict, "advice", ()))
+    advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
     return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, proven, "program"))
 
 
@@ -149,7 +150,7 @@ def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
     if result.rest():
         return ""
     if attempt is None:
-        return experiment.failure(result.reason, "goal" if not result.goal else "path")
+        return experiment.failure(plain_reason(result.reason), "goal" if not result.goal else "path")
     if result.rest(unlimited=True):
         return "time"
     return experiment.failure(attempt.reason, "physics") if attempt.reason else "physics"

@@ -72,3 +72,10 @@ class EpisodeResult(Value, kw_only=True):
 def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:
     """Return whether the judge's check was true for the first time within the budget, or ever."""
     return attempt.first is not None and (unlimited or attempt.first <= budget)
+
+
+def plain_reason(reason: str) -> str:
+    """Return what is first among the reasons of a refusal: the nearest miss, where there is one."""
+    lines = [line.strip() for line in reason.splitlines() if line.strip()]
+    miss = next((line for line in lines if line.startswith("Nearest miss: ")), lines[0] if lines else "nothing was said")
+    return miss.removeprefix("Nearest miss: ")

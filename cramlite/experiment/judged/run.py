@@ -23,7 +23,7 @@ from ..store import code_key, locked
 from ..worker_pool import worker_pool
 from .judge import connect
 from .play import Trial, play
-from .results import EpisodeResult
+from .results import EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
 RESULT = "result.json"
@@ -148,7 +148,7 @@ def said(result: EpisodeResult) -> str:
     """Return an episode's result in a line."""
     name = f"{result.suite} {result.task} {result.state} {result.name}"
     if result.attempt is None:
-        return f"{name}: no program ({result.failure}): {result.reason.splitlines()[0] if result.reason else ''}"
+        return f"{name}: no program ({result.failure}): {plain_reason(result.reason)}"
     a = result.attempt
     truth = f"first at {a.first}, {'true' if a.rest else 'not true'} at rest" if a.first is not None else "never true"
     return f"{name}: {a.outcome} after {a.steps} of {result.budget} steps, {truth}{f' ({result.failure})' if result.failure else ''}"
