@@ -60,14 +60,14 @@ def play(trial: Trial) -> EpisodeResult:
         UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
     """
     judge, episode = _judge(trial.experiment.beside(trial.experiment.spec.judge), trial.environment), trial.episode
+    budget = trial.experiment.suite(episode.suite).budget
     try:
         name = judge.reset(episode.suite, episode.task, episode.state)
+        result = EpisodeResult(suite=episode.suite, task=episode.task, state=episode.state, name=name, budget=budget)
+        result = _resolved(trial, judge, result)
     except UserError:
-        _judge.cache_clear()
+        _end(judge)
         raise
-    budget = trial.experiment.suite(episode.suite).budget
-    result = EpisodeResult(suite=episode.suite, task=episode.task, state=episode.state, name=name, budget=budget)
-    result = _resolved(trial, judge, result)
     return replace(result, failure=_failure(result, trial.experiment))
 
 
@@ -75,6 +75,12 @@ def play(trial: Trial) -> EpisodeResult:
 def _judge(file: Path, environment: Path | None) -> Judge:
     """The judge of this process, as long as it answers."""
     return connect(file, environment)
+
+
+def _end(judge: Judge) -> None:
+    """End a judge that does not answer as it must; the next episode has another one."""
+    judge.close()
+    _judge.cache_clear()
 
 
 def _engine(trial: Trial) -> Engine:
@@ -91,6 +97,7 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
         result = replace(result, goal=tuple(map(str, scenario.spec.goal or ())))
         proven, refused = _search(engine, scenario, setting, trace)
     except UserError as error:
+        judge.check()  # one that no longer answers has not shown a scene that could be refused
         return replace(result, reason=str(error), wall=time.monotonic() - clock)
     result = replace(result, wall=time.monotonic() - clock, seconds=dict(getattr(trace, "seconds", {})))
     if proven is None:
@@ -126,8 +133,7 @@ def _attempt(trial: Trial, judge: Judge, solution: Solution, name: str) -> Attem
         judge.rest()
         rested = judge.check()
     except UserError as error:
-        judge.close()
-        _judge.cache_clear()
+        _end(judge)
         return Attempt(outcome=BROKEN_OFF, reason=str(error))
     picture = _picture(trial, judge, name) if trial.pictures else ""
     return Attempt(
