@@ -13,7 +13,7 @@ import io
 import json
 import os
 import sys
-from typing import Any
+from typing import Any, NamedTuple
 
 LINES = os.fdopen(os.dup(1), "w")  # robosuite prints to standard output, which becomes standard error
 os.dup2(2, 1)
@@ -33,31 +33,35 @@ TASKS = ("NutAssemblySquare", "NutAssemblyRound")
 GOALS = {"NutAssemblySquare": ("SquareNut",), "NutAssemblyRound": ("RoundNut",)}
 
 
-class Hand:
-    """Fingers of a hand: what they are open by, and which command of -1 (open) to 1 (closed) that is."""
-
-    def __init__(self, joints: int, most: float, quantum: float) -> None:
-        self.joints, self.most, self.quantum = joints, most, quantum
+PADS = "gripper0_right_{}_fingerpad_collision"
+TURNED = np.array([-1.0, -1.0, 1.0])
+"""x, y and z of a base that is turned by 180 deg."""
 
 
-class Panda(Hand):
-    """Two slides, each half the opening."""
+class Robot(NamedTuple):
+    """Robot of robosuite.
 
-    def opening(self, joints: np.ndarray) -> float:
-        """Return the opening of the fingers [m]."""
-        return float(abs(joints[0]) + abs(joints[1]))
+    Args:
+        name: what cramlite calls it.
+        joints: of the arm.
+        base: body that it stands by.
+        turned: whether cramlite's base of it is turned by 180 deg about the vertical.
+        opening: between the pads with the hand's command at 1 and at -1 [m].
+        quantum: what an action changes of that command: ``speed`` of robosuite's grippers.
+    """
+
+    name: str
+    joints: int
+    base: str
+    turned: bool
+    opening: tuple[float, float]
+    quantum: float = 0.2
 
 
-class Robotiq(Hand):
-    """Linkage of a 2F-85: pads of a driver joint, from robotiq_gripper_85.xml."""
-
-    def opening(self, joints: np.ndarray) -> float:
-        """Return the opening between the pads [m], for the mean angle of both sides."""
-        return max(0.0, self.most * (1.0 - float(joints[0] + joints[3]) / 2 / 0.8))
-
-
-ROBOTS = {"Panda": ("libero_panda", "robot0_link0", Panda(2, 0.08, 0.2)), "UR5e": ("robosuite_ur5e", "robot0_base", Robotiq(6, 0.085, 0.2))}
-"""Of each robot: what cramlite calls it, the body that it stands by, and its hand (``speed`` of robosuite's grippers is the quantum)."""
+ROBOTS = {
+    "Panda": Robot("libero_panda", 7, "robot0_link0", False, (0.0, 0.08)),
+    "UR5e": Robot("robosuite_ur5e", 6, "robot0_base", True, (0.0126, 0.108)),
+}
 
 
 class Refused(Exception):
@@ -105,56 +109,67 @@ class Judge:
             self.env.step(np.zeros(self.env.action_dim))
             if k and np.abs(self.env.sim.data.qvel).max() < SETTLED:
                 break
-        self.hand = float(np.abs(self.env.robots[0].gripper["right"].current_action).max()) * 0.0
-        self.steps, self.first = 0, None
+        self.hand, self.steps, self.first = 0.0, 0, None
         return {"task": self.task, "language": f"put the {GOALS[self.task][0]} onto its peg"}
 
     def scene(self) -> dict[str, Any]:
         """Describe the world: the model as MJCF, its state, the goal, and where the robot stands."""
-        sim = self.env.sim
-        base = sim.model.body_name2id(ROBOTS[self.suite][1])
+        sim, robot = self.env.sim, ROBOTS[self.suite]
+        base = sim.model.body_name2id(robot.base)
         return {
             "xml": sim.model.get_xml(), "qpos": sim.data.qpos.tolist(), "goal": [["on", *NUTS[nut]] for nut in GOALS[self.task]],
-            "base": [*sim.data.body_xpos[base].tolist(), *sim.data.body_xquat[base].tolist()],
+            "base": sim.data.body_xpos[base].tolist(), "yaw": 180 if robot.turned else 0,
         }  # fmt: skip
 
     def hello(self, **_: Any) -> dict[str, Any]:
         """Say what robot there is."""
-        controller, (name, _, hand) = self.env.robots[0].part_controllers["right"], ROBOTS[self.suite]
+        controller, robot = self.env.robots[0].part_controllers["right"], ROBOTS[self.suite]
         lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
         return {
-            "protocol": 1, "robot": name, "actions": "deltas", "rate": RATE, "lag": lag,
+            "protocol": 1, "robot": robot.name, "actions": "deltas", "rate": RATE, "lag": lag,
             "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
-            "fingers": hand.most * hand.quantum / 4 * 1.1, "hesitation": 2 / hand.quantum / RATE + 0.05,
+            "fingers": float(np.ptp(robot.opening)) * robot.quantum / 4 * 1.1, "hesitation": 2 / robot.quantum / RATE + 0.05,
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
         """Take an action; what the hand may press with is robosuite's own."""
         del grip
-        robot, hand = self.env.robots[0], ROBOTS[self.suite][2]
-        action = np.clip(np.array(delta) / robot.part_controllers["right"].output_max, -1.0, 1.0)
-        wanted = 1.0 - 2.0 * opening / hand.most
-        turn = 0.0 if abs(wanted - self.hand) <= hand.quantum / 2 else float(np.sign(wanted - self.hand))
-        self.hand = float(np.clip(self.hand + hand.quantum * turn, -1.0, 1.0))
+        robot = ROBOTS[self.suite]
+        most = self.env.robots[0].part_controllers["right"].output_max
+        action = np.clip(self._turned(np.array(delta)) / most, -1.0, 1.0)
+        closed, opened = robot.opening
+        wanted = 1.0 - 2.0 * (opening - closed) / (opened - closed)
+        turn = 0.0 if abs(wanted - self.hand) <= robot.quantum / 2 else float(np.sign(wanted - self.hand))
+        self.hand = float(np.clip(self.hand + robot.quantum * turn, -1.0, 1.0))
         self.env.step(np.array([*action, turn]))
         self.steps += 1
         if self.first is None and self.env._check_success():
             self.first = self.steps
         return self.feel()
 
+    def _turned(self, vectors: Any) -> Any:
+        """A translation and a rotation between cramlite's base and robosuite's."""
+        return vectors * np.tile(TURNED, 2) if ROBOTS[self.suite].turned else vectors
+
     def feel(self) -> dict[str, Any]:
         """Return what the robot feels."""
         sim, robot = self.env.sim, self.env.robots[0]
-        gripper = robot.gripper["right"]
-        fingers = np.array([float(sim.data.get_joint_qpos(j)) for j in gripper.joints])
-        body = sim.model.body_name2id(gripper.root_body)
+        body = sim.model.body_name2id(robot.gripper["right"].root_body)
         turn = sim.data.get_site_xmat("gripper0_right_ft_frame")
         weight = np.array([0.0, 0.0, -9.81 * float(sim.model.body_subtreemass[body])])
         force = -(turn @ np.array(robot.ee_force["right"]) + weight)
         return {
-            "joints": np.array(robot._joint_positions).tolist(), "opening": ROBOTS[self.suite][2].opening(fingers),
-            "wrench": [*force.tolist(), 0.0, 0.0, 0.0],
+            "joints": np.array(robot._joint_positions).tolist(), "opening": self._opening(),
+            "wrench": self._turned(np.array([*force, 0.0, 0.0, 0.0])).tolist(),
         }  # fmt: skip
+
+    def _opening(self) -> float:
+        """Between the pads [m]: of slides by their joints, of a linkage by where its pads, which are 2 mm thick, are."""
+        sim, gripper = self.env.sim, self.env.robots[0].gripper["right"]
+        if len(gripper.joints) == 2:
+            return float(sum(abs(sim.data.get_joint_qpos(j)) for j in gripper.joints))
+        left, right = (sim.data.get_geom_xpos(PADS.format(side)) for side in ("left", "right"))
+        return float(np.linalg.norm(left - right)) - 0.002
 
     def check(self) -> dict[str, Any]:
         """Return robosuite's judgement: now, and at which step it was true for the first time."""

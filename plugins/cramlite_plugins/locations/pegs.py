@@ -171,7 +171,8 @@ def _unreachable(location: Location, belief: Belief, context: Context, corners: 
     from ..motion_planning.reach import bound, collision_free_ik, make_scene
     from ..motion_planning.space import Refusal
 
-    free, near = make_scene(belief, context), make_scene(belief, context, [bound(context, location.of)], clearance=0.0)
+    free = make_scene(belief, context)
+    near = make_scene(belief, context, [bound(context, location.of)], clearance=0.0, hand=False)
     seed = belief.joints
     for k, pose in enumerate(corners):
         there = collision_free_ik(near if k else free, context, pose, seed)
