@@ -28,5 +28,5 @@ def aligned(hole: Feature, peg: Feature) -> bool:
 
 
 def stands(axis: Floats) -> bool:
-    """Return whether a peg whose unit axis (3,) leads to its tip stands: it bears nothing, and what is around it rests on what it stands in."""
+    """Return whether a peg stands whose unit axis (3,) leads to its tip: it bears nothing, what is around it rests on its foot."""
     return float(axis[2]) > STANDING

@@ -120,8 +120,8 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
         pair: held_on(hysteresis(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
         for pair, force in forces.items()
     }
-    for pair, flags in _around(rollout):
-        touching[pair] = touching.get(pair, never) | flags
+    for both, flags in _around(rollout):
+        touching[both] = touching.get(both, never) | flags
     return [
         state("soma:ContactState", span, {"a": a, "b": b})
         for (a, b), flags in pressed_on(touching, rollout).items()

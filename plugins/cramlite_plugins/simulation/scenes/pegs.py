@@ -4,6 +4,7 @@ over it; any other post is furniture, and any other opening is none to thread by
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 import numpy as np
@@ -23,6 +24,9 @@ LOOSE = 1.0
 """A hole's play on a peg is at most this share of the peg's radius; what has more is put around it, not onto it."""
 SQUARE = 0.03
 """Sides of a post that differ by less than this share are those of a square."""
+LOWEST = -math.sin(math.radians(20.0))
+"""Height of the unit vector to a peg's tip: from one that leads further down things slip off."""
+FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 BESIDE = 0.001
 """From a post's side to the line along which what it stands in is looked for [m]."""
 
@@ -73,15 +77,11 @@ def _post(thing: Thing, things: Iterable[Thing]) -> Feature | None:
         return None
     pose, half, size = shaft
     others = rays.body([replace(g, pose=o.pose * g.pose) for o in things if o.name != thing.name and not o.movable for g in o.geoms])
-    ends = sorted((_free(others, thing.pose * turned, half, size["radius"]), k) for k, turned in enumerate((pose, pose * FLIPPED)))
-    length, k = ends[-1]
+    ways = [p for p in (pose, pose * FLIPPED) if float((thing.pose * p).rotate((0.0, 0.0, 1.0))[2]) >= LOWEST]
+    length, turned = max(((_free(others, thing.pose * p, half, size["radius"]), p) for p in ways), key=lambda end: end[0])
     if length < SLENDER * 2 * size["radius"]:
         return None
-    turned = (pose, pose * FLIPPED)[k]
     return Feature("peg", "vrps:Peg", turned * Pose((0.0, 0.0, half - length)), {**size, "length": length})
-
-
-FLIPPED = Pose((0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0))
 
 
 def _shaft(geom: Geom) -> tuple[Pose, float, dict[str, float]] | None:
