@@ -245,15 +245,19 @@ def _slants(geom: Geom, contacts: Floats, ways: Floats) -> Floats:
     p, d = back.apply(contacts), back.rotate(ways)
     if geom.shape == "box":
         faces = np.argmax(np.abs(p) / geom.size, axis=1)
-        return np.arccos(np.minimum(1.0, np.abs(d[np.arange(len(d)), faces])))
+        return _angles(d[np.arange(len(d)), faces])
     if geom.shape == "convex":
         planes = hull_planes(geom.corners)
         here = p @ planes[:, :3].T + planes[:, 3] > -2 * SKIN
-        return np.arccos(np.minimum(1.0, np.where(here, np.abs(d @ planes[:, :3].T), 0.0).max(axis=1)))
+        return _angles(np.where(here, np.abs(d @ planes[:, :3].T), 0.0).max(axis=1))
     normals = p.copy()
     if geom.shape != "sphere":
         normals[:, 2] -= np.clip(p[:, 2], -geom.size[1], geom.size[1])
     if geom.shape == "cylinder":
         normals[np.abs(p[:, 2]) >= geom.size[1] - SKIN] = (0.0, 0.0, 1.0)
-    cosines = np.abs(np.einsum("ij,ij->i", normals, d)) / np.maximum(np.linalg.norm(normals, axis=1), 1e-9)
-    return np.arccos(np.minimum(1.0, cosines))
+    return _angles(np.einsum("ij,ij->i", normals, d) / np.maximum(np.linalg.norm(normals, axis=1), 1e-9))
+
+
+def _angles(cosines: Floats) -> Floats:
+    """Angles between lines [rad]."""
+    return np.asarray(np.arccos(np.minimum(1.0, np.abs(cosines))))

@@ -1,8 +1,8 @@
 """Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
 
 Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first. Among these decide the
-lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the thing from turning between them. Inverse kinematics and
-collisions are looked at one by one.
+lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the
+thing from turning between them. Inverse kinematics and collisions are looked at one by one.
 """
 
 from __future__ import annotations

@@ -207,7 +207,8 @@ def _at(pose: Pose, position: Floats) -> Pose:
 
 def _cells(hands: antipodal.Hands) -> Floats:
     """Rows (n, 9) that are equal for hands within ``AGAIN`` and some 7 deg of each other."""
-    return np.round(np.hstack([hands.positions / AGAIN, 8 * hands.approach, 8 * hands.closing])) + 0.0  # no minus zero
+    rows: Floats = np.hstack([hands.positions / AGAIN, 8 * hands.approach, 8 * hands.closing])
+    return np.asarray(np.round(rows) + 0.0)  # no minus zero
 
 
 def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:

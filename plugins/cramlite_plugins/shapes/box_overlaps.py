@@ -24,7 +24,8 @@ def overlaps(shape: Body, centres: Floats, turns: Floats, half: Floats) -> NDArr
     Returns:
         (n, geoms).
     """
-    found = np.linalg.norm(shape.centres - centres[:, None, :], axis=2) < shape.radii + float(np.linalg.norm(half))
+    reach = shape.radii + float(np.linalg.norm(half))
+    found: NDArray[np.bool_] = np.linalg.norm(shape.centres - centres[:, None, :], axis=2) < reach
     rows, parts = np.nonzero(found)
     if not len(rows):
         return found
