@@ -1,8 +1,8 @@
 """Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
 
-Those with room for the whole hand, there, before and when it lifts, come first. Among these decide the lever and the part of the
-pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the thing from turning between
-them. Inverse kinematics and collisions are looked at one by one.
+Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first. Among these decide the
+lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the
+thing from turning between them. Inverse kinematics and collisions are looked at one by one.
 """
 
 from __future__ import annotations
@@ -148,6 +148,7 @@ def _in_order(
     own, others = room.blocked(hands, openings, CLEARANCE)
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
+    others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
     for blocked in (False, True):
         yield from varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
 

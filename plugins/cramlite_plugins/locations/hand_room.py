@@ -13,7 +13,7 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from cramlite.model import Belief, Floats, Pose, Thing, Value
+from cramlite.model import Belief, Feature, Floats, Geom, Pose, Thing, Value
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
@@ -23,6 +23,7 @@ from .antipodal import Hands
 if TYPE_CHECKING:
     from ..motion_planning.planning_scene import PlanningScene
 
+HOLE = "vrps:Hole"
 AROUND = 0.30  # of a thing that hands about it reach [m]
 
 
@@ -33,11 +34,13 @@ class HandRoom(Value, dict=True):
         scene: with the arm in it.
         own: the thing, in the base frame.
         others: what stands around it.
+        holes: what may come through its holes, when it is threaded onto a peg.
     """
 
     scene: PlanningScene
     own: rays.Body
     others: rays.Body
+    holes: rays.Body
 
     @classmethod
     def about(cls, thing: Thing, belief: Belief, scene: PlanningScene) -> HandRoom:
@@ -51,7 +54,15 @@ class HandRoom(Value, dict=True):
             every += [replace(g, pose=at * g.pose) for g in other.geoms if other.name != thing.name]
         near = [g for g in every if np.linalg.norm(np.asarray(g.pose.position) - centre) < reach + g.bounding_radius]
         own = [replace(g, pose=pose * g.pose) for g in thing.geoms]
-        return cls(scene, rays.body(own), rays.body(near))
+        columns = [replace(g, pose=pose * g.pose) for g in map(_column, thing.features) if g is not None]
+        return cls(scene, rays.body(own), rays.body(near), rays.body(columns))
+
+    def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
+        """Check at which TCP poses (n,) the hand, open so wide [m], is where a peg comes through a hole of the thing."""
+        found = np.zeros(len(hands.positions), bool)
+        for centre, turn, half in self._boxes(opening) if self.holes.geoms else ():
+            found |= overlaps(self.holes, hands.positions + hands.turns @ centre, hands.turns @ turn, half).any(axis=1)
+        return found
 
     def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """Check at which TCP poses (n,) the hand, open so wide [m], is in the thing, or nearer to something else than a distance [m]."""
@@ -74,6 +85,14 @@ class HandRoom(Value, dict=True):
         if opening not in self._kept:
             self._kept[opening] = _boxes_of(self.scene.opened(opening))
         return self._kept[opening]
+
+
+def _column(hole: Feature) -> Geom | None:
+    """What may come through a hole, to both sides of it; None for a feature that is none to thread by."""
+    if hole.type != HOLE or "diameter" not in hole.size:
+        return None
+    half = hole.size["diameter"] / 2
+    return Geom("box", (half, half, AROUND), hole.pose) if "width" in hole.size else Geom("cylinder", (half, AROUND), hole.pose)
 
 
 def _boxes_of(scene: Any) -> list[tuple[Floats, Floats, Floats]]:
