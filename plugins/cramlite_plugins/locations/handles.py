@@ -66,7 +66,7 @@ def _across(joint: Joint, handle: Feature, turn: float) -> Pose:
 
 
 def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """TCP poses that keep the handle in the hand while the joint goes to its goal."""
+    """TCP poses that keep the handle in the hand while the joint goes to its goal, or to the next of its goals."""
     from ..motion_planning.reach import bound, causes, held_pose, tcp
 
     entity = bound(context, location.of)
@@ -74,13 +74,13 @@ def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grou
     if thing.joint is None or belief.held is None or belief.held.thing != thing.name:
         raise Unresolvable(f"'{entity}' must have a joint, and be held", causes(location, context), blocking=())
     joint, now = thing.joint, held_pose(belief, context)
-    goal = joint.lower + float(location.parameters.get("share", CLOSED)) * (joint.upper - joint.lower)
-    value = joint_value(belief, thing.name, belief.base() * now)
-    hand, way = now.inverse() * tcp(belief, context), goal - value
-    count = max(1, math.ceil(abs(way) / STEPS[joint.kind == "hinge"]))
-    path = tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
-    said = f"'{entity}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
-    yield Grounding(Place(path[-1], path[-1], path=path, thing=thing.name), said, key="path")
+    value, hand = joint_value(belief, thing.name, belief.base() * now), now.inverse() * tcp(belief, context)
+    for k, share in enumerate(location.parameters.get("shares", (CLOSED,))):
+        goal = joint.lower + float(share) * (joint.upper - joint.lower)
+        count = max(1, math.ceil(abs(goal - value) / STEPS[joint.kind == "hinge"]))
+        path = tuple(joint.moved(now, (goal - value) * n / count) * hand for n in range(1, count + 1))
+        said = f"'{entity}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
+        yield Grounding(Place(path[-1], path[-1], path=path, thing=thing.name), said, 0.1 * k, key=f"path to {share:g}")
 
 
 def joint_value(belief: Belief, thing: str, pose: Pose) -> float:
