@@ -137,7 +137,8 @@ def plans_for_goal(
     refused, possible, number = "", False, 0
     for choice in ground_goal(goal, objects, grounder):
         problem, found = problem_of(choice, grounder, knowledge, where), False
-        if why := contradiction(choice.says, grounder, places):
+        at = places if len(places) == len(choice.says) else places[:1] * len(choice.says)  # one goal may be about many things
+        if why := contradiction(choice.says, grounder, at):
             refused = refused or why
             continue
         possible = True
