@@ -65,6 +65,11 @@ def is_a(scene: SymbolicWorld, entity: str, class_: str) -> bool:
     return scene.taxonomy.is_a(HAND, class_) if entity == EFFECTOR else scene.is_a(entity, class_)
 
 
+def on_joint(scene: SymbolicWorld, entity: str) -> bool:
+    """Evaluate on_joint(Thing) in a symbolic world."""
+    return is_thing(scene, entity) and scene.world.thing(entity).joint is not None
+
+
 def has(scene: SymbolicWorld, entity: str, class_: str) -> bool:
     """Evaluate has(X, Class) in a symbolic world: it is one, or a part of it is."""
     return is_a(scene, entity, class_) or scene.has(entity, class_)

@@ -110,13 +110,13 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
-    """Empty when a peg of the hanger passes through a hole of the thing and touches it."""
-    from ..episodes.detection.threaded import threaded
+    """Empty when a peg of the hanger passes through a hole of the thing and, unless it stands, bears it."""
+    from ..episodes.detection.threaded import around_standing, threaded
 
     pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
     if not any(flags[-1] for _, _, flags in pairs):
         return f"no peg of '{hanger.name}' passes through a hole of '{thing}' at the end"
-    return _not_on(rollout, thing, hanger)
+    return "" if around_standing(hanger) else _not_on(rollout, thing, hanger)
 
 
 def _of(hole: str, peg: str) -> tuple[str, str]:
