@@ -196,7 +196,7 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     found = _opening(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
-        raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",), blocking=())
+        raise Unresolvable(f"'{entity}' has no {what}{f', called {region!r}' if region else ''}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = make_scene(belief, context, () if into else (entity,), release_opening(belief, context), 0.0)
     bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]

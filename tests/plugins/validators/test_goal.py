@@ -11,7 +11,7 @@ from settled import IN, TWO, opened, settled
 
 from cramlite import Engine
 from cramlite.interpretation.fluents import symbolic_world
-from cramlite.model import Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
+from cramlite.model import Feature, Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.controls import knob
@@ -317,3 +317,28 @@ def test_what_is_denied_must_not_hold() -> None:
     still = settled(*IN)
     out, inside = judged(still, "not tin on floor", "not tin in basket")
     assert out.passed and not inside.passed and "not in_cavity(tin, basket)" in inside.reason
+
+
+def test_in_which_region_of_a_thing_another_lies_is_seen() -> None:
+    """Two halves of a basket: by the origin of what lies in one of them."""
+    (cavity,) = (f for f in IN[0].features if f.type == "cram:Cavity")
+    wide = cavity.size["width"] / 2
+    halves = tuple(
+        replace(cavity, name=n, pose=cavity.pose * Pose((s * wide / 2, 0, 0)), size={**cavity.size, "width": wide})
+        for n, s in (("fore", 1), ("aft", -1))
+    )
+    tin = replace(IN[1], pose=IN[0].pose * Pose((wide / 2, 0, 0.04)))
+    still = settled(replace(IN[0], features=(*IN[0].features, *halves)), tin)
+    fore, aft, other = judged(still, "tin in basket/fore", "tin in basket/aft", "tin on basket/fore")
+    assert fore.passed and other.passed
+    assert not aft.passed and "in_region(tin, basket/aft)" in aft.reason
+
+
+def test_an_area_of_a_surface_is_a_region() -> None:
+    floor, tin = (next(t for t in TWO if t.name == name) for name in ("floor", "tin"))
+    floor = replace(floor, features=(*floor.features, Feature("left", "vrps:SurfaceFeature", Pose(), {"width": 0.1, "depth": 0.1})))
+    tin = replace(tin, pose=Pose((floor.pose.position[0], floor.pose.position[1], tin.pose.position[2])))
+    for by, there in ((0.0, True), (0.04, True), (0.06, False)):
+        at = replace(tin, pose=Pose((by, 0, 0)) * tin.pose)
+        (finding,) = judged(settled(floor, at), "tin on floor/left")
+        assert finding.passed is there, finding.reason
