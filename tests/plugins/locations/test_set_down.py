@@ -544,7 +544,8 @@ def test_not_where_something_else_stands_within_the_rim() -> None:
 
 @pytest.mark.parametrize(("region", "least", "most"), [("left", 0.05, 0.15), ("right", -0.15, -0.05)])
 def test_an_area_narrows_where_things_are_put(region: str, least: float, most: float) -> None:
-    areas = [Feature(n, "vrps:SurfaceFeature", Pose((0, y, 0.01)), {"width": 0.1, "depth": 0.1}) for n, y in (("left", 0.1), ("right", -0.1))]
+    sides = (("left", 0.1), ("right", -0.1))
+    areas = [Feature(n, "vrps:SurfaceFeature", Pose((0, y, 0.01)), {"width": 0.1, "depth": 0.1}) for n, y in sides]
     desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
     belief = _belief(replace(desk, features=(*desk.features, *areas)))
     for found in first(5, on("box", region=region), belief):

@@ -16,7 +16,7 @@ from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.controls import knob
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product
+from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product, table
 from cramlite_plugins.simulation.objects.vessels import bottle, bowl, jug
 from cramlite_plugins.validators.goal import Goal, _measured, _recorded
 
@@ -335,10 +335,10 @@ def test_in_which_region_of_a_thing_another_lies_is_seen() -> None:
 
 
 def test_an_area_of_a_surface_is_a_region() -> None:
-    floor, tin = (next(t for t in TWO if t.name == name) for name in ("floor", "tin"))
-    floor = replace(floor, features=(*floor.features, Feature("left", "vrps:SurfaceFeature", Pose(), {"width": 0.1, "depth": 0.1})))
-    tin = replace(tin, pose=Pose((floor.pose.position[0], floor.pose.position[1], tin.pose.position[2])))
+    desk = table("desk", Pose((0.5, 0.1, 0.1)), size=(0.4, 0.4, 0.02))
+    left = Feature("left", "vrps:SurfaceFeature", Pose((0, 0.1, 0.01)), {"width": 0.1, "depth": 0.1})
+    desk = replace(desk, features=(*desk.features, left))
     for by, there in ((0.0, True), (0.04, True), (0.06, False)):
-        at = replace(tin, pose=Pose((by, 0, 0)) * tin.pose)
-        (finding,) = judged(settled(floor, at), "tin on floor/left")
+        tin = block("tin", Pose((0.5, 0.2 + by, 0.131)))
+        (finding,) = judged(settled(desk, tin), "tin on desk/left")
         assert finding.passed is there, finding.reason
