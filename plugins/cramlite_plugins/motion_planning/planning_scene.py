@@ -121,6 +121,12 @@ class PlanningScene(Value):
         """Return the limits (lower, upper) of each joint [rad]."""
         return self.robot.limits
 
+    def opened(self, opening: float) -> PlanningScene:
+        """Return the same scene with the fingers open by some distance [m]."""
+        data = self.compiled.data()
+        self.index.set_opening(data, opening)
+        return replace(self, data=data, opening=opening)
+
     def free(self, q: Position) -> bool:
         """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
         return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
