@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, Run
+from msgspec.structs import replace
 
 from cramlite import UserError
 from cramlite.experiment.judged.judge import connect
@@ -143,7 +144,7 @@ def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_p
     ("old", "new", "said"),
     [
         ("budget: 400", "budget: 0", "greater than or equal to 1"), ("given:", "known:", "known"),
-        ('"has no', '"(has no', "no regular expression"),
+        ('"has no', '"(has no', "no regular expression"), ("suites: [table]", "suites: [tabel]", "'tabel' is none of the suites"),
     ],
 )  # fmt: skip
 def test_a_wrong_file_is_explained(old: str, new: str, said: str, tmp_path: Path) -> None:
@@ -209,3 +210,17 @@ def test_a_damaged_result_is_named(tmp_path: Path, small: JudgedExperiment) -> N
     path.write_text("{}")
     with pytest.raises(UserError, match=r"result.json' is damaged .* only that episode is played anew"):
         results_in(tmp_path, small)
+
+
+def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> None:
+    """4 of 5 less 5 of 5; Newcombe's interval contains it, and is wider than either rate's error alone."""
+    suites = {**small.spec.suites, "turned": small.spec.suites["table"].model_copy(update={"of": "table"})}
+    both = JudgedExperiment(small.path, small.spec.model_copy(update={"suites": suites}))
+    done = [result(k, first=50, rest=True, steps=90) for k in range(5)]
+    variants = [replace(r, suite="turned") for r in done]
+    assert tables(done, both).difference is None
+    variants[0] = replace(variants[0], attempt=None, failure="path", proven=False)
+    found = tables([*done, *variants], both).difference
+    assert found is not None and found.value == pytest.approx(-0.2) and found.interval[0] < -0.2 < 0 < found.interval[1]
+    text = markdown(tables([*done, *variants], both), both)
+    assert "Variants (turned) less what they are of (table), true at rest: -.20 (-.62 to +.26" in text

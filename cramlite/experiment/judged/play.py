@@ -28,6 +28,8 @@ from .results import Attempt, EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
 BROKEN_OFF = "broken off"
+PICTURE = (320, 320)
+"""Pixels of a picture of how a proof ended."""
 
 
 class Trial(Value):
@@ -103,9 +105,9 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
     if proven is None:
         result = replace(result, reason=failure_text(trace, engine.registry.faults))
         again = trial.attempt_refused and refused is not None
-        return replace(result, refused=_attempt(trial, judge, refused, "refused")) if again and refused else result
+        return replace(result, refused=_attempt(trial, judge, engine, refused, "refused")) if again and refused else result
     advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
-    return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, proven, "program"))
+    return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, engine, proven, "program"))
 
 
 def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) -> tuple[Solution | None, Solution | None]:
@@ -121,7 +123,7 @@ def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) ->
     return None, best
 
 
-def _attempt(trial: Trial, judge: Judge, solution: Solution, name: str) -> Attempt:
+def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, name: str) -> Attempt:
     """A program is played to its end, and judged there and at rest."""
     code = solution.candidate.code
     assert code is not None
@@ -135,19 +137,32 @@ def _attempt(trial: Trial, judge: Judge, solution: Solution, name: str) -> Attem
     except UserError as error:
         _end(judge)
         return Attempt(outcome=BROKEN_OFF, reason=str(error))
-    picture = _picture(trial, judge, name) if trial.pictures else ""
+    seen, believed = (judge.picture(), _believed(engine, solution)) if trial.pictures else (b"", b"")
     return Attempt(
-        outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, picture=picture
-    )
+        outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps,
+        picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
+    )  # fmt: skip
 
 
-def _picture(trial: Trial, judge: Judge, name: str) -> str:
-    """The judge's picture as a file beside the program."""
-    seen = judge.picture()
-    if not seen:
-        return ""
-    write_whole(trial.folder / f"{name}.png", seen)
-    return f"{name}.png"
+def _kept(path: Path, picture: bytes) -> str:
+    """A picture as a file; its name, or "" where there is none."""
+    if picture:
+        write_whole(path, picture)
+    return path.name if picture else ""
+
+
+def _believed(engine: Engine, solution: Solution) -> bytes:
+    """How the proof ended."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    rollout, knowledge, buffer = solution.candidate.rollout, engine.knowledge, BytesIO()
+    if rollout is None:
+        return b""
+    pixels = knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE)
+    Image.fromarray(pixels).save(buffer, "JPEG", quality=70)
+    return buffer.getvalue()
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:

@@ -17,6 +17,7 @@ class Attempt(Value, kw_only=True):
         rest: whether it is true when things are at rest after the program's end.
         steps: actions until the program's end.
         picture: name of the file with what the judge's camera saw at the end; "" for none.
+        believed: name of the file with how the proof ended; "" for none.
     """
 
     outcome: str
@@ -25,6 +26,7 @@ class Attempt(Value, kw_only=True):
     rest: bool = False
     steps: int = 0
     picture: str = ""
+    believed: str = ""
 
 
 class EpisodeResult(Value, kw_only=True):
