@@ -269,7 +269,7 @@ class Engine:
         setting = engine._setting(reading, setting, seed)
         plans = engine.plans(reading, setting, trace, progress, stop)
         answers, tried = Answers(), list[CandidateSequence]()
-        for number, plan, sequence in _to_try(plans, budget.sequences, trace, stop):
+        for number, plan, sequence in _to_try(trace.watch.over("planning", plans), budget.sequences, trace, stop):
             tried.append(CandidateSequence(
                 number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers
             ))  # fmt: skip

@@ -32,7 +32,7 @@ def prepare(engine: Engine, scene: dict[str, Any], hello: Hello, folder: Path, t
         "limits": {"advisory": ["bystanders"]},  # LIBERO does not ask about them
     }  # fmt: skip
     setting = engine.setting(read_scenario(spec | {"tasks": []}), twins=twins)
-    goal = goal_sentences(scene, (t.name for t in setting.world.things))
+    goal = goal_sentences(scene, setting.world.things)
     (folder / "scenario.yaml").write_text(yaml.safe_dump(spec | {"goal": goal}, sort_keys=False))
     mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
     return tuple(goal), replace(setting, world=replace(setting.world, robots=(mount,)))

@@ -46,3 +46,16 @@ def test_where_every_reading_contradicts_itself_the_trace_says_so() -> None:
     assert plans(replace(found, actions=(replace(found.actions[2], matches=tuple(ends)),))) == 0
     assert [e.reason for e in trace.entries] == ["2 readings, none agrees with itself; 0 actions unexplained"]
     assert plans(found) == 4 and len(trace.entries) == 1
+
+
+def test_planning_and_proof_are_timed_apart() -> None:
+    """The program is handed over once planning is done; nothing was run in twins; a search that made no program has no such time."""
+    trace = Trace()
+    assert trace.first_program is None and set(trace.seconds.values()) == {0.0}
+    scenario = read_scenario(find_scenario("tasks/grasping_fails"))
+    found = list(ENGINE.candidates(scenario, budget=Budget(proofs=1), trace=trace))
+    assert trace.seconds["planning"] < 0.01 and trace.first_program is None
+    (attempt,) = found[0].attempts()
+    assert trace.first_program is not None and 0.0 < trace.first_program <= attempt.seconds["planning"]
+    assert attempt.seconds["proof"] > 0.01 and attempt.seconds["twins"] == 0.0
+    assert list(attempt.seconds) == ["planning", "proof", "twins"]

@@ -13,6 +13,7 @@ from conftest import ROOT
 
 from cramlite import UserError
 from cramlite.experiment.judged.judge import module_of
+from cramlite.model import Feature, Joint, Pose, Thing
 
 LIBERO = ROOT / "experiments" / "libero"
 SCENE = {
@@ -20,10 +21,19 @@ SCENE = {
     "bodies": {"can_1": "can_1_main", "plate_1": "plate_1_main", "cabinet_1": "cabinet_1_base", "stove_1": "stove_1_main"},
     "regions": {
         "cabinet_1_top_region": {"bodies": ["cabinet_1_top", "cabinet_1_base"]}, "table_front_region": {"bodies": []},
+        "table_left_region": {"bodies": ["table"]},
         "cabinet_1_top_side": {"bodies": ["cabinet_1_base"]}, "stove_1_knob": {"bodies": ["stove_1_plain", "stove_1_main"]},
     },
 }  # fmt: skip
-THINGS = ("can_1_main", "plate_1_main", "cabinet_1_base", "cabinet_1_top", "stove_1_main")
+HINGE = Joint("hinge", Pose(), 0.0, 2.1)
+REGIONS = tuple(Feature(n, "vrps:SurfaceFeature", Pose()) for n in ("region", "left_region"))
+DRAWN = (Feature("top_region", "cram:Cavity", Pose()),)
+THINGS = (
+    Thing("table", "soma:Table", Pose(), (), features=REGIONS),
+    *(Thing(n, "cram:Product", Pose(), ()) for n in ("can_1_main", "plate_1_main", "cabinet_1_base", "stove_1_main")),
+    Thing("cabinet_1_top", "soma:Drawer", Pose(), (), features=DRAWN, joint=Joint("slide", Pose(), 0.0, 0.2)),
+    Thing("stove_1_button", "cram:Knob", Pose(), (), joint=HINGE),
+)
 
 
 @pytest.fixture
@@ -42,10 +52,11 @@ def goals() -> ModuleType:
     ("literal", "said"),
     [
         (["on", "can_1", "plate_1"], "can_1_main on plate_1_main"),
-        (["in", "can_1", "cabinet_1_top_region"], "can_1_main in cabinet_1_top"),  # the drawer, not the cabinet
+        (["in", "can_1", "cabinet_1_top_region"], "can_1_main in cabinet_1_top/top_region"),  # the drawer's, not the cabinet's
         (["on", "can_1", "cabinet_1_top_side"], "can_1_main on cabinet_1_base"),
+        (["on", "can_1", "table_left_region"], "can_1_main on table/left_region"),
         (["open", "cabinet_1_top_region"], "cabinet_1_top open"), (["close", "cabinet_1_top_region"], "cabinet_1_top closed"),
-        (["turnon", "stove_1"], "stove_1_main turned on"), (["turnoff", "stove_1_knob"], "stove_1_main turned off"),
+        (["turnon", "stove_1"], "stove_1_button turned on"),
     ],
 )  # fmt: skip
 def test_a_goal_is_said_of_things(goals: ModuleType, literal: list[str], said: str) -> None:

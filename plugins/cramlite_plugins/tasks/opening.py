@@ -14,7 +14,7 @@ class Opening(ByHandle):
     task = "soma:Opening"
     aliases = ("Open", "OpenContainer")
     summary = "open a drawer or a door by its handle"
-    parameters = (SPEED, Parameter("share", 0.8, "of the joint's range; open is what is open by 0.2"), *FORCES)
+    parameters = (SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.97, or 0.8 where the arm comes no further"), *FORCES)
     stroke = "pull"
     lays_open = "Patient"
 
