@@ -49,7 +49,8 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     assert done.code == 0, done.err
     true, never, wordless = results_in(out, small)
     assert true.proven and true.attempt is not None and true.attempt.outcome == "finished" and true.rest() and not true.failure
-    assert true.goal == ("block_1_main in tray_1_main",) and 0 < (true.attempt.first or 0) < true.attempt.steps < 400
+    assert {"planning", "proof", "planning, until the first program"} <= true.seconds.keys() and true.wall > 0
+    assert true.goal == ("block_1_main in tray_1_main/contain_region",) and 0 < (true.attempt.first or 0) < true.attempt.steps < 400
     assert never.proven and never.attempt is not None and never.attempt.outcome == "finished"  # our proof says so
     assert never.attempt.first is None and not never.first(unlimited=True) and never.failure == "physics"
     assert not wordless.proven and wordless.attempt is None and wordless.failure == "goal" and "has no words" in wordless.reason

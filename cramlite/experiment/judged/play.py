@@ -101,13 +101,19 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
     except UserError as error:
         judge.check()  # one that no longer answers has not shown a scene that could be refused
         return replace(result, reason=str(error), wall=time.monotonic() - clock)
-    result = replace(result, wall=time.monotonic() - clock, seconds=dict(getattr(trace, "seconds", {})))
+    result = replace(result, wall=time.monotonic() - clock, seconds=_seconds(trace))
     if proven is None:
         result = replace(result, reason=failure_text(trace, engine.registry.faults))
         again = trial.attempt_refused and refused is not None
         return replace(result, refused=_attempt(trial, judge, engine, refused, "refused")) if again and refused else result
     advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
     return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, engine, proven, "program"))
+
+
+def _seconds(trace: Trace) -> dict[str, float]:
+    """CPU time of the search by stage, and of planning until there was a program."""
+    first = {} if trace.first_program is None else {"planning, until the first program": trace.first_program}
+    return {name: seconds for name, seconds in (trace.seconds | first).items() if seconds or name != "twins"}
 
 
 def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) -> tuple[Solution | None, Solution | None]:

@@ -199,8 +199,9 @@ def _seconds(results: Episodes) -> dict[str, Spread]:
     """Spreads of all times, by name."""
     named: dict[str, list[float]] = {}
     for r in results:
-        for name, value in {**r.seconds, "until a program was proven or refused (wall)": r.wall}.items():
-            named.setdefault(name, []).append(value)
+        for name, value in r.seconds.items():
+            named.setdefault(f"{name} (CPU)", []).append(value)
+        named.setdefault("until a program was proven or refused (wall)", []).append(r.wall)
     return {name: _spread(values) for name, values in named.items()}
 
 
