@@ -16,11 +16,35 @@ from cramlite.experiment.judged.page import explained, page, why
 from cramlite.experiment.judged.play import Trial, play
 from cramlite.experiment.judged.report import markdown
 from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
-from cramlite.experiment.judged.run import results_in
+from cramlite.experiment.judged.run import Order, results_in, run_judged
 from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
 from cramlite.experiment.judged.tables import Rate, tables
 
 SMALL = ROOT / "tests" / "helpers" / "small_judge" / "experiment.yaml"
+
+
+DEADLY = """
+import os, sys
+from pathlib import Path
+from cramlite.experiment.judged.judge import module_of
+
+SmallJudge = module_of(Path("{beside}") / "connection.py").SmallJudge
+
+class Deadly(SmallJudge):
+    def reset(self, suite, task, state):
+        self.what = task, state
+        return super().reset(suite, task, state)
+
+    def setting(self, engine, folder, twins):
+        if self.what == (1, 0):
+            os._exit(1)
+        if self.what == (1, 1):
+            raise ValueError("a bug")
+        return super().setting(engine, folder, twins)
+
+def connect(environment):
+    return Deadly()
+"""
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +114,7 @@ def test_a_judge_that_goes_before_anything_moved_gives_no_result(
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.heavy
 def test_a_judge_that_goes_while_the_robot_moves_is_a_failure(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
 ) -> None:
@@ -100,6 +125,24 @@ def test_a_judge_that_goes_while_the_robot_moves_is_a_failure(
     monkeypatch.delenv("SMALL_JUDGE")
     again = play(Trial(small, Episode("table", 2, 0), tmp_path, pictures=False))  # another process
     assert again.failure == "goal"
+
+
+@pytest.mark.heavy
+def test_what_kills_its_worker_or_breaks_here_is_a_failure_and_the_others_go_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+) -> None:
+    """Episodes of task 2, whose goal has no words: its search takes no time."""
+    folder, said = tmp_path / "deadly", list[str]()
+    folder.mkdir()
+    (folder / "experiment.yaml").write_text(SMALL.read_text().replace("plugins: [../../../", f"plugins: [{ROOT}/"))
+    (folder / "connection.py").write_text(DEADLY.format(beside=SMALL.parent))
+    deadly = read_judged(folder / "experiment.yaml")
+    order = Order(deadly, deadly.episodes("table", "1:3", "0:2"), tmp_path / "out", workers=1)
+    kinds = {(r.task, r.state): (r.failure, r.reason) for r in run_judged(order, said.append)}
+    assert kinds[1, 0] == ("defect", "the process that played it died 2 times (out of memory, or killed)")
+    assert kinds[1, 1] == ("defect", "ValueError: a bug (defect.txt has the traceback)")
+    assert kinds[2, 0][0] == kinds[2, 1][0] == "goal" and sum("begun anew" in line for line in said) == 2
+    assert "raise ValueError" in (tmp_path / "out" / "episodes" / "table-1-1" / "defect.txt").read_text()
 
 
 # Input
@@ -132,7 +175,9 @@ def test_an_environment_that_is_not_installed_is_said_with_its_command(run: Run,
 
 
 @pytest.mark.parametrize(
-    ("text", "said"), [("connect = 3", "has no function 'connect"), ("import nothing_like_it", "No module named"), (None, "There is no")]
+    ("text", "said"),
+    [("connect = 3", "has no function 'connect"), ("import nothing_like_it", "No module named"), (None, "There is no"),
+     ("def connect(): pass", "'connect' failed: TypeError")],
 )
 def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_path: Path) -> None:
     if text is not None:

@@ -5,7 +5,9 @@ Runs in a worker process. Nothing is searched, tried or reset in the judge's sim
 
 from __future__ import annotations
 
+import os
 import time
+import traceback
 from functools import lru_cache
 from pathlib import Path
 
@@ -27,6 +29,8 @@ from .judge import Judge, connect
 from .results import Attempt, EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
+BEGUN, DEFECT = "begun", "defect"
+"""File of an episode that is under way, and the class of failures that are defects of cramlite."""
 BROKEN_OFF = "broken off"
 PICTURE = (320, 320)
 """Pixels of a picture of how a proof ended."""
@@ -61,6 +65,21 @@ def play(trial: Trial) -> EpisodeResult:
     Raises:
         UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
     """
+    write_whole(trial.folder / BEGUN, str(os.getpid()))  # it stays if this process dies
+    try:
+        return _played(trial)
+    finally:
+        (trial.folder / BEGUN).unlink(missing_ok=True)
+
+
+def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
+    """Return the result of an episode that a defect of ours ended."""
+    return EpisodeResult(
+        suite=episode.suite, task=episode.task, state=episode.state, name=episode.name, budget=budget, reason=reason, failure=DEFECT
+    )
+
+
+def _played(trial: Trial) -> EpisodeResult:
     judge, episode = _judge(trial.experiment.beside(trial.experiment.spec.judge), trial.environment), trial.episode
     budget = trial.experiment.suite(episode.suite).budget
     try:
@@ -70,6 +89,9 @@ def play(trial: Trial) -> EpisodeResult:
     except UserError:
         _end(judge)
         raise
+    except Exception as error:  # a defect fails its episode, and not the run
+        write_whole(trial.folder / "defect.txt", traceback.format_exc())
+        return died(episode, budget, f"{type(error).__name__}: {error} (defect.txt has the traceback)")
     return replace(result, failure=_failure(result, trial.experiment))
 
 
