@@ -76,7 +76,8 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     assert {"planning", "proof", "planning, until the first program"} <= true.seconds.keys() and true.wall > 0
     assert true.goal == ("block_1_main in tray_1_main/contain_region",) and 0 < (true.attempt.first or 0) < true.attempt.steps < 400
     assert never.proven and never.attempt is not None and never.attempt.outcome == "finished"  # our proof says so
-    assert never.attempt.first is None and not never.first(unlimited=True) and never.failure == "physics"
+    assert never.attempt.first is None and not never.first(unlimited=True) and never.failure == "goal"
+    assert never.attempt.ours and true.attempt.ours is None  # it is where it should be, for all that we know
     assert not wordless.proven and wordless.attempt is None and wordless.failure == "goal" and "has no words" in wordless.reason
     counted = json.loads((out / "tables.json").read_text())["tables"]
     assert counted["passing_was_right"]["hits"] == 1 and counted["passing_was_right"]["total"] == 2 and counted["refusals"] == 1
@@ -93,7 +94,7 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     done = run(*asked, "--tasks", "1", "--fail")
     assert done.code == 1 and "1 of 1 episodes are not true at rest within their budget: table 1 0 task 1: finished" in done.err
     html = (out / "report.html").read_text()
-    assert "failed: physics" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
+    assert "failed: goal" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
 
 
 @pytest.mark.parametrize(

@@ -51,10 +51,11 @@ def why(result: EpisodeResult) -> str:
         return plain_reason(result.reason)
     if attempt.reason:
         return f"the program ended by {attempt.outcome}: {attempt.reason}"
+    ours = "; as cramlite understands the goal, it holds" if attempt.ours else ""
     if attempt.first is None:
-        return "the program ran to its end, and the judge's check was never true"
+        return f"the program ran to its end, and the judge's check was never true{ours}"
     if not attempt.rest:
-        return f"the check was true at action {attempt.first}, and no longer is at rest"
+        return f"the check was true at action {attempt.first}, and no longer is at rest{ours}"
     return f"the check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 

@@ -22,6 +22,8 @@ from ...engine.solution import Solution
 from ...model.rollout import save_rollout
 from ...model.verdict import ADVICE
 from ...planning.diagnosis import failure_text
+from ...planning.planning_problem import planning_problem
+from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
@@ -165,11 +167,23 @@ def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, nam
     except UserError as error:
         _end(judge)
         return Attempt(outcome=BROKEN_OFF, reason=str(error))
+    ours = None if rested.success else _holds_here(judge, engine, trial)
     seen, believed = (judge.picture(), _believed(engine, solution)) if trial.pictures else (b"", b"")
     return Attempt(
-        outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps,
+        outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
         picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
     )  # fmt: skip
+
+
+def _holds_here(judge: Judge, engine: Engine, trial: Trial) -> bool | None:
+    """Whether the goal as it is understood here holds in the judge's world as it is now; None where that cannot be told."""
+    try:
+        path, setting = judge.setting(engine, trial.folder / "end", 0)
+        goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
+        problem = planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
+        return problem.wanted.met(problem.facts)
+    except UserError:
+        return None
 
 
 def _kept(path: Path, picture: bytes) -> str:
@@ -202,4 +216,6 @@ def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
         return experiment.failure(plain_reason(result.reason), "goal" if not result.goal else "path")
     if result.rest(unlimited=True):
         return "time"
-    return experiment.failure(attempt.reason, "physics") if attempt.reason else "physics"
+    if attempt.reason:
+        return experiment.failure(attempt.reason, "physics")
+    return "goal" if attempt.ours else "physics"
