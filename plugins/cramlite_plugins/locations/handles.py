@@ -76,7 +76,7 @@ def _thickness(thing: Thing, across: Pose) -> float:
     bar = [g for g in thing.geoms if g.part == "handle"] or list(thing.geoms)
     met = float(pinches(rays.body(bar), Hands.at([across])).width[0])
     low, high = box_around(replace(g, pose=across.inverse() * g.pose) for g in bar)
-    return met if met > 0 else float(high[1] - low[1])
+    return met if met > 0.0 else float(high[1] - low[1])
 
 
 def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
