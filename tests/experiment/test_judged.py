@@ -93,6 +93,8 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     assert len(after) == 3 and {p for p in before if before[p] == after[p]} == {p for p in before if p.parent.name != "table-2-0"}
     done = run(*asked, "--tasks", "1", "--fail")
     assert done.code == 1 and "1 of 1 episodes are not true at rest within their budget: table 1 0 task 1: finished" in done.err
+    done = run("experiment", SMALL, "--out", out)  # the tables of what is there
+    assert done.code == 0 and "1 of 3" in done.out and "judge" not in done.err
     html = (out / "report.html").read_text()
     assert "failed: goal" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
 

@@ -20,6 +20,7 @@ from ...base.value import Value
 from ...plugin.registry import Registry
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...version import VERSION
+from ..progress import clock
 from ..store import code_key, locked
 from ..worker_pool import worker_pool
 from .judge import connect
@@ -179,11 +180,6 @@ def said(result: EpisodeResult) -> str:
     a = result.attempt
     truth = f"first at {a.first}, {'true' if a.rest else 'not true'} at rest" if a.first is not None else "never true"
     return f"{name}: {a.outcome} after {a.steps} of {result.budget} steps, {truth}{f' ({result.failure})' if result.failure else ''}"
-
-
-def clock(seconds: float) -> str:
-    """Return a time as minutes and seconds."""
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
 
 
 def _read(path: Path) -> EpisodeResult:
