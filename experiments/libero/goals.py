@@ -18,7 +18,7 @@ def goal_sentences(scene: Mapping[str, Any], things: Iterable[Thing]) -> list[st
 
     Args:
         scene: what the judge says of it: ``goal``, ``bodies`` of objects, and ``regions`` with the bodies that they belong to.
-        things: of the imported scene, called as their bodies are.
+        things: of the imported scene, called as their bodies are; their regions are theirs: "table/left_region".
 
     Raises:
         UserError: a predicate, an object or a region that has no words here.
@@ -34,7 +34,7 @@ def _sentence(literal: Sequence[str], scene: Mapping[str, Any], things: Mapping[
         case ("in" | "on"), [what, where]:
             return f"{what} {PLACES[predicate]} {where}"
         case ("open" | "close" | "turnon" | "turnoff"), [what]:
-            return f"{_jointed(what, names[0], things)} {JOINTS[predicate]}"
+            return f"{_jointed(what.partition('/')[0], names[0], things)} {JOINTS[predicate]}"
     raise UserError(f"The problem's goal ({' '.join(literal)}) has no words here; there are those for {', '.join([*PLACES, *JOINTS])}.")
 
 
@@ -44,13 +44,14 @@ def _jointed(what: str, name: str, things: Mapping[str, Thing]) -> str:
     return parts[0] if things[what].joint is None and len(parts) == 1 else what
 
 
-def _thing(name: str, scene: Mapping[str, Any], things: Iterable[str]) -> str:
-    """The thing that an object or a region is or belongs to."""
+def _thing(name: str, scene: Mapping[str, Any], things: Mapping[str, Thing]) -> str:
+    """The thing that an object is, or the region of a thing, by the end of its site's name; of a region that is none, its thing."""
     region = scene["regions"].get(name)
     bodies = region["bodies"] if region else [scene["bodies"][name]] if name in scene["bodies"] else []
     found = next((b for b in bodies if b in things), None)
     if found is not None:
-        return str(found)
+        parts = [f.name for f in things[found].features if region and name.endswith(f.name)]
+        return f"{found}/{max(parts, key=len)}" if parts else str(found)
     if region:
         raise UserError(f"The region '{name}' belongs to no thing: only a site marks it on a table, and goals here cannot name it.")
     raise UserError(f"The goal's '{name}' is none of the scene's things: {', '.join(sorted(things))}.")

@@ -49,17 +49,19 @@ def make_scene(
     touch: Iterable[str] = (),
     opening: float | None = None,
     clearance: float | None = None,
+    hand: bool = True,
 ) -> PlanningScene:
     """Build the planning scene of a belief.
 
     Args:
         touch: entities that gripper, held thing and what that carries may touch.
+        hand: whether the gripper may.
         opening: of the fingers [m]; the believed one by default.
         clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = belief.in_hand()
-    movers = ("effector", *held)
+    movers = ("effector", *held) if hand else held
     pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
     jointed = [t for t in belief.world.things if t.name in held and t.joint is not None]
     pairs |= frozenset(frozenset((t.name, name)) for t in jointed for name in mounts(t, belief.world))

@@ -74,7 +74,7 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 
 
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
-    """Along the corners of a place's path; sideways the arm gives way, and carries what it holds."""
+    """Along the corners of a place's path, or from one of them to an other; sideways the arm gives way, and carries what it holds."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
@@ -82,19 +82,21 @@ def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
     place, moved = place_of(motion, context), belief
     if (way := place.values.get("moved")) is not None and belief.held is None:
         belief, moved = _along(place.thing, belief, context), _pushed(place.thing, way, belief)
-    points = line(motion, belief, context, list(place.path))
+    first, last = (motion.parameters.get(name) for name in ("corner", "end"))
+    path = place.path if first is None or last is None else place.path[first + 1 : last + 1]
+    points = line(motion, belief, context, list(path))
     here = tcp(belief, context)
-    corners = np.array([here.position, *(p.position for p in place.path)])
+    corners = np.array([here.position, *(p.position for p in path)])
     legs = np.diff(corners, axis=0)
     lengths = np.linalg.norm(legs, axis=1)
-    turns = [math.hypot(*(a.inverse() * b).rotvec) for a, b in pairwise((here, *place.path))]
+    turns = [math.hypot(*(a.inverse() * b).rotvec) for a, b in pairwise((here, *path))]
     ways = np.maximum(lengths, TURN * np.array(turns))
     longest = legs[int(np.argmax(lengths))]
     frame = frame_along(longest if lengths.max() > ON_THE_SPOT else here.rotate((0.0, 0.0, 1.0)))
     speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
     x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
     step = ForceMove(
-        place.path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
+        path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
         timeout(float(ways.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
