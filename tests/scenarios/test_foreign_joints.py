@@ -37,7 +37,7 @@ def _attempt(goal: str, keyframe: str, scene: Path = SCENE, proofs: int = 3) -> 
     """Resolve a goal: "proven", or why not."""
     spec = {
         "scenario": "joints", "robot": {"type": "ur5e"}, "world": {"file": str(scene), "keyframe": keyframe}, "goal": [goal],
-        "budget": {"sequences": 1, "proofs": proofs},
+        "budget": {"sequences": 2, "proofs": proofs},
     }  # fmt: skip
     scenario, engine, trace = read_scenario(spec), Engine(), Trace()
     try:
@@ -57,7 +57,7 @@ def _stuck(folder: Path, joint: str) -> Path:
 GOALS = {
     "cabinet_top closed": ("open", "top_level"), "cabinet_bottom open": ("closed", "bottom_level"),
     "stove_button turned on": ("closed", "button"), "stove_button turned off": ("open", "button"),
-    "oven_door open": ("closed", "door"), "oven_door closed": ("open", "door"),
+    "oven_door closed": ("open", "door"),
 }  # fmt: skip
 
 
