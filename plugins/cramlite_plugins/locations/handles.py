@@ -21,9 +21,9 @@ TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its free side."""
 CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
 TURN = math.radians(45)  # and turns no further [rad]
-CLOSED, AJAR = 0.005, 0.05
+CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
-OPENED = (0.97, 0.8)
+OPENED = (0.97, 0.9, 0.8)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""

@@ -22,13 +22,15 @@ SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6
 """On a front: at its handle, towards its edges, and higher."""
 TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
 """Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
+DOWN = (-45.0, -35.0, -30.0)
+"""The same of a hand that presses on a bar from above."""
 UPRIGHT = 0.9
 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "push", "pushed" and "front"; None for other relations."""
-    finders = {"push": _beside, "pushed": _beyond, "front": _before_front}
+    """Resolve locations "push", "pushed", "front" and "atop"; None for other relations."""
+    finders = {"push": _beside, "pushed": _beyond, "front": _before_front, "atop": _atop_handle}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
@@ -98,20 +100,58 @@ def _against(
         spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
         turns: of the hand about the level line across the front, and about its own axis [deg].
     """
-    (tilt, turn), z = turns, np.array([0.0, 0.0, 1.0])
-    out = pose.rotate(handle.pose.rotate(z))
-    level = np.cross(z, out) if abs(out[2]) < UPRIGHT else pose.rotate(handle.pose.rotate((1.0, 0.0, 0.0)))
+    out = pose.rotate(handle.pose.rotate((0.0, 0.0, 1.0)))
+    up = np.array([0.0, 0.0, 1.0]) if abs(out[2]) < UPRIGHT else pose.rotate(handle.pose.rotate((0.0, 1.0, 0.0)))
+    level, hand = np.cross(up, out), _turned(out, up, turns)
     at = np.asarray((pose * handle.pose).position)
     ways = [share * way for share, way in zip(spot, (level, np.cross(out, level)), strict=True) if share]
     point = at + sum((w * (support(thing, pose, w) - w @ at) / np.linalg.norm(w) for w in ways), np.zeros(3))
-    tilted = Pose.from_axes((0, 0, 0), -out, level) * Pose.from_rotvec((0, 0, 0), (math.radians(tilt), 0, 0))
-    hand = tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
     met = spans(body(thing.geoms), pose.inverse().apply(point), pose.inverse().rotate(out))
     reach = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
     # of the tips, a box as wide as the pads and as thick as two fingers, the corner that is farthest ahead
     ahead = np.abs(hand.inverse().rotate(out)) @ (gripper.pad[0] / 2, FINGER, gripper.pad[1] / 2)
     x, y, height = (float(v) for v in point + out * (reach + ahead + ALMOST))
     return Pose((x, y, height), hand.quaternion), out
+
+
+def _atop_handle(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Closed fingers over the bar of a drawer's handle, pointing down towards the front, so that what they press on comes along."""
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene
+    from ..motion_planning.space import Refusal
+
+    entity = bound(context, location.of)
+    thing, handle, shut = belief.thing(entity), belief.feature(entity, "cram:Handle"), context.robot.gripper.opening[0]
+    out = belief.pose(thing.name).rotate(handle.pose.rotate((0.0, 0.0, 1.0))) if handle is not None else (0.0, 0.0, 1.0)
+    if handle is None or thing.joint is None or thing.joint.kind != "slide" or abs(out[2]) > 1.0 - UPRIGHT:
+        raise Unresolvable(f"'{entity}' has no handle of a drawer that could be pressed on from above", (location.of or "",), blocking=())
+    free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
+    for k, (tilt, turn) in enumerate(itertools.product(DOWN, (90.0, -90.0))):
+        at = _upon(thing, handle, belief.pose(thing.name), (tilt, turn), context.robot.gripper)
+        before, name = at * Pose((0.0, 0.0, -BEHIND)), f"upon its handle, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        there = collision_free_ik(near, context, at, belief.joints)
+        off = there if isinstance(there, Refusal) else collision_free_ik(free, context, before, there)
+        if isinstance(off, Refusal):
+            yield off.refused(name)
+        else:
+            yield Grounding(Place(at, before, shut, tuple(at.rotate((0, 0, 1))), thing=thing.name), name, 0.1 * k, key=name)
+
+
+def _upon(thing: Thing, handle: Feature, pose: Pose, turns: tuple[float, float], gripper: Gripper) -> Pose:
+    """The TCP of closed fingers whose lowest edge is ``ALMOST`` over the middle of a bar."""
+    up, middle = np.array([0.0, 0.0, 1.0]), np.asarray((pose * handle.pose).position)
+    hand = _turned(pose.rotate(handle.pose.rotate(up)), up, turns)
+    met = spans(body(thing.geoms), np.asarray(handle.pose.position), pose.inverse().rotate(up))
+    top = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
+    down = np.sign(np.round(hand.inverse().rotate(-up), 3))
+    edge = hand.rotate(down * (gripper.pad[0] / 2, 0.0, gripper.pad[1] / 2))
+    x, y, z = (float(v) for v in middle + up * (top + ALMOST) - edge)
+    return Pose((x, y, z), hand.quaternion)
+
+
+def _turned(out: Floats, up: Floats, turns: tuple[float, float]) -> Pose:
+    """The hand that points into a front, tilted about the level line across it, and turned about its own axis [deg]."""
+    tilted = Pose.from_axes((0, 0, 0), -out, np.cross(up, out)) * Pose.from_rotvec((0, 0, 0), (math.radians(turns[0]), 0, 0))
+    return tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turns[1])))
 
 
 def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:

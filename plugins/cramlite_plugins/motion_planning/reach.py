@@ -13,6 +13,7 @@ from cramlite.model import Belief, EntityName, Location, Place, Pose, World, thi
 from cramlite.plugin import Context, Grounding, Unresolvable
 
 from ..kinematics.kinematics import forward, inverse, reach_shortfall
+from ..shapes.mounts import mounts
 from .planner import in_the_way
 from .planning_scene import PlanningScene, scene
 from .space import Refusal
@@ -61,10 +62,9 @@ def make_scene(
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = belief.in_hand()
     movers = ("effector", *held) if hand else held
-    joints = [t for t in belief.world.things if t.joint is not None]
     pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
-    # rails and hinges lead what is on them clear of what stands still
-    pairs |= frozenset(frozenset((t.name, f.name)) for t in joints for f in belief.world.things if f.furniture and f.name != t.name)
+    jointed = [t for t in belief.world.things if t.name in held and t.joint is not None]
+    pairs |= frozenset(frozenset((t.name, name)) for t in jointed for name in mounts(t, belief.world))
     extra: dict[str, Any] = {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}

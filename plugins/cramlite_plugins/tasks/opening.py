@@ -1,22 +1,48 @@
-"""soma:Opening: open a drawer or a door by its handle."""
+"""soma:Opening: open a drawer or a door by its handle; a drawer also by pressing on its handle and drawing it along."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-from cramlite.model import Action, Location
-from cramlite.plugin import Parameter, TaskType, hookimpl
+from cramlite.model import Action, Belief, Location, Motion
+from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
 
 from ..task_kit.bases import FORCES, SPEED, ByHandle
+
+TOUCH = {"speed_m_s": 0.02, "force_n": 3.0, "beyond_m": 0.03}
 
 
 class Opening(ByHandle):
     task = "soma:Opening"
     aliases = ("Open", "OpenContainer")
-    summary = "open a drawer or a door by its handle"
-    parameters = (SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.97, or 0.8 where the arm comes no further"), *FORCES)
+    summary = "open a drawer or a door by its handle, or draw a drawer out by pressing on it"
+    parameters = (
+        SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.97, or 0.9 or 0.8 where no more is free"), *FORCES,
+        Parameter("press_n", 12.0, "friction of 0.5 then draws 6 N, what damping of 50 N s/m takes at 0.12 m/s"),
+    )  # fmt: skip
     stroke = "pull"
     lays_open = "Patient"
+
+    def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
+        yield from super().decompose(action, belief)
+        yield self._pressing(action)
+
+    def _pressing(self, action: Action) -> Decomposition:
+        patient, touch, way = action.roles["Patient"], (action.roles["Patient"].name,), self.way(action)
+        atop, back = Location(action.inside("atop"), "atop", patient.name), Location(action.inside("away"), "retreat")
+        limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n", "press_n")}
+        steps = (
+            atop,
+            Motion(action.inside("shut"), "gripper", None, {"to": "shut", "expect": "none"}, reason="fingers together"),
+            Motion(action.inside("transfer"), "transfer", atop, reason=f"above the handle of {patient.entity}"),
+            Motion(action.inside("tare"), "zero_sensor", reason="what the sensor reads here is no contact force"),
+            Motion(action.inside("touch"), "until_contact", atop, TOUCH, touch, "onto the handle"),
+            way,
+            Motion(action.inside("draw"), "force_path", way, limits, touch, f"{patient.entity} comes along"),
+            back,
+            Motion(action.inside("back"), "linear", back, {"stage": "pose"}, touch, "clear of the handle"),
+        )
+        return Decomposition(steps, "press on the handle from above and draw it along", 1.0)
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name

@@ -1,0 +1,27 @@
+"""What a drawer or a door is mounted in, by where it is."""
+
+from __future__ import annotations
+
+from cramlite.model import Thing, World
+
+from .bounds import corners
+
+GAP = 0.002  # between the boxes around a drawer and its cabinet at most [m]
+
+
+def mounts(thing: Thing, world: World) -> tuple[str, ...]:
+    """Find what a thing on a joint is mounted in: what it is said to be, and furniture whose box, along the axes, meets its own.
+
+    Rails and hinges lead it clear of that, and it may run against its stop there.
+    """
+    if thing.joint is None:
+        return ()
+    points = corners(thing, thing.pose)
+    low, high = points.min(axis=0) - GAP, points.max(axis=0) + GAP
+    found = [thing.joint.parent] if thing.joint.parent else []
+    for other in world.things:
+        if other.furniture and other.name != thing.name and other.geoms:
+            around = corners(other, other.pose)
+            if (around.min(axis=0) <= high).all() and (around.max(axis=0) >= low).all():
+                found.append(other.name)
+    return tuple(dict.fromkeys(found))
