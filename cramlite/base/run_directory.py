@@ -48,13 +48,13 @@ class RunDirectory:
                 "Choose another directory with --out, or delete this one."
             )
         self.refused: list[int] = list(known.get("refused", [])) if known else []
-        self.spent: dict[str, dict[str, int]] = dict(known.get("spent", {})) if known else {}
+        self.spent: dict[str, dict[str, Any]] = dict(known.get("spent", {})) if known else {}
         self._save(complete=self.complete)
 
     def _save(self, *, complete: bool) -> None:
         self.write(MANIFEST, json.dumps({"key": self.key, "complete": complete, "refused": self.refused, "spent": self.spent}, indent=1))
 
-    def refuse(self, number: int, spent: Mapping[str, int]) -> None:
+    def refuse(self, number: int, spent: Mapping[str, Any]) -> None:
         """Record that a candidate sequence was refused, and what was spent on it, so that a resumed run goes on behind that."""
         self.refused = [*(n for n in self.refused if n != number), number]
         self.spent[str(number)] = dict(spent)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from msgspec import field
 from msgspec.structs import replace
@@ -20,6 +20,7 @@ from .solution import Solution
 from .twin_proof import doubt, executors
 
 if TYPE_CHECKING:
+    from ..interpretation.matching import Match
     from ..interpretation.ranking import TaskSequence
     from ..model.plan import Plan
     from ..model.verdict import Verdict
@@ -85,18 +86,49 @@ class CandidateSequence(Value, eq=False):
         return replace(self, effort=self.effort.widened()) if self.effort.capped and left else None
 
     @property
-    def spent(self) -> dict[str, int]:
-        """What was spent on this sequence in all rounds, for ``resume``."""
-        effort = self.effort
-        return {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
+    def doubted(self) -> list[tuple[int, Match]]:
+        """Readings of actions that the judges of every program of this sequence objected to."""
+        said = self.sequence
+        return [(said.actions[k - 1], said.matches[k - 1]) for k in sorted(self.effort.objected or ())] if said else []
 
-    def resume(self, spent: Mapping[str, int] | None) -> bool:
+    @property
+    def spent(self) -> dict[str, Any]:
+        """What was spent on this sequence in all rounds, and learnt, for ``resume``."""
+        effort = self.effort
+        counted = {"breadth": effort.breadth, "expanded": effort.expanded, "proofs": effort.proofs, "capped": int(effort.capped)}
+        return counted | {"objected": sorted(effort.objected or ())}
+
+    def resume(self, spent: Mapping[str, Any] | None) -> bool:
         """Take over what an earlier run had spent when it ended this round, or a wider one; return whether one did."""
         if spent is None or spent["breadth"] < self.effort.breadth:
             return False
         self.effort.expanded, self.effort.proofs = spent["expanded"], spent["proofs"]
         self.effort.capped = bool(spent["capped"]) or spent["breadth"] > self.effort.breadth
+        self.effort.objected = frozenset(spent.get("objected", ()))
         return True
+
+
+def doubted_last(
+    plans: Iterable[tuple[Plan, TaskSequence | None]], tried: Sequence[CandidateSequence], trace: Trace
+) -> Iterator[tuple[Plan, TaskSequence | None]]:
+    """Put task sequences off behind all others that read an action as one did of which the judges of every program objected to just
+    that task: the next ones are tried that read it otherwise.
+
+    Args:
+        tried: is asked before each.
+    """
+    later: list[tuple[Plan, TaskSequence | None]] = []
+    for plan, sequence in plans:
+        doubted = [reading for one in tried for reading in one.doubted]
+        readings = zip(sequence.actions, sequence.matches, strict=True) if sequence else ()
+        again = next((match for action, match in readings if (action, match) in doubted), None)
+        if again is None:
+            yield plan, sequence
+            continue
+        later.append((plan, sequence))
+        said = f"put off: the judges of every program of an earlier sequence objected to {again.task}"
+        trace.add(0, "sequence", str(plan), "nogood", "engine", said, kind="sequence")
+    yield from later
 
 
 def search_in(
@@ -162,6 +194,7 @@ def _attempts(
         yield candidate, verdict
         conflict = None if verdict.passed else conflict_of(verdict, state)
         unproven |= conflict or set()
+        search.effort.judged(conflict or frozenset())
         proven |= verdict.passed
     if not proven:
         trace.refuted(str(plan), refutation(unproven))

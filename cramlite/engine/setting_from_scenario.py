@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from ..base.errors import UserError, nearest
+from ..base.errors import NoSolution, UserError, nearest
 from ..model.error_model import ErrorModel
 from ..model.proof_doubts import ProofDoubts
 from ..plugin.catalogue import pick
@@ -71,7 +71,11 @@ def _seen(
 ) -> Setting:
     """What the scenario's camera sees of the setting: all that is believed of things that can be moved. It looks for what
     it was ``told``, else for what the likeliest plan is about; for a goal, which cannot be planned before it is known what there is,
-    at all furniture."""
+    at all furniture, and then in and behind what is closed.
+
+    Raises:
+        NoSolution: what is looked for may be where the camera cannot be brought to look, and is nowhere else.
+    """
     from ..perception.active_perception import look
     from ..perception.view_queries import queries_everywhere, queries_of
 
@@ -83,11 +87,16 @@ def _seen(
         wanted = queries_everywhere(furniture, knowledge.taxonomy)
     seen = look(scenario, wanted, world, real, written.robot, knowledge, written.seed)
     setting = replace(written, world=seen.world, relations=seen.relations, real=seen.real, look=seen)
-    if not scenario.spec.goal or told or now is not None:
-        return setting
-    from .exploration import explored  # with the proofs, which a check of a scenario does without
+    if told or now is not None:
+        meant = not seen.missed
+    else:
+        from .exploration import explored, is_meant  # with the proofs, which a check of a scenario does without
 
-    return explored(setting, scenario, knowledge)
+        setting = explored(setting, scenario, plan, knowledge)
+        meant = not seen.missed or is_meant(setting, scenario, plan, knowledge)
+    if not meant:
+        raise NoSolution(seen.missed[0])
+    return setting
 
 
 def _told(scenario: Scenario, knowledge: Knowledge) -> Queries:

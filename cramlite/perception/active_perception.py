@@ -73,6 +73,7 @@ class Look(Value):
         hidden: places into which the camera could not look.
         shut: those of them that were to be opened -> why that, or the look into them, did not come off.
         since: where things are by the last picture that were moved so that it could look; ``known`` has them as at the start.
+        missed: for each thing that was looked for in vain, and may be where no camera could look, why it could not.
     """
 
     pictures: tuple[Picture, ...]
@@ -84,6 +85,7 @@ class Look(Value):
     hidden: tuple[str, ...] = ()
     shut: Mapping[str, str] = {}
     since: Mapping[str, Pose] = {}
+    missed: tuple[str, ...] = ()
 
     @property
     def world(self) -> World:
@@ -117,7 +119,6 @@ def look(
     Raises:
         UserError: a wrong query.
         NoPipeline: the experts cannot answer it.
-        NoSolution: the camera cannot be brought there.
     """
     furniture = replace(world, things=tuple(t for t in world.things if t.furniture))
     seen = Look((), furniture, (), {}, real)
@@ -134,7 +135,7 @@ def look(
             if answered := taken.perceived is not None and bool(taken.perceived.answers):
                 break
         if out_of_sight and not answered and any(c.key not in RELATIONS for q in queries for c in q.conditions):
-            raise out_of_sight[0]  # what is only in the way need not be seen
+            seen = replace(seen, missed=(*seen.missed, str(out_of_sight[0])))  # what is only in the way need not be seen
     return replace(seen, real=renamed(real, seen.world))
 
 
@@ -154,33 +155,34 @@ def _best(
 
 
 def look_into(
-    seen: Look, container: str, state: State, camera: Camera, now: World, knowledge: Knowledge, seed: int
+    seen: Look, place: str, state: State, camera: Camera, now: World, knowledge: Knowledge, seed: int
 ) -> Look:
-    """Return what is believed after a picture of what lies in a container that was opened for it.
+    """Return what is believed after a picture of what is at some furniture and was hidden before.
 
-    What is recognised there is believed to have been in the container at the start, where that then was.
+    What is recognised there is believed to have been there at the start, where the furniture then was.
 
     Args:
-        state: of the robot, with the steps that opened it and brought the camera to a view of it.
+        state: of the robot, with the steps that laid it open and brought the camera to a view of it.
         now: the world as it really is behind these steps.
     """
     furniture = (t for t in seen.known.things if t.furniture)
-    fixtures = tuple(replace(t, pose=state.belief.pose(t.name)) for t in furniture)
+    fixtures = tuple(replace(t, pose=state.belief.poses[t.name].pose) for t in furniture)
     placed, look_at, robots = replace(camera, joints=state.belief.joints), knowledge.simulator.look, knowledge.robots_of(now)
     own = look_at(replace(now, things=()), robots, replace(placed, noise=False), seed=0).depth
     view = look_at(now, robots, placed, seed=seed + 7919 * len(seen.pictures))
-    query = ObjectQuery((Condition("in", "CONTAINS", container),), wanted=WANTED)
+    hollow = bears(seen.known.thing(place), knowledge.taxonomy, INSIDE)
+    query = ObjectQuery((Condition("in", "CONTAINS", place),)) if hollow else ObjectQuery()
     earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
-    perceived = ask(query, view, fixtures, knowledge, earlier=earlier, robot=own)
+    perceived = ask(replace(query, wanted=WANTED), view, fixtures, knowledge, earlier=earlier, robot=own)
     taken = Picture(view, placed, fixtures, state, own, perceived)
     after = _with(replace(seen, known=replace(seen.known, things=fixtures)), taken, knowledge)
-    inside = {t.name: t.pose for t in after.known.things if not t.furniture}
-    there = state.belief.pose(container)
-    back = seen.known.thing(container).pose * there.inverse()
+    inside = {t.name: t.pose for t in after.known.things if not t.furniture and t.name not in earlier}
+    there = {t.name: t.pose for t in fixtures}
+    back = seen.known.thing(place).pose * there[place].inverse()
     things = (*seen.known.things, *(replace(t, pose=back * t.pose) for t in after.known.things if t.name in inside))
     estimates = {n: replace(e, pose=back * e.pose) if n in inside else e for n, e in after.estimates.items()}
-    since = {**seen.since, container: there, **inside}
-    found = replace(after, known=replace(seen.known, things=things), estimates=estimates, since=since)
+    moved = {t.name: there[t.name] for t in seen.known.things if t.furniture and t.joint is not None}
+    found = replace(after, known=replace(seen.known, things=things), estimates=estimates, since={**seen.since, **moved, **inside})
     return replace(found, real=renamed(seen.real, found.world))
 
 

@@ -135,7 +135,8 @@ class ChoicePoint(Struct):
         own = self.state.bindings.get(getattr(self.item, "of", None) or "", "")
         held = self.state.belief.held
         named = (t for one in things for t in ([one] if isinstance(one, str) else one))
-        meant = {*named, thing_of(str(own)), *([held.thing] if held else [])}
+        jointed = (t.name for t in self.state.belief.world.things if t.joint is not None)  # what is in or on them moved along
+        meant = {*named, thing_of(str(own)), *([held.thing] if held else []), *jointed}
         opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
         known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}
         settled = self.domain - self.state.passed - self.state.reached  # where the arm is led settles nothing of things

@@ -39,6 +39,7 @@ class Effort(Struct):
         expanded, proofs: nodes that were expanded, and programs that were run.
         nogoods: choices that do not go together.
         capped: whether the last round left out alternatives, so that a wider one may find more.
+        objected: tasks of the plan, from 1, that the judges of every program objected to; None before one ran.
     """
 
     breadth: int = 1
@@ -46,6 +47,12 @@ class Effort(Struct):
     proofs: int = 0
     nogoods: Nogoods = field(default_factory=Nogoods)
     capped: bool = False
+    objected: frozenset[int] | None = None
+
+    def judged(self, conflict: Conflict) -> None:
+        """Take over which tasks the judges of one more program objected to."""
+        tasks = frozenset(c.number for c in conflict if isinstance(c, InTask))
+        self.objected = tasks if self.objected is None else self.objected & tasks
 
     def widened(self) -> Effort:
         """Return the effort with which the next round begins; it tries twice as many alternatives of each designator."""

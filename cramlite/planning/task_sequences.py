@@ -135,7 +135,7 @@ def plans_for_goal(
     refused, possible, number = "", False, 0
     for choice in ground_goal(asked.goal, asked.objects, grounder):
         problem, found = problem_of(choice, grounder, knowledge, asked.where), False
-        if why := contradiction(choice.says, grounder, asked.places):
+        if why := contradiction(choice.says, grounder, asked.at(choice)):
             refused = refused or why
             continue
         possible = True
@@ -163,6 +163,10 @@ class _Asked(NamedTuple):
     where: str = ""
     places: Sequence[str] = ()
     handed: Path | None = None
+
+    def at(self, choice: Goal) -> Sequence[str]:
+        """Where each part of a grounded goal is said: one that is said may be about many things."""
+        return self.places if len(self.places) == len(choice.says) else list(self.places[:1]) * len(choice.says)
 
 
 def _asked(goal: Goal | Scenario) -> _Asked:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import pytest
 from msgspec.structs import replace
 
-from cramlite import Budget, Engine, Interpretation, Trace, find_scenario, read_scenario
+from cramlite import Budget, Engine, Interpretation, Setting, Trace, find_scenario, read_scenario
+from cramlite.engine.recording import record_episode
+from cramlite.model import Episode
+from cramlite.planning.refutation import InTask
 from cramlite.planning.task_sequences import plans_from_interpretation
 
 ENGINE = Engine()
@@ -59,3 +63,48 @@ def test_planning_and_proof_are_timed_apart() -> None:
     assert trace.first_program is not None and 0.0 < trace.first_program <= attempt.seconds["planning"]
     assert attempt.seconds["proof"] > 0.01 and attempt.seconds["twins"] == 0.0
     assert list(attempt.seconds) == ["planning", "proof", "twins"]
+
+
+@pytest.fixture(scope="module")
+def touched(tmp_path_factory: pytest.TempPathFactory) -> Episode:
+    """A person who touched the basket before drawing back; the robot drops what it holds from above it."""
+    scenario = read_scenario(find_scenario("fetch_from_hanger"))
+    return record_episode(scenario, ENGINE, seed=1007, out=tmp_path_factory.mktemp("touched") / "shown").episode
+
+
+@pytest.fixture(scope="module")
+def setting() -> Setting:
+    return ENGINE.setting(read_scenario(find_scenario("fetch_from_hanger")), seed=1007, twins=0)
+
+
+def test_a_reading_that_the_judges_of_every_program_objected_to_is_put_off(touched: Episode, setting: Setting) -> None:
+    trace, listed = Trace(), [c.sequence for c in ENGINE.candidates(touched, setting=setting) if c.sequence]
+    found = ENGINE.candidates(touched, setting=setting, trace=trace)
+    first = next(found)
+    last = len(listed[0].matches)
+    first.effort.judged(frozenset({InTask(1), InTask(last)}))
+    first.effort.judged(frozenset({InTask(last)}))  # so the first task was not to blame for both
+    [reading] = first.doubted
+    assert reading[1] == listed[0].matches[-1]
+    again = [s for s in listed[1:] if reading in zip(s.actions, s.matches, strict=True)]
+    after = [c.sequence for c in found if c.sequence]
+    late = [s for s in after if s in again]
+    assert 0 < len(again) < len(listed) - 1 and after[len(after) - len(late) :] == late != after
+    assert sum(e.outcome == "nogood" and reading[1].task in e.reason for e in trace.entries) >= len(again)
+
+
+def test_readings_that_one_program_did_without_objection_keep_their_rank(touched: Episode, setting: Setting) -> None:
+    listed = [c.sequence for c in ENGINE.candidates(touched, setting=setting)]
+    found = ENGINE.candidates(touched, setting=setting)
+    first = next(found)
+    first.effort.judged(frozenset({InTask(1)}))
+    first.effort.judged(frozenset({InTask(2)}))
+    assert first.doubted == [] and [first.sequence, *(c.sequence for c in found)] == listed
+
+
+def test_a_person_who_touched_the_basket_is_understood_as_one_who_let_go(touched: Episode, setting: Setting) -> None:
+    trace = Trace()
+    solution = next(ENGINE.resolve(touched, setting=setting, seed=1007, budget=Budget(proofs=1), trace=trace))
+    tasks = [a.task.split(":")[-1] for a in solution.candidate.plan.actions]
+    assert tasks == ["Grasping", "ExtractHoleFromPeg", "Transporting", "Ungrasping"] and solution.number == 2
+    assert any(e.kind == "proof" and e.outcome == "failed" and "Retracting" in e.reason for e in trace.entries)

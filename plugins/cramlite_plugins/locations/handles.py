@@ -14,7 +14,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import box_around
-from .antipodal import pinch
+from .antipodal import Hands, pinches
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
@@ -74,9 +74,9 @@ def _across(joint: Joint, handle: Feature, tilt: float, turn: float) -> Pose:
 def _thickness(thing: Thing, across: Pose) -> float:
     """Thickness of a handle between the fingers of a hand at a pose in its thing's frame [m]."""
     bar = [g for g in thing.geoms if g.part == "handle"] or list(thing.geoms)
-    met = pinch(rays.body(bar), across)
+    met = float(pinches(rays.body(bar), Hands.at([across])).width[0])
     low, high = box_around(replace(g, pose=across.inverse() * g.pose) for g in bar)
-    return met.width if met is not None else float(high[1] - low[1])
+    return met if met > 0.0 else float(high[1] - low[1])
 
 
 def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
