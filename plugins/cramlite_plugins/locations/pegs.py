@@ -22,7 +22,7 @@ DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep
 SAME = 0.002  # a thing this near to where it was has not been moved: grasping shifts it by less [m]
 GAP = 0.002  # left between what is threaded onto a standing peg and its root [m]: the last of it is felt
 SHORT = 0.010  # so far above its root [m] the fast way along a standing peg ends: twice what a pose is off by
-OVER = 0.010  # between the tip of a standing peg and what is brought over it [m]: nothing is in the way there
+OVER = 0.008  # between the tip of a standing peg and what is brought over it [m]: more than the 5 mm that planned paths keep
 TURNS = 8  # ways round in which a hole that may turn on its peg is tried
 
 
