@@ -99,8 +99,8 @@ class Rollout(Value):
         extra: further numbers that a simulator measured, by name.
         values: thing name -> (N,) value of the joint that it moves on [m, rad].
         grains: thing name -> (N, count, 3) centres of the balls that it was filled with, world frame [m].
-        sizes: of what is in ``poses`` and no thing: "mount/base" is a robot's platform; length, width, height over its
-            frame [m].
+        sizes: of what is in ``poses`` and no thing: "mount/base" is a robot's platform, length, width and height over its
+            frame; "effector/left" a pad, along its frame [m].
         seen: thing name -> when a camera first saw it [s], infinite for never; of what nobody knew at the start where it
             is (``World.poses``), so it is empty where everything is known.
         force: (N,) what the program feels, URScript's ``force()``: at the TCP, without the weight of what the program says

@@ -39,8 +39,7 @@ class Libero(JudgeProcess):
 
     def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
         """Write the episode's scene and scenario, and build its setting."""
-        _, setting = prepare(engine, self.scene(), self.hello(), folder, twins)
-        return folder / "scenario.yaml", setting
+        return prepare(engine, self.scene(), self.hello(), folder, twins)
 
 
 def connect(environment: Path | None) -> Libero:

@@ -2,7 +2,7 @@
 
 Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``check``,
 ``cameras``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md). A suite is one of robosuite's
-robots, a task one of its environments, a state the seed that its reset draws from. The arm takes deltas of its end effector through
+environments with one of its robots, a state the seed that its reset draws from. The arm takes deltas of its end effector through
 robosuite's default controller, OSC_POSE. A request that cannot be served is answered with ``error``.
 """
 
@@ -29,8 +29,8 @@ SETTLED, LONGEST = 0.001, 60
 PIXELS = 256
 NUTS = {"SquareNut": ("SquareNut_main", "peg1"), "RoundNut": ("RoundNut_main", "peg2")}
 """Bodies of a nut and of the peg that its check asks for: ``NutAssembly.on_peg``."""
-TASKS = ("NutAssemblySquare", "NutAssemblyRound")
-GOALS = {"NutAssemblySquare": ("SquareNut",), "NutAssemblyRound": ("RoundNut",)}
+SUITES = {"nut_square": ("NutAssemblySquare", "SquareNut"), "nut_round": ("NutAssemblyRound", "RoundNut")}
+"""What suites' names begin with: the environment, and the nut that its check asks for."""
 
 
 PADS = "gripper0_right_{}_fingerpad_collision"
@@ -42,6 +42,7 @@ class Robot(NamedTuple):
     """Robot of robosuite.
 
     Args:
+        there: what robosuite calls it.
         name: what cramlite calls it.
         joints: of the arm.
         base: body that it stands by.
@@ -50,6 +51,7 @@ class Robot(NamedTuple):
         quantum: what an action changes of that command: ``speed`` of robosuite's grippers.
     """
 
+    there: str
     name: str
     joints: int
     base: str
@@ -59,8 +61,8 @@ class Robot(NamedTuple):
 
 
 ROBOTS = {
-    "Panda": Robot("libero_panda", 7, "robot0_link0", False, (0.0, 0.08)),
-    "UR5e": Robot("robosuite_ur5e", 6, "robot0_base", True, (0.0126, 0.108)),
+    "panda": Robot("Panda", "libero_panda", 7, "robot0_link0", False, (0.0, 0.08)),
+    "ur5e": Robot("UR5e", "robosuite_ur5e", 6, "robot0_base", True, (0.0126, 0.108)),
 }
 
 
@@ -73,7 +75,7 @@ class Judge:
 
     def __init__(self) -> None:
         self.env: Any = None
-        self.suite = self.task = ""
+        self.robot, self.task, self.nut = ROBOTS["panda"], "", ""
         self.steps, self.first, self.hand = 0, None, 0.0
 
     def answer(self, ask: dict[str, Any]) -> dict[str, Any]:
@@ -90,17 +92,19 @@ class Judge:
         import robosuite
         from robosuite.controllers import load_composite_controller_config
 
-        if suite not in ROBOTS:
-            raise Refused(f"there is no suite '{suite}'; a suite is a robot: {', '.join(ROBOTS)}")
-        if not 0 <= task < len(TASKS):
-            raise Refused(f"there are tasks 0 to {len(TASKS) - 1} ({', '.join(TASKS)}), not {task}")
+        name, _, robot = suite.rpartition("_")
+        if name not in SUITES or robot not in ROBOTS:
+            raise Refused(f"there is no suite '{suite}'; there are {', '.join(f'{s}_{r}' for s in SUITES for r in ROBOTS)}")
+        if task != 0:
+            raise Refused(f"a suite has one task, 0, not {task}")
         if state < 0:
             raise Refused(f"a state is the seed of an episode, from 0, not {state}")
-        self.suite, self.task = suite, TASKS[task]
+        self.robot, (self.task, self.nut) = ROBOTS[robot], SUITES[name]
         if self.env is not None:
             self.env.close()
+        kind = self.robot.there
         self.env = robosuite.make(
-            self.task, robots=suite, controller_configs=load_composite_controller_config(controller="BASIC", robot=suite),
+            self.task, robots=kind, controller_configs=load_composite_controller_config(controller="BASIC", robot=kind),
             has_renderer=False, has_offscreen_renderer=False, use_camera_obs=False, control_freq=RATE, horizon=100_000,
             ignore_done=True, seed=state,
         )  # fmt: skip
@@ -110,20 +114,20 @@ class Judge:
             if k and np.abs(self.env.sim.data.qvel).max() < SETTLED:
                 break
         self.hand, self.steps, self.first = 0.0, 0, None
-        return {"task": self.task, "language": f"put the {GOALS[self.task][0]} onto its peg"}
+        return {"task": self.task}
 
     def scene(self) -> dict[str, Any]:
         """Describe the world: the model as MJCF, its state, the goal, and where the robot stands."""
-        sim, robot = self.env.sim, ROBOTS[self.suite]
+        sim, robot = self.env.sim, self.robot
         base = sim.model.body_name2id(robot.base)
         return {
-            "xml": sim.model.get_xml(), "qpos": sim.data.qpos.tolist(), "goal": [["on", *NUTS[nut]] for nut in GOALS[self.task]],
+            "xml": sim.model.get_xml(), "qpos": sim.data.qpos.tolist(), "goal": [["on", *NUTS[self.nut]]],
             "base": sim.data.body_xpos[base].tolist(), "yaw": 180 if robot.turned else 0,
         }  # fmt: skip
 
     def hello(self, **_: Any) -> dict[str, Any]:
         """Say what robot there is."""
-        controller, robot = self.env.robots[0].part_controllers["right"], ROBOTS[self.suite]
+        controller, robot = self.env.robots[0].part_controllers["right"], self.robot
         lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
         return {
             "protocol": 1, "robot": robot.name, "actions": "deltas", "rate": RATE, "lag": lag,
@@ -134,7 +138,7 @@ class Judge:
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
         """Take an action; what the hand may press with is robosuite's own."""
         del grip
-        robot = ROBOTS[self.suite]
+        robot = self.robot
         most = self.env.robots[0].part_controllers["right"].output_max
         action = np.clip(self._turned(np.array(delta)) / most, -1.0, 1.0)
         closed, opened = robot.opening
@@ -149,7 +153,7 @@ class Judge:
 
     def _turned(self, vectors: Any) -> Any:
         """A translation and a rotation between cramlite's base and robosuite's."""
-        return vectors * np.tile(TURNED, 2) if ROBOTS[self.suite].turned else vectors
+        return vectors * np.tile(TURNED, 2) if self.robot.turned else vectors
 
     def feel(self) -> dict[str, Any]:
         """Return what the robot feels."""

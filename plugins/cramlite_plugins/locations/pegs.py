@@ -21,7 +21,8 @@ CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: mo
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
 SAME = 0.002  # a thing this near to where it was has not been moved: grasping shifts it by less [m]
 GAP = 0.002  # left between what is threaded onto a standing peg and its root [m]: the last of it is felt
-SHORT = 0.025  # above its root a push onto a standing peg ends [m]: a touch that misses goes 15 mm too far, its search 2 mm
+SHORT = 0.010  # so far above its root [m] the fast way along a standing peg ends: twice what a pose is off by
+OVER = 0.008  # between the tip of a standing peg and what is brought over it [m]: more than the 5 mm that planned paths keep
 TURNS = 8  # ways round in which a hole that may turn on its peg is tried
 
 
@@ -57,10 +58,10 @@ class Peg(Value):
         """Return the ways (5, 3) [m] of a hole from the tip: before it, back to it, past its bend, along it, and let down."""
         if stands(self.axis):
             deep = max(self.length - self.thick - SHORT, self.length / 2)
-            down = -self.axis * max(self.length - self.thick - GAP - deep, 0.0)
+            down, off = -self.axis * max(self.length - self.thick - GAP - deep, 0.0), self.thick + OVER
         else:
-            deep, down = min(self.length / 2, DEEPEST), np.array([0.0, 0.0, -self.play])
-        return np.array([self.axis * CLEAR, -self.axis * CLEAR, -self.over_tip, -self.axis * deep, down])
+            deep, down, off = min(self.length / 2, DEEPEST), np.array([0.0, 0.0, -self.play]), CLEAR
+        return np.array([self.axis * off, -self.axis * off, -self.over_tip, -self.axis * deep, down])
 
     @property
     def to_middle(self) -> Floats:

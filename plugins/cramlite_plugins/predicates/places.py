@@ -126,18 +126,28 @@ def within_reach(phase: Phase, name: str | None) -> Iterator[Row]:
 def between_fingers(phase: Phase, name: str | None) -> Iterator[Row]:
     """Evaluate between_fingers(Thing), at the end of the phase.
 
-    The line between two finger tips meets its shape, or its box where no more is known.
+    The line between two finger tips, or one between their pads further on, meets its shape, or its box where no more is known.
     """
-    ends = [pose_of(phase, tip, phase.end) for tip in tips(phase.timeline)[:2]]
-    if len(ends) < 2 or any(e is None for e in ends):
-        return
+    lines = _between_pads(phase)
     for other in [name] if name is not None else things(phase):
         pose, box = pose_of(phase, other, phase.end), box_of(phase, other)
-        if pose is not None and box is not None:
-            one, two = (pose.inverse().apply(e.position) for e in ends if e is not None)
-            geoms = phase.timeline.entities[other].geoms
-            if _meets(one, two, *box) and (not geoms or crossed(body(geoms), one[None], two[None])):
-                yield (other,)
+        if pose is None or box is None:
+            continue
+        local = [tuple(pose.inverse().apply(end) for end in ends) for ends in lines]
+        geoms = phase.timeline.entities[other].geoms
+        if any(_meets(one, two, *box) and (not geoms or crossed(body(geoms), one[None], two[None])) for one, two in local):
+            yield (other,)
+
+
+def _between_pads(phase: Phase) -> list[tuple[Floats, Floats]]:
+    """Lines between two fingers: between the middles of their pads, and on to the ends of pads of known length; pairs of points (3,)."""
+    names = tips(phase.timeline)[:2]
+    poses = [p for n in names if (p := pose_of(phase, n, phase.end)) is not None]
+    if len(poses) < 2:
+        return []
+    one, two = poses
+    length = min(phase.timeline.entities[n].properties.get("pad_length", 0.0) for n in names)
+    return [(one.apply((0.0, 0.0, z)), two.apply((0.0, 0.0, z))) for z in np.linspace(0.0, length / 2, 4 if length else 1)]
 
 
 def _meets(one: Floats, two: Floats, low: Vector3, high: Vector3) -> bool:

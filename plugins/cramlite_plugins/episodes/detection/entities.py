@@ -42,8 +42,14 @@ def effector_entities(rollout: Rollout) -> tuple[Entity, ...]:
     for name in effectors(rollout):
         frame = "effector" if name == rollout.effector else name
         tips = [f for f in ("left", "right") if str(EntityName(frame, f)) in rollout.poses]
-        found += [Entity(name, types), *(Entity(str(EntityName(name, tip)), ("soma:Finger",), part_of=name) for tip in tips)]
+        found += [Entity(name, types), *(_finger(name, tip, rollout.sizes.get(str(EntityName(frame, tip)))) for tip in tips)]
     return tuple(found)
+
+
+def _finger(hand: str, tip: str, pad: Vector3 | None) -> Entity:
+    """A finger whose frame is in the middle of its pad, z towards the tip; with the pad's length, where that is known."""
+    known = {"pad_length": pad[2]} if pad else {}
+    return Entity(str(EntityName(hand, tip)), ("soma:Finger",), part_of=hand, properties=known)
 
 
 def camera_entities(rollout: Rollout) -> tuple[Entity, ...]:

@@ -131,8 +131,11 @@ class Recorder:
         return [Pose.from_matrix(m) for m in matrices]
 
     def _sizes(self) -> dict[str, Vector3]:
-        platform = self.index.robot.platform if isinstance(self.index, RobotIndex) else None
-        return {str(EntityName(self.index.name, "base")): platform.size} if platform else {}
+        if not isinstance(self.index, RobotIndex):
+            return {}
+        platform, (width, length) = self.index.robot.platform, self.index.robot.gripper.pad
+        pads: dict[str, Vector3] = {str(EntityName("effector", side)): (width, 0.0, length) for side in ("left", "right")}
+        return pads | ({str(EntityName(self.index.name, "base")): platform.size} if platform else {})
 
     def _sample(self, data: Data, line: int) -> _Sample:
         return _Sample(

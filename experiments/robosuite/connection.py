@@ -1,0 +1,59 @@
+"""robosuite as a judge: its process, its environment, and its episodes as scenarios."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from cramlite import Engine, Setting, UserError
+from cramlite_plugins.backends.stream.judge import PATIENCE, JudgeProcess
+from cramlite_plugins.backends.stream.judged_scene import scene_setting
+from cramlite_plugins.backends.stream.process import RobotProcess
+
+HERE = Path(__file__).parent
+PLACE = "~/.local/share/cramlite/robosuite"
+VARIABLE = "CRAMLITE_ROBOSUITE"
+"""Environment variable: where the judge's environment is, if not there."""
+PACKAGES = "robosuite==1.5.2 mujoco==3.3.0"
+ROBOTS = {"panda": ("libero_panda", 7), "ur5e": ("robosuite_ur5e", 6)}
+"""What ends the names of suites: the robot's type here, and how many joints its arm has."""
+
+
+class Robosuite(JudgeProcess):
+    """robosuite's simulator and its success checks.
+
+    Args:
+        environment: folder of its Python environment.
+
+    Raises:
+        UserError: the environment is not there; the message says the command that makes it.
+    """
+
+    def __init__(self, environment: Path, patience: float = PATIENCE) -> None:
+        python = environment / "bin" / "python"
+        if not python.exists():
+            raise UserError(
+                f"robosuite's environment is not installed: there is no '{python}'. It takes 1 GB and a minute or two: "
+                f"python3 -m venv {environment} && {environment}/bin/pip install {PACKAGES}"
+            )
+        super().__init__([str(python), str(HERE / "judge.py")], "docs/how-to/robosuite.md", *ROBOTS["panda"], patience)
+
+    def reset(self, suite: str, task: int, state: int) -> str:
+        """Begin an episode of a suite, whose name ends with the robot's, and return the name of its task."""
+        kind, joints = ROBOTS.get(suite.rpartition("_")[2], ("", 0))
+        if kind:
+            self.robot = RobotProcess(self.lines, kind, joints, self.patience)
+        return super().reset(suite, task, state)
+
+    def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
+        """Write the episode's scene and scenario, and build its setting."""
+        scene = self.scene()
+        robot: dict[str, Any] = {"type": self.robot.robot, "at": {"position": scene["base"], "yaw": f"{scene['yaw']} deg"}}
+        goal = [" ".join((what, relation, where)) for relation, what, where in scene["goal"]]
+        return scene_setting(engine, folder, scene, self.hello(), lambda _: goal, twins, robot=robot)
+
+
+def connect(environment: Path | None) -> Robosuite:
+    """Return the judge; it is installed at ``~/.local/share/cramlite/robosuite``, or where ``CRAMLITE_ROBOSUITE`` says."""
+    return Robosuite(environment or Path(os.environ.get(VARIABLE) or PLACE).expanduser())

@@ -1,0 +1,47 @@
+"""The scene that a judge's simulator shows as a scenario: a world from its file, in its state, with the robot where it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+from msgspec.structs import replace
+
+from cramlite import Engine, Setting, read_scenario
+from cramlite.model import Thing
+
+from .messages import Hello
+
+SEARCH = {"sequences": 3, "proofs": 4}
+"""Work that an episode's search may take: less than usual (12 and 8), so that a refusal takes a minute or two."""
+
+
+def scene_setting(
+    engine: Engine, folder: Path, scene: Mapping[str, Any], hello: Hello, goal: Callable[[Sequence[Thing]], list[str]], twins: int,
+    **spec: Any,
+) -> tuple[Path, Setting]:  # fmt: skip
+    """Write the scene and the scenario of an episode, and build its setting.
+
+    Args:
+        folder: for ``scene.xml`` and ``scenario.yaml``.
+        scene: with its MJCF text, ``xml``, and its state, ``qpos``.
+        hello: what the robot feels.
+        goal: sentences about the things of the world.
+        spec: further keys of the scenario; ``robot`` at least.
+
+    Returns:
+        The scenario's file, and where it is to be resolved.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    state = " ".join(f"{v:.17g}" for v in scene["qpos"])
+    key = f'<keyframe><key name="state" qpos="{state}"/></keyframe></mujoco>'
+    (folder / "scene.xml").write_text(scene["xml"].replace("</mujoco>", key))
+    world = {"file": str(folder.resolve() / "scene.xml"), "keyframe": "state"}
+    whole = {"scenario": "episode", "world": world, "budget": SEARCH, **spec}
+    setting = engine.setting(read_scenario(whole | {"tasks": []}), twins=twins)
+    scenario = folder / "scenario.yaml"
+    scenario.write_text(yaml.safe_dump(whole | {"goal": goal(setting.world.things)}, sort_keys=False))
+    mount = replace(setting.world.robots[0], joints=hello.joints, opening=min(hello.opening, setting.robot.gripper.opening[1]))
+    return scenario, replace(setting, world=replace(setting.world, robots=(mount,)))
