@@ -172,17 +172,19 @@ def look_into(
     view = look_at(now, robots, placed, seed=seed + 7919 * len(seen.pictures))
     hollow = bears(seen.known.thing(place), knowledge.taxonomy, INSIDE)
     query = ObjectQuery((Condition("in", "CONTAINS", place),)) if hollow else ObjectQuery()
-    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
+    known = {t.name: state.belief.poses[t.name].pose for t in seen.known.things}
+    earlier = {t.name: (t.type, known[t.name].position) for t in seen.known.things if not t.furniture}
     perceived = ask(replace(query, wanted=WANTED), view, fixtures, knowledge, earlier=earlier, robot=own)
     taken = Picture(view, placed, fixtures, state, own, perceived)
     after = _with(replace(seen, known=replace(seen.known, things=fixtures)), taken, knowledge)
     inside = {t.name: t.pose for t in after.known.things if not t.furniture and t.name not in earlier}
-    there = {t.name: t.pose for t in fixtures}
-    back = seen.known.thing(place).pose * there[place].inverse()
+    back = seen.known.thing(place).pose * known[place].inverse()
     things = (*seen.known.things, *(replace(t, pose=back * t.pose) for t in after.known.things if t.name in inside))
-    estimates = {n: replace(e, pose=back * e.pose) if n in inside else e for n, e in after.estimates.items()}
-    moved = {t.name: there[t.name] for t in seen.known.things if t.furniture and t.joint is not None}
-    found = replace(after, known=replace(seen.known, things=things), estimates=estimates, since={**seen.since, **moved, **inside})
+    new = {n: replace(e, pose=back * e.pose) if n in inside else e for n, e in after.estimates.items() if n not in earlier}
+    moved = {t.name: known[t.name] for t in seen.known.things if t.joint is not None or not t.furniture}
+    found = replace(
+        after, known=replace(seen.known, things=things), estimates={**seen.estimates, **new}, since={**seen.since, **moved, **inside}
+    )
     return replace(found, real=renamed(seen.real, found.world))
 
 
