@@ -180,7 +180,13 @@ def _shut(setting: Setting, container: str, why: str) -> Setting:
 
 
 def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace) -> Iterator[tuple[State, Candidate]]:
-    """Ways to lay something open and to bring the camera to a view that shows it, each proven in what is believed."""
+    """Ways to lay something open and to bring the camera to a view that shows it, each proven in what is believed; where nobody has
+    seen what is there, something may be."""
+    from ..perception.unseen import unknown_body
+
+    if reveal.points is not None:
+        unknown = unknown_body(f"unseen_behind_{reveal.name}", reveal.points)
+        setting = replace(setting, world=replace(setting.world, things=(*setting.world.things, unknown)))
     took = setting.look.camera if setting.look else None
     context = Context(setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, camera=took)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace)
@@ -207,7 +213,8 @@ def _would_show(state: State, reveal: Reveal, setting: Setting, knowledge: Knowl
     camera = setting.look.camera if setting.look else None
     if reveal.points is None or camera is None:
         return 1.0
-    things = tuple(t.moved_to(state.belief.poses[t.name].pose) for t in setting.world.things if t.name in state.belief.poses)
+    known = [t for t in setting.look.world.things if t.name in state.belief.poses] if setting.look else []
+    things = tuple(t.moved_to(state.belief.poses[t.name].pose) for t in known)
     placed = replace(camera, joints=state.belief.joints, noise=False)
     view = knowledge.simulator.look(replace(setting.world, things=things), knowledge.robots_of(setting.world), placed, seed=0)
     return share_shown(reveal.points, view.depth, view.camera, view.intrinsics)

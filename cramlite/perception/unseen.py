@@ -8,8 +8,8 @@ import numpy as np
 
 from ..model.geometry import Pose
 from ..model.view import Depth, Intrinsics, Mask, Points
-from ..model.world import Thing
-from ..ontology.foundation import BEARS
+from ..model.world import Geom, Thing
+from ..ontology.foundation import BEARS, OBJECT
 from ..ontology.taxonomy import Taxonomy
 from .active_perception import Picture
 
@@ -17,6 +17,8 @@ CELL, HEIGHTS = 0.02, (0.02, 0.05)
 """Places are looked at every so far along a surface, and so high above it [m]: of a box of 40 x 25 x 100 mm some four are inside."""
 BEHIND = 0.02
 """So far behind what is seen a place is hidden by it [m]: three times the noise of depth, and the edge of a pixel."""
+GAP = 0.02
+"""Places so near to what hides them are taken for its own [m]: half a cell, and what a grasp needs."""
 
 
 def places_above(thing: Thing, taxonomy: Taxonomy) -> Points:
@@ -40,7 +42,14 @@ def hidden_behind(thing: Thing, points: Points, pictures: Sequence[Picture]) -> 
         with np.errstate(invalid="ignore"):
             before = view.camera.apply(view.camera.inverse().apply(points) * np.nan_to_num(depth / far)[:, None])
             hidden |= (far > depth + BEHIND) & _at(before, thing)
-    return points[unseen & hidden]
+    return points[unseen & hidden & ~_inside(points, thing)]
+
+
+def unknown_body(name: str, points: Points) -> Thing:
+    """Return a fixed body that fills unseen places (n, 3) [m], so that nothing is put there and no path leads through them."""
+    half = (CELL / 2, CELL / 2, (HEIGHTS[1] - HEIGHTS[0]) / 2)
+    geoms = tuple(Geom("box", half, Pose((x, y, z))) for x, y, z in points.tolist())
+    return Thing(name, OBJECT, Pose(), geoms, notes=("nobody has seen what is there",))
 
 
 def share_shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> float:
@@ -63,6 +72,15 @@ def _depths(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) 
     seen = np.full(len(points), np.nan)
     seen[within] = depth[pixels[within, 1], pixels[within, 0]]
     return np.where(within, local[:, 2], np.nan), seen
+
+
+def _inside(points: Points, thing: Thing) -> Mask:
+    """Which points are in the boxes around a thing's parts, or within ``GAP`` of them."""
+    found = np.zeros(len(points), bool)
+    for geom in thing.geoms:
+        local = (thing.pose * geom.pose).inverse().apply(points)
+        found |= (np.abs(local) <= np.add(geom.half_extents, GAP)).all(axis=1)
+    return found
 
 
 def _at(points: Points, thing: Thing) -> Mask:
