@@ -18,7 +18,8 @@ CELL, HEIGHTS = 0.02, (0.02, 0.05)
 BEHIND = 0.02
 """So far behind what is seen a place is hidden by it [m]: three times the noise of depth, and the edge of a pixel."""
 GAP = 0.02
-"""Places so near to what hides them are taken for its own [m]: half a cell, and what a grasp needs."""
+"""What is so near to the boxes around a thing's parts is taken for its own [m]: errors of poses and depth, half a cell, and what a grasp
+needs."""
 
 
 def places_above(thing: Thing, taxonomy: Taxonomy) -> Points:
@@ -41,7 +42,7 @@ def hidden_behind(thing: Thing, points: Points, pictures: Sequence[Picture]) -> 
         far, depth = _depths(points, view.depth, view.camera, view.intrinsics)
         with np.errstate(invalid="ignore"):
             before = view.camera.apply(view.camera.inverse().apply(points) * np.nan_to_num(depth / far)[:, None])
-            hidden |= (far > depth + BEHIND) & _at(before, thing)
+            hidden |= (far > depth + BEHIND) & _inside(before, thing)
     return points[unseen & hidden & ~_inside(points, thing)]
 
 
@@ -53,8 +54,10 @@ def unknown_body(name: str, points: Points) -> Thing:
 
 
 def share_shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> float:
-    """Return the share of points (n, 3) [m] that a depth image [m] shows, or would show, from a pose of the optical frame."""
-    return float(_shown(points, depth, camera, intrinsics).mean()) if len(points) else 0.0
+    """Return the share of points (n, 3) [m] that a camera would show by a depth image without errors [m], from a pose of the optical
+    frame; NaN in it is the distance."""
+    far = np.where(np.isnan(depth), np.inf, depth)
+    return float(_shown(points, far, camera, intrinsics).mean()) if len(points) else 0.0
 
 
 def _shown(points: Points, depth: Depth, camera: Pose, intrinsics: Intrinsics) -> Mask:
@@ -80,13 +83,4 @@ def _inside(points: Points, thing: Thing) -> Mask:
     for geom in thing.geoms:
         local = (thing.pose * geom.pose).inverse().apply(points)
         found |= (np.abs(local) <= np.add(geom.half_extents, GAP)).all(axis=1)
-    return found
-
-
-def _at(points: Points, thing: Thing) -> Mask:
-    """Which points are at a thing: within the sphere around one of its parts."""
-    found = np.zeros(len(points), bool)
-    for geom in thing.geoms:
-        middle = (thing.pose * geom.pose).position
-        found |= np.linalg.norm(points - middle, axis=1) <= geom.bounding_radius + BEHIND
     return found

@@ -158,3 +158,28 @@ def test_none_is_left_out() -> None:
     shipped = {p.stem for p in (data_folder("scenarios") / "kitchen").glob("*.yaml")}
     every = {*REFUSED, *GOALS, HIDDEN}
     assert shipped == {*every, *(f"{name}_fails" for name in every)}
+
+
+@pytest.mark.heavy
+def test_what_hides_a_box_is_put_aside_to_look_behind_it(engine: Engine) -> None:
+    scenario = read_scenario(find_scenario("kitchen/hidden_behind_camera"))
+    setting = engine.setting(scenario, twins=0)
+    assert setting.look is not None and setting.real is not None
+    names = {n: next((m for m in ("mint_box", "cereal_box") if m in e.source), "") for n, e in setting.look.estimates.items()}
+    front, behind = (next(n for n, m in names.items() if m == model) for model in ("cereal_box", "mint_box"))
+    assert sorted(names.values()) == ["cereal_box", "mint_box"]  # what stuck out before it was recognised is no obstacle any more
+    assert setting.now.thing(front).pose.distance(setting.world.thing(front).pose)[0] > 0.05
+    assert setting.world.thing(behind).pose.distance(setting.real.thing(behind).pose)[0] < 0.01  # nothing was pushed onto it
+    solution = engine.execute(next(engine.resolve(scenario, setting=setting)))
+    assert solution.succeeded, solution.verdict.reason
+    assert [a.task for a in solution.candidate.actions].count("cram:PickAndPlace") == 1
+
+
+@pytest.mark.heavy
+def test_what_is_too_heavy_to_be_put_aside_hides_what_is_behind_it(engine: Engine) -> None:
+    scenario = read_scenario(find_scenario("kitchen/hidden_behind_camera_fails"))
+    setting = engine.setting(scenario, twins=0)
+    assert setting.look is not None and list(setting.look.shut) == ["cerealbox_1"]
+    assert "did not come off" in setting.look.shut["cerealbox_1"]
+    with pytest.raises(UserError, match="in this world there are: none"):
+        next(engine.resolve(scenario, setting=setting))
