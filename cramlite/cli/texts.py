@@ -55,7 +55,7 @@ def _headline(solution: Solution) -> str:
 
 
 def _finding_lines(verdict: Verdict) -> list[str]:
-    lines = [f"    {'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in verdict.findings]
+    lines = [f"    {'--' if f.advice else 'ok' if f.passed else 'NO'}  {f.validator}: {f.reason}" for f in verdict.findings]
     return lines + ([f"    --  {verdict.not_judged}"] if verdict.left_out else [])
 
 

@@ -168,7 +168,8 @@ def _attempts(
     states, conflict, unproven, proven = search.solve(setting.start(plan)), None, set[object](), False
     while search.effort.proofs < budget.proofs:
         try:
-            state = states.send(conflict)
+            with trace.watch("planning"):
+                state = states.send(conflict)
         except StopIteration:
             if search.refuted is not None and not proven:
                 trace.refuted(str(plan), refutation(search.refuted))
@@ -179,16 +180,11 @@ def _attempts(
         candidate = _candidate(plan, state, setting, knowledge)
         search.effort.proofs += 1
         progress(f"candidate program {search.effort.proofs} of {len(candidate.program.steps)} steps: running its text")
-        if group is not None:
-            group.start()  # they load their plugins while the nominal run is under way
-        candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)
-        if group is not None and verdict.passed:
-            doubted = doubt(candidate, verdict, setting, knowledge, group, progress, stop)
-            if doubted is None:
-                trace.stopped()
-                return
-            verdict = doubted
-            _trace_twins(trace, verdict)
+        judged = _judged(candidate, search, setting, knowledge, group)
+        if judged is None:
+            trace.stopped()
+            return
+        candidate, verdict = judged
         trace.add(
             0, "proof", str(plan), "proven" if verdict.passed else "failed", setting.backend.name, verdict.reason,
             kind="proof", numbers=verdict.measured,
@@ -204,6 +200,32 @@ def _attempts(
         trace.refuted(str(plan), refutation(unproven))
     reason = f"proofs = {budget.proofs}: so many programs were made, the budget of one task sequence"
     trace.spent("proofs", budget.proofs, reason)
+
+
+def _judged(
+    candidate: Candidate, search: Search, setting: Setting, knowledge: Knowledge, group: RunGroup | None
+) -> tuple[Candidate, Verdict] | None:
+    """A complete program that ran in the believed world, then in twins of it, and what the judges found; None where it was stopped.
+
+    The time of each goes to the trace.
+    """
+    trace = search.trace
+    if trace.first_program is None:
+        trace.first_program = trace.seconds["planning"]
+    if group is not None:
+        group.start()  # they load their plugins while the nominal run is under way
+    with trace.watch("proof"):
+        candidate, verdict = prove(candidate, knowledge, setting.backend, setting.seed)
+    if group is None or not verdict.passed:
+        return candidate, verdict
+    before = group.seconds
+    with trace.watch("twins"):
+        doubted = doubt(candidate, verdict, setting, knowledge, group, search.progress, search.stop)
+    trace.watch.add("twins", group.seconds - before)
+    if doubted is None:
+        return None
+    _trace_twins(trace, doubted)
+    return candidate, doubted
 
 
 def _trace_twins(trace: Trace, verdict: Verdict) -> None:

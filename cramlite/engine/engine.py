@@ -269,7 +269,8 @@ class Engine:
         setting = engine._setting(reading, setting, seed)
         plans = engine.plans(reading, setting, trace, progress, stop)
         answers, tried = Answers(), list[CandidateSequence]()
-        for number, plan, sequence in _to_try(doubted_last(plans, tried, trace), budget.sequences, trace, stop):
+        planned = trace.watch.over("planning", plans)
+        for number, plan, sequence in _to_try(doubted_last(planned, tried, trace), budget.sequences, trace, stop):
             tried.append(CandidateSequence(
                 number, plan, sequence, reading, setting, engine.knowledge, budget, trace, progress, stop, answers
             ))  # fmt: skip

@@ -190,7 +190,8 @@ def _ask(validator: Validator, candidate: Candidate, knowledge: Knowledge) -> It
     """A validator that breaks has not approved: its fault is an objection."""
     name = validator.name
     try:
-        return _findings(validator.check(candidate))
+        findings = _findings(validator.check(candidate))
+        return [f.as_advice() for f in findings] if name in candidate.limits.advisory else findings
     except Exception as error:
         fault = knowledge.registry.fault(knowledge.registry.owner("validators", name), "validators", name, error)
         return [Finding(name, False, f"the validator itself failed: {fault.error}")]

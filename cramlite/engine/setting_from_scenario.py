@@ -54,6 +54,7 @@ def setting_of(
     if now is not None:
         world = replace(world, robots=now.robots)
     real = real_world(scenario, world, relations, seed) if scenario.spec.unknown_error else None
+    _check_advisory(scenario, knowledge)
     force, limits = scenario.spec.force_limit, scenario.spec.limits.judging()
     doubts = _doubts(scenario, world, robot, twins)
     setting = Setting(scenario.name, world, relations, robot, writer, seed, real, force_limit=force, limits=limits, doubts=doubts)
@@ -121,6 +122,18 @@ def _check_world(scenario: Scenario, world: World, knowledge: Knowledge) -> None
         named = [t.name for t in world.things if f"'{t.name}'" in str(error)]
         place = scenario.where_thing(named[0]) if named else scenario.where("things")
         raise UserError(f"{place}: {error}.") from error
+
+
+def _check_advisory(scenario: Scenario, knowledge: Knowledge) -> None:
+    """Validators that only advise are there.
+
+    Raises:
+        UserError: one is not; with file and line.
+    """
+    names = [v.name for v in knowledge.validators]
+    for k, name in enumerate(scenario.spec.limits.advisory or ()):
+        if name not in names:
+            raise UserError(f"{scenario.where('limits', 'advisory', k)}: no validator '{name}'; {nearest(name, names)}.")
 
 
 def _late(scenario: Scenario, world: World) -> dict[str, Tolerance]:

@@ -58,6 +58,11 @@ class Solution(Value):
         return self.candidate.program
 
     @property
+    def seconds(self) -> dict[str, float]:
+        """CPU time of the whole search so far by stage [s]: "planning", "proof" (nominal) and "twins"; see ``Trace.seconds``."""
+        return self.trace.seconds
+
+    @property
     def code(self) -> str:
         """Program text that was proven."""
         assert self.candidate.code is not None

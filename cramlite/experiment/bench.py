@@ -10,6 +10,7 @@ from typing import Literal
 from msgspec import field
 from msgspec.structs import replace
 
+from ..base.stopwatch import Stopwatch
 from ..base.value import Value
 from ..engine.engine import Engine
 from ..engine.executor import Executor
@@ -18,7 +19,6 @@ from ..plugin.protocols import Candidate
 from ..plugin.selection import INSTALLED, PluginChoice
 from ..scenario.scenario import Scenario, read_scenario
 from .spec import Demonstration, Experiment, read_experiment
-from .stopwatch import Stopwatch
 
 
 class Trial(Value):

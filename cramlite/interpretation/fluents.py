@@ -172,7 +172,8 @@ class GoalPhrase(Value):
 
     Args:
         form: words in capitals stand for things, the first word for the one that the goal is about; the others are
-            written as they are. The last may be AMOUNT: a number with its unit, such as "120 mm".
+            written as they are. The last may be AMOUNT: a number with its unit, such as "120 mm". PLACE may also be a feature of a
+            thing, such as "table/left".
         meaning: ``meaning(scene, *things)`` says what is asked for; it raises UserError where that makes no sense of these
             things. An amount follows the things, as it was written.
         verbs: words that may stand after the first one and change nothing.

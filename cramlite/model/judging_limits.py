@@ -15,12 +15,14 @@ class JudgingLimits(Value):
             planned with margins of a centimetre.
         bystander_tilt: how far such a thing may lean over [rad]. 5 deg: a box three times as high as wide topples at 18 deg.
         brush: contact force below this is a brush, not a touch [N]: the guarded threshold of the controller.
+        advisory: names of validators whose objections are told, and refuse nothing.
         of_scenario: names of those that a scenario sets; the others are the defaults.
     """
 
     bystander_motion: float = 0.005
     bystander_tilt: float = math.radians(5.0)
     brush: float = 2.0
+    advisory: tuple[str, ...] = ()
     of_scenario: tuple[str, ...] = ()
 
     def source(self, name: str) -> str:

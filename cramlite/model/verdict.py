@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from typing import Literal
 
-from ..base.value import Value
+from ..base.value import Value, replace
 from .twin_verdict import TwinVerdict
 
 Cost = Literal["facts", "ik", "path", "rollout"]
 """Stage at which a validator is asked, cheapest first; "rollout" is after the program's text ran."""
 COSTS: tuple[Cost, ...] = ("facts", "ik", "path", "rollout")
+ADVICE = "advises only: "
+"""How the reason of an objection begins that refuses nothing."""
 
 
 class Finding(Value):
@@ -18,13 +20,14 @@ class Finding(Value):
 
     Args:
         validator: its name.
-        passed: True where it has nothing against the program, False where it objects.
+        passed: True where it has nothing against the program, or where its objection only advises; False where it objects.
         reason: a clause with numbers and units, whether passed or not.
         value, limit, unit: the measured number and what it was held against, where there is one.
         origin: the task or step that it is about.
         places: whether another place might have changed it; False where it follows from tasks, parameters and objects alone.
         blocking: of an objection: names of the things that were in the way, so that a task which changes one of them may help;
             () where it does not depend on other things, None where that is not known.
+        advice: an objection of a validator that only advises (``JudgingLimits.advisory``).
     """
 
     validator: str
@@ -36,6 +39,11 @@ class Finding(Value):
     origin: str = ""
     places: bool = True
     blocking: tuple[str, ...] | None = None
+    advice: bool = False
+
+    def as_advice(self) -> Finding:
+        """Return an objection as advice: it is told, and refuses nothing."""
+        return self if self.passed else replace(self, passed=True, advice=True, reason=f"{ADVICE}{self.reason}")
 
 
 class Verdict(Value):
@@ -60,6 +68,11 @@ class Verdict(Value):
     def objections(self) -> tuple[Finding, ...]:
         """Findings that did not pass."""
         return tuple(f for f in self.findings if not f.passed)
+
+    @property
+    def advice(self) -> tuple[Finding, ...]:
+        """Objections that refuse nothing."""
+        return tuple(f for f in self.findings if f.advice)
 
     @property
     def reason(self) -> str:

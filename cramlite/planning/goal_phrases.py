@@ -9,6 +9,7 @@ from itertools import combinations
 from ..base.errors import UserError, nearest
 from ..base.value import Value
 from ..interpretation.fluents import GoalCondition, GoalPhrase
+from ..model.entity_name import thing_of
 from ..scenario.task_specs import WhereSpec
 from .operators import Grounder
 
@@ -21,6 +22,9 @@ NOT = "not "
 AMOUNT = "AMOUNT"
 NUMBER = r"([-+]?[\d.]+ ?[a-z]+)"
 """Word of a form that stands for a number with a unit, and such a one."""
+
+PLACE = "PLACE"
+"""Word of a form that stands for a thing, or for a region of one: "table/left"."""
 
 
 class ParsedGoal(Value):
@@ -117,7 +121,8 @@ def _places(phrase: GoalPhrase) -> list[str]:
 
 def _pattern(phrase: GoalPhrase) -> str:
     """The form as an expression whose groups are its things, and, where it names a place, a side and the thing there."""
-    first, *words = (NUMBER if w == AMOUNT else r"(\w+)" if w.isupper() else re.escape(w) for w in phrase.form.split())
+    words_of = {AMOUNT: NUMBER, PLACE: r"(\w+(?:/\w+)?)"}
+    first, *words = (words_of.get(w, r"(\w+)") if w.isupper() else re.escape(w) for w in phrase.form.split())
     verbs = f"(?:(?:{'|'.join(map(re.escape, phrase.verbs))}) )?" if phrase.verbs else ""
     beside = rf"(?: ({'|'.join(SIDES)}) (\w+))?" if len(_places(phrase)) > 1 else ""
     return f"{first} {verbs}{' '.join(words)}{beside}"
@@ -128,8 +133,9 @@ def _meaning(
 ) -> GoalCondition:
     """What the phrase makes of things that there are."""
     for name in filter(None, (*things, other)):
-        if name not in grounder.things:
-            raise UserError(f"{what} names '{name}'; {nearest(name, grounder.things)}.")
+        known = grounder.things if name == thing_of(name) else grounder.scene.types
+        if name not in known:
+            raise UserError(f"{what} names '{name}'; {nearest(name, known)}.")
     try:
         return phrase.meaning(grounder.scene, *things, *amount)
     except UserError as error:

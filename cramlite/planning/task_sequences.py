@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
 
 from msgspec.structs import replace
 
 from ..base.errors import UserError
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ..interpretation.fluents import SymbolicWorld
     from ..interpretation.interpretation import Interpretation, Interpreted
     from ..interpretation.matching import Match
@@ -21,7 +24,9 @@ if TYPE_CHECKING:
     from ..model.plan import Plan
     from ..plugin.catalogue import Knowledge
     from ..plugin.task_type import TaskType
-    from ..scenario.scenario import Scenario
+    from ..scenario.scenario import ObjectSpec, Scenario
+    from .goal_planner import TaskPlan
+    from .planning_problem import PlanningProblem
     from .task_goals import Goal
     from .trace import Trace
 
@@ -117,8 +122,6 @@ def plans_for_goal(
     Raises:
         UserError: the goal is none, names what there is not, contradicts itself, or holds already.
     """
-    from ..scenario.scenario import Scenario
-    from .goal_parts import trace_parts
     from .goal_phrases import contradiction
     from .goal_planner import as_tasks, ground_goal
     from .operators import Grounder
@@ -126,31 +129,22 @@ def plans_for_goal(
     from .plan_file import handed_plan
     from .plan_stream import task_plans
     from .planning_problem import problem_of, why_unreachable
-    from .task_goals import Goal, plan_from_tasks
+    from .task_goals import plan_from_tasks
 
-    where, objects, places, handed = "", {}, list[str](), None
-    if isinstance(goal, Scenario):
-        handed = goal.resolve_path(goal.spec.plan) if goal.spec.plan else None
-        places = [goal.where("goal", k) for k in range(len(goal.spec.goal or ()))]
-        where, objects, goal = f"{goal.where('goal')}: ", goal.spec.objects, Goal(goal.spec.goal or ())
-    grounder = Grounder(scene, knowledge.predicates)
+    asked, grounder = _asked(goal), Grounder(scene, knowledge.predicates)
     refused, possible, number = "", False, 0
-    for choice in ground_goal(goal, objects, grounder):
-        problem, found = problem_of(choice, grounder, knowledge, where), False
-        at = places if len(places) == len(choice.says) else places[:1] * len(choice.says)  # one goal may be about many things
-        if why := contradiction(choice.says, grounder, at):
+    for choice in ground_goal(asked.goal, asked.objects, grounder):
+        problem, found = problem_of(choice, grounder, knowledge, asked.where), False
+        if why := contradiction(choice.says, grounder, asked.at(choice)):
             refused = refused or why
             continue
         possible = True
         if problem.wanted.met(problem.facts):
-            raise UserError(f"{where}the goal '{choice}' holds already in this world, so there is nothing to do.")
-        plans = iter([handed_plan(problem, handed)]) if handed else task_plans(problem, progress, stop, trace=trace)
+            raise UserError(f"{asked.where}the goal '{choice}' holds already in this world, so there is nothing to do.")
+        plans = iter([handed_plan(problem, asked.handed)]) if asked.handed else task_plans(problem, progress, stop, trace=trace)
         for plan in plans:
             found, number = True, number + 1
-            trace.candidate = number
-            for step, reason in zip(plan.steps, plan.reasons, strict=True):
-                trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
-            trace_parts(problem, plan, trace)
+            _trace_plan(number, plan, choice, problem, trace)
             specs = as_tasks(plan, knowledge.tasks, problem.wanted)
             yield replace(plan_from_tasks(name, specs, knowledge.tasks, scene.world), goal=choice.says)
         if not found and not stop():
@@ -159,3 +153,38 @@ def plans_for_goal(
                 trace_alone(problem, trace, progress, stop)
     if refused and not possible:
         raise UserError(refused)
+
+
+class _Asked(NamedTuple):
+    """A goal, what a scenario says of its objects, where it says each part, and the plan that it hands over."""
+
+    goal: Goal
+    objects: Mapping[str, ObjectSpec] = MappingProxyType({})
+    where: str = ""
+    places: Sequence[str] = ()
+    handed: Path | None = None
+
+    def at(self, choice: Goal) -> Sequence[str]:
+        """Where each part of a grounded goal is said: one that is said may be about many things."""
+        return self.places if len(self.places) == len(choice.says) else list(self.places[:1]) * len(choice.says)
+
+
+def _asked(goal: Goal | Scenario) -> _Asked:
+    from ..scenario.scenario import Scenario
+    from .task_goals import Goal
+
+    if not isinstance(goal, Scenario):
+        return _Asked(goal)
+    spec = goal.spec
+    places = [goal.where("goal", k) for k in range(len(spec.goal or ()))]
+    handed = goal.resolve_path(spec.plan) if spec.plan else None
+    return _Asked(Goal(spec.goal or ()), spec.objects, f"{goal.where('goal')}: ", places, handed)
+
+
+def _trace_plan(number: int, plan: TaskPlan, choice: Goal, problem: PlanningProblem, trace: Trace) -> None:
+    from .goal_parts import trace_parts
+
+    trace.candidate = number
+    for step, reason in zip(plan.steps, plan.reasons, strict=True):
+        trace.add(0, "goal", str(step), "chosen", "engine", f"for '{choice}': {reason}", kind="goal")
+    trace_parts(problem, plan, trace)

@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from ..base.errors import UserError
 from ..base.run_directory import read_json
+from ..base.stopwatch import Stopwatch
 from ..base.value import Value
 from ..model.collision import Collision
 from .refutation import Refutation
@@ -73,10 +74,20 @@ class Trace(Struct):
     Args:
         entries: in the order in which things were decided.
         candidate: which task sequence is being tried, from 1.
+        watch: CPU time so far; see ``seconds``.
+        first_program: CPU time of planning until the first complete program was handed to the proof [s]; None before that.
     """
 
     entries: list[Entry] = field(default_factory=list)
     candidate: int = 1
+    watch: Stopwatch = field(default_factory=Stopwatch)
+    first_program: float | None = None
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """CPU time of the search so far by stage [s]: "planning" (task sequences, and all that plugins were asked), "proof" (nominal
+        runs of complete programs, and their judges) and "twins". They are never part of what is written: runs would differ."""
+        return {"planning": 0.0, "proof": 0.0, "twins": 0.0, **self.watch.read()}
 
     def add(
         self, parent: int, designator: str, text: str, outcome: Outcome, plugin: str, reason: str,

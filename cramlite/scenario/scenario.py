@@ -187,6 +187,7 @@ class LimitsSpec(Spec):
     bystander_motion: Length | None = Field(default=None, ge=0.0, le=1.0)
     bystander_tilt: Angle | None = Field(default=None, ge=0.0, le=math.pi)
     brush: Force | None = Field(default=None, ge=0.0, le=HIGHEST_FORCE_LIMIT)
+    advisory: tuple[str, ...] | None = None
 
     def judging(self) -> JudgingLimits:
         """The limits that are written, and the defaults of the others."""

@@ -41,6 +41,7 @@ class WhereSpec(BaseModel):
         visible_from: "camera", the scenario's where it is fixed, or a point in the world [m].
         attitude: which way its z axis points: "upright" up, "upside down" down; else as it is held.
         facing: a thing that its front looks at, seen from above.
+        region: the feature of the place, a surface or a cavity, that its origin is put on or in.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -54,11 +55,12 @@ class WhereSpec(BaseModel):
     visible_from: Literal["camera"] | tuple[Length, Length, Length] | None = None
     attitude: Literal["upright", "upside down"] | None = None
     facing: str | None = None
+    region: str | None = None
 
     @classmethod
     def sides(cls) -> tuple[str, ...]:
         """Return the keys whose value is a thing that the place is beside."""
-        return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None and name != "facing")
+        return tuple(name for name, spec in cls.model_fields.items() if spec.annotation == str | None and name not in ("facing", "region"))
 
     @property
     def things(self) -> tuple[str, ...]:

@@ -6,44 +6,52 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from cramlite import UserError
+from cramlite.model import Thing
 
 JOINTS = {"open": "open", "close": "closed", "turnon": "turned on", "turnoff": "turned off"}
 """Predicates about a joint, and what they are called here."""
 PLACES = {"in": "in", "on": "on"}
 
 
-def goal_sentences(scene: Mapping[str, Any], things: Iterable[str]) -> list[str]:
+def goal_sentences(scene: Mapping[str, Any], things: Iterable[Thing]) -> list[str]:
     """Say a problem's goal, all parts of which shall hold, in sentences about things.
 
     Args:
         scene: what the judge says of it: ``goal``, ``bodies`` of objects, and ``regions`` with the bodies that they belong to.
-        things: of the imported scene, by the names of their bodies.
+        things: of the imported scene, called as their bodies are; their regions are theirs: "table/left_region".
 
     Raises:
         UserError: a predicate, an object or a region that has no words here.
     """
-    known = set(things)
+    known = {t.name: t for t in things}
     return [_sentence(literal, scene, known) for literal in scene["goal"]]
 
 
-def _sentence(literal: Sequence[str], scene: Mapping[str, Any], things: set[str]) -> str:
+def _sentence(literal: Sequence[str], scene: Mapping[str, Any], things: Mapping[str, Thing]) -> str:
     predicate, *names = literal
     found = [_thing(name, scene, things) for name in names]
     match predicate, found:
         case ("in" | "on"), [what, where]:
             return f"{what} {PLACES[predicate]} {where}"
         case ("open" | "close" | "turnon" | "turnoff"), [what]:
-            return f"{what} {JOINTS[predicate]}"
+            return f"{_jointed(what.partition('/')[0], names[0], things)} {JOINTS[predicate]}"
     raise UserError(f"The problem's goal ({' '.join(literal)}) has no words here; there are those for {', '.join([*PLACES, *JOINTS])}.")
 
 
-def _thing(name: str, scene: Mapping[str, Any], things: set[str]) -> str:
-    """The thing that an object or a region is or belongs to."""
+def _jointed(what: str, name: str, things: Mapping[str, Thing]) -> str:
+    """Of an object that does not move itself, the only part on a joint: a stove's knob, a microwave's door."""
+    parts = [t.name for t in things.values() if t.joint is not None and t.name.startswith(f"{name}_")]
+    return parts[0] if things[what].joint is None and len(parts) == 1 else what
+
+
+def _thing(name: str, scene: Mapping[str, Any], things: Mapping[str, Thing]) -> str:
+    """The thing that an object is, or the region of a thing, by the end of its site's name; of a region that is none, its thing."""
     region = scene["regions"].get(name)
     bodies = region["bodies"] if region else [scene["bodies"][name]] if name in scene["bodies"] else []
     found = next((b for b in bodies if b in things), None)
     if found is not None:
-        return str(found)
+        parts = [f.name for f in things[found].features if region and name.endswith(f.name)]
+        return f"{found}/{max(parts, key=len)}" if parts else str(found)
     if region:
         raise UserError(f"The region '{name}' belongs to no thing: only a site marks it on a table, and goals here cannot name it.")
     raise UserError(f"The goal's '{name}' is none of the scene's things: {', '.join(sorted(things))}.")

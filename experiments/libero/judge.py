@@ -142,9 +142,11 @@ class Judge:
 
         model, data = self.env.sim.model._model, self.env.sim.data._data
         found = {}
+        seen = mujoco.MjvOption()
+        seen.geomgroup[0] = 0  # what bodies collide with; robosuite draws group 1
         renderer = mujoco.Renderer(model, PIXELS, PIXELS)
         for name in ("agentview", "robot0_eye_in_hand"):
-            renderer.update_scene(data, name)
+            renderer.update_scene(data, name, seen)
             Image.fromarray(renderer.render()).save(buffer := io.BytesIO(), "png")
             found[name] = {
                 "png": base64.b64encode(buffer.getvalue()).decode(), "fovy": float(model.camera(name).fovy[0]),

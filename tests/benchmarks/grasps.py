@@ -13,10 +13,11 @@ import argparse
 
 import flying_gripper
 import grasp_objects
+import numpy as np
 from msgspec.structs import replace
 
 from cramlite.model import Geom, Pose, Thing
-from cramlite_plugins.locations import antipodal, grasps
+from cramlite_plugins.locations import antipodal, grips
 from cramlite_plugins.shapes import ray_casting as rays
 
 GRIPPER = flying_gripper.GRIPPER
@@ -24,17 +25,17 @@ TABLE = Geom("box", (0.6, 0.6, 0.02), Pose((0.5, 0.0, -0.02)))
 FIRST = 5
 
 
-def proposals(item: Thing, count: int = FIRST) -> list[grasps.Grip]:
+def proposals(item: Thing, count: int = FIRST) -> list[grips.Grip]:
     """The first grasps that do not go through the table."""
-    place = rays.body([replace(TABLE, pose=item.pose.inverse() * TABLE.pose)])
-    fit = (
-        g for g in grasps.ranked(item, GRIPPER, 0.9)
-        if antipodal.clear(place, g.pose * Pose((0, 0, 0.001)), min(g.width + grasps.SLACK, GRIPPER.opening[1]), GRIPPER)
-    )  # fmt: skip
-    return [g for g, _ in zip(fit, range(count), strict=False)]
+    place, found = rays.body([replace(TABLE, pose=item.pose.inverse() * TABLE.pose)]), grips.ranked(item, GRIPPER, 0.9)
+    if not found:
+        return []
+    openings = np.minimum(np.array([g.width for g in found]) + grips.SLACK, GRIPPER.opening[1])
+    fit = antipodal.clear(place, antipodal.Hands.at([g.pose for g in found]).moved(0.001), openings, GRIPPER)
+    return [found[k] for k in np.flatnonzero(fit)[:count]]
 
 
-def holds(item: Thing, grip: grasps.Grip, friction: float = 0.9) -> bool:
+def holds(item: Thing, grip: grips.Grip, friction: float = 0.9) -> bool:
     """Whether the grasp holds in physics."""
     return flying_gripper.holds(item, item.pose * grip.pose, grip.width, friction)
 

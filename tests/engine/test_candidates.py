@@ -52,6 +52,19 @@ def test_where_every_reading_contradicts_itself_the_trace_says_so() -> None:
     assert plans(found) == 4 and len(trace.entries) == 1
 
 
+def test_planning_and_proof_are_timed_apart() -> None:
+    """The program is handed over once planning is done; nothing was run in twins; a search that made no program has no such time."""
+    trace = Trace()
+    assert trace.first_program is None and set(trace.seconds.values()) == {0.0}
+    scenario = read_scenario(find_scenario("tasks/grasping_fails"))
+    found = list(ENGINE.candidates(scenario, budget=Budget(proofs=1), trace=trace))
+    assert trace.seconds["planning"] < 0.01 and trace.first_program is None
+    (attempt,) = found[0].attempts()
+    assert trace.first_program is not None and 0.0 < trace.first_program <= attempt.seconds["planning"]
+    assert attempt.seconds["proof"] > 0.01 and attempt.seconds["twins"] == 0.0
+    assert list(attempt.seconds) == ["planning", "proof", "twins"]
+
+
 @pytest.fixture(scope="module")
 def touched(tmp_path_factory: pytest.TempPathFactory) -> Episode:
     """A person who touched the basket before drawing back; the robot drops what it holds from above it."""

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from cramlite import Engine
+from cramlite.base.stopwatch import Stopwatch
 from cramlite.engine.executor import Executor, ExecutorDied
 from cramlite.experiment import twins
-from cramlite.experiment.stopwatch import Stopwatch
 from cramlite.model import RobotMount, World
 from cramlite.plugin import UserError
 

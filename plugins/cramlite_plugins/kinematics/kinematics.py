@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -29,6 +29,8 @@ TURN = 2 * math.pi
 POLISH_M = 1e-9  # the Newton step stops below this position and rotation error [m, rad]
 EXACT = 1e-6  # a branch whose error stays above this is no solution [m, rad]
 SAME = 1e-5  # two branches nearer than this are one [rad]
+STEPS = (0.48, 0.06)
+"""Between the values at which the last of seven joints is locked [rad]: the second where nothing is found with the first."""
 
 
 def table(robot: Robot) -> Table:
@@ -118,13 +120,13 @@ def refine(
     return None
 
 
-@lru_cache(maxsize=16)
-def _solver(rows: Table) -> Any:
-    """The analytic solver of one DH table (EAIK: Ostermeier et al., IEEE RA-L 2024)."""
+@lru_cache(maxsize=512)
+def _solver(rows: Table, last: float | None = None) -> Any:
+    """The analytic solver of one DH table (EAIK: Ostermeier et al., IEEE RA-L 2024); of seven joints with the last one locked."""
     from eaik.IK_DH import DhRobot
 
     a, d, alpha = np.array(rows, dtype=float).T
-    return DhRobot(alpha, a, d)
+    return DhRobot(alpha, a, d, [] if last is None else [(len(rows) - 1, last)])
 
 
 def has_closed_form(robot: Robot) -> bool:
@@ -140,9 +142,9 @@ def has_closed_form(robot: Robot) -> bool:
 def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
     """Solve inverse kinematics for the tcp: all solutions where a closed form is known, else many.
 
-    Every branch of the analytic solution (``numeric_inverse`` for other arms, where the position nearest to the seed is
-    looked for as well) is polished below 1e-6 m, and every whole turn that stays inside the joint limits is a solution
-    of its own.
+    Every branch of the analytic solution is polished below 1e-6 m, and every whole turn that stays inside the joint limits is
+    a solution of its own. Of seven joints the last is locked at every value of a grid, where a closed form is known for the
+    others (``numeric_inverse`` for other arms), and the position nearest to the seed is looked for as well.
 
     Args:
         target: of the tcp in the base frame.
@@ -160,7 +162,7 @@ def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) 
         branches = _analytic(robot, target)
     else:
         own = refine(robot, target, near, steps=12)
-        branches = [*_numeric(robot, target), *([own] if own and numeric_inverse.inside(robot, own) else [])]
+        branches = [*_many(robot, target), *([own] if own and numeric_inverse.inside(robot, own) else [])]
     turned = [w for branch in branches for w in _turns(robot, branch)]
     far = np.abs(np.array(turned).reshape(-1, len(near)) - near).max(axis=1)
     return tuple(turned[k] for k in np.argsort(far, kind="stable"))
@@ -177,13 +179,31 @@ def _analytic(robot: Robot, target: Pose) -> list[Joints]:
 
 
 @lru_cache(maxsize=1024)
-def _numeric(robot: Robot, target: Pose) -> tuple[Joints, ...]:
-    """Remembered: a search asks for the same few poses again and again, from different seeds."""
+def _many(robot: Robot, target: Pose) -> tuple[Joints, ...]:
+    """Solutions of an arm without a closed form; remembered: a search asks for the same few poses again and again, from
+    different seeds."""
+    rows = table(robot)
+    if len(rows) == 7 and _solver(rows, 0.0).hasKnownDecomposition():
+        grids = [] if reach_shortfall(robot, target) else [numeric_inverse.grid(robot.limits[-1], step) for step in STEPS]
+        return next((found for values in grids if (found := tuple(_locked(robot, target, values)))), ())
 
     def exact(q: Sequence[float], held: int | None) -> Joints | None:
         return refine(robot, target, q, steps=8, held=held)
 
     return tuple(numeric_inverse.solutions(robot, target * robot.gripper.tcp.inverse(), exact))
+
+
+def _locked(robot: Robot, target: Pose, values: Iterable[float]) -> Iterator[Joints]:
+    """All solutions inside the limits at each of some values of the last joint."""
+    wrist = (target * robot.gripper.tcp.inverse()).matrix
+    for last in values:
+        here: list[Joints] = []
+        for raw in np.atleast_2d(_solver(table(robot), last).IK(wrist).Q):
+            for turned in _turns(robot, tuple(raw.tolist())) if raw.size else ():
+                found = refine(robot, target, turned, held=len(turned) - 1)
+                if found and numeric_inverse.inside(robot, found) and not any(_same(found, other) for other in here):
+                    here.append(found)
+        yield from here
 
 
 def nearest_branch(robot: Robot, target: Pose, seed: Sequence[float]) -> Joints | None:

@@ -51,6 +51,13 @@ def inside(robot: Robot, q: Sequence[float]) -> bool:
     return all(low <= v <= high for v, (low, high) in zip(q, robot.limits, strict=True))
 
 
+def grid(limits: tuple[float, float], step: float) -> list[float]:
+    """Return the values at which a redundant joint is put [rad]: evenly between its limits, these included, some ``step`` apart."""
+    low, high = limits
+    values: list[float] = np.linspace(low, high, round((high - low) / step) + 1).tolist()
+    return values
+
+
 def _near(a: Joints, b: Joints) -> bool:
     return all(abs(x - y) < SAME for x, y in zip(a, b, strict=True))
 
@@ -60,12 +67,11 @@ def _swept(robot: Robot, start: Joints, refine: Refine) -> Iterator[Joints]:
     yield start
     if len(start) <= 6:
         return
-    low, high = robot.limits[-1]
-    grid = np.linspace(low, high, round((high - low) / SWEEP) + 1)
-    for values in (grid[grid >= start[-1]], grid[grid < start[-1]][::-1]):
+    values = grid(robot.limits[-1], SWEEP)
+    for row in ([v for v in values if v >= start[-1]], [v for v in reversed(values) if v < start[-1]]):
         q = start
-        for value in values:
-            moved = refine((*q[:-1], float(value)), len(start) - 1)
+        for value in row:
+            moved = refine((*q[:-1], value), len(start) - 1)
             if moved is None or not inside(robot, moved):
                 break
             yield (q := moved)

@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cramlite.model import Floats, Geom, Gripper, Pose, Value
 
+from ..shapes.box_overlaps import overlaps
 from ..shapes.convex import hull_planes
-from ..shapes.ray_casting import Body, body, crossed, inverse, spans
-from ..shapes.segment_casting import SKIN
+from ..shapes.ray_casting import Body, Span, intervals, inverse
+from ..shapes.segment_casting import SKIN, crosses
 
 FINGER = 0.020  # thickness of pad and finger, from the data sheet's drawing [m]
 PALM = 0.0375  # radius of the palm [m]
@@ -31,97 +33,170 @@ DEEP = 0.004  # what stays between the palm and the near side [m]
 ANGLES = 8  # side grasps around a cylinder
 
 
-class Pinch(Value):
-    """Contact pair between two pads.
+class Hands(Value):
+    """Many TCP poses in the thing's frame: positions (n, 3) [m], and their axes as columns (n, 3, 3)."""
+
+    positions: Floats
+    turns: Floats
+
+    @classmethod
+    def at(cls, poses: Sequence[Pose]) -> Hands:
+        """Return the hands at poses."""
+        return cls(np.array([p.position for p in poses]).reshape(-1, 3), np.array([p.rotation for p in poses]).reshape(-1, 3, 3))
+
+    @property
+    def approach(self) -> Floats:
+        """Unit vectors (n, 3) out of the hands."""
+        return self.turns[:, :, 2]
+
+    @property
+    def closing(self) -> Floats:
+        """Unit vectors (n, 3) from pad to pad."""
+        return self.turns[:, :, 1]
+
+    def moved(self, along: Floats | float, closing: Floats | float = 0.0) -> Hands:
+        """Return the hands moved along their approach and closing directions [m], (n,) each or one for all."""
+        by = np.reshape(along, (-1, 1)) * self.approach + np.reshape(closing, (-1, 1)) * self.closing
+        return Hands(self.positions + by, self.turns)
+
+    def of(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Hands:
+        """Return some of the hands."""
+        return Hands(self.positions[rows], self.turns[rows])
+
+
+class Pinches(Value):
+    """Contact pairs on the closing lines of hands, one a hand.
 
     Args:
-        pose: of the TCP, half way between the contacts, in the thing's frame.
-        width: between the contacts [m].
-        slant: the larger angle of a contact normal to the closing direction [rad].
+        low, high: of the contacts from the TCP along the closing direction (n,) [m]; inf and -inf where the line misses the shape there.
+        slant: the larger angle of a contact normal to the closing direction (n,) [rad].
     """
 
-    pose: Pose
-    width: float
-    slant: float
+    low: Floats
+    high: Floats
+    slant: Floats
+
+    @property
+    def width(self) -> Floats:
+        """Between the contacts (n,) [m]; -inf where there are none."""
+        return self.high - self.low
 
 
-def pinch(shape: Body, pose: Pose) -> Pinch | None:
-    """The contact pair on the closing line through a TCP pose; None where the line misses the shape."""
-    way = pose.rotate((0.0, 1.0, 0.0))
-    low, high, ends = _around(shape, np.asarray(pose.position), way)
-    if not ends:
-        return None
-    contacts = [np.asarray(pose.position) + t * way for t in (low, high)]
-    slant = max(_slant(g, c, way) for g, c in zip(ends, contacts, strict=True))
-    middle = pose * Pose((0.0, (low + high) / 2, 0.0))
-    return Pinch(middle, high - low, slant)
+def pinches(shape: Body, hands: Hands) -> Pinches:
+    """Compute the contact pairs on the closing lines through TCPs."""
+    (low, high), (first, last) = _around(*intervals(shape, hands.positions, hands.closing))
+    slant = np.where(low < high, 0.0, np.inf)
+    for ends, distances in ((first, low), (last, high)):
+        for k in np.unique(ends[low < high]).tolist():
+            rows = np.flatnonzero((ends == k) & (low < high))
+            contacts = hands.positions[rows] + distances[rows, None] * hands.closing[rows]
+            slant[rows] = np.maximum(slant[rows], _slants(shape.geoms[k], contacts, hands.closing[rows]))
+    return Pinches(low, high, slant)
 
 
-def clear(shape: Body, pose: Pose, opening: float, gripper: Gripper) -> bool:
-    """Check whether fingers at this opening [m], and the palm, meet nothing at the pose and on the straight way to it."""
-    starts, ends = _hand(round(opening, 6), gripper)
-    return not crossed(shape, pose.apply(starts), pose.apply(ends))
+def _around(low: Floats, high: Floats) -> tuple[Span, tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """The united interval of each line (n, geoms) that holds its point, and the geoms at its two ends."""
+    if not low.shape[1]:
+        nothing = np.zeros(len(low), np.intp)
+        return (np.full(len(low), np.inf), np.full(len(low), -np.inf)), (nothing, nothing)
+    joined = (low <= SKIN) & (high >= -SKIN)
+    while True:
+        starts, ends = np.where(joined, low, np.inf), np.where(joined, high, -np.inf)
+        start, end = starts.min(axis=1), ends.max(axis=1)
+        wider = (low <= end[:, None] + SKIN) & (high >= start[:, None] - SKIN) & (low < high)
+        if (wider == joined).all():
+            return (start, end), (starts.argmin(axis=1), ends.argmax(axis=1))
+        joined = wider
 
 
-@lru_cache(maxsize=256)
-def _hand(opening: float, gripper: Gripper) -> tuple[Floats, Floats]:
-    """Segments that fill the swept fingers and the palm, in the tool frame: along each axis, so that no wall is missed."""
-    half, reach, inner = gripper.pad[0] / 2, gripper.pad[1] / 2, opening / 2
-    across, thick = np.linspace(-half, half, 4), np.array([0.0, 0.3, 0.65, 1.0]) * FINGER
-    along = [*np.arange(reach, -gripper.depth, -STEP), -gripper.depth, -SAMPLES]
-    segments: list[tuple[tuple[float, ...], tuple[float, ...]]] = []
+def clear(shape: Body, hands: Hands, openings: Floats, gripper: Gripper) -> NDArray[np.bool_]:
+    """Check whether fingers at these openings (n,) [m], and the palm, meet nothing at a pose and on the straight way to it."""
+    half, reach = gripper.pad[0] / 2, gripper.pad[1] / 2
+    free = np.ones(len(openings), bool)
     for side in (1.0, -1.0):
-        ys = [side * (inner + t) for t in thick]
-        segments += [((x, y, -SAMPLES), (x, y, reach)) for x in across for y in ys]
-        segments += [((x, ys[0], z), (x, ys[-1], z)) for x in across for z in along]
-        segments += [((-half, y, z), (half, y, z)) for y in ys for z in along]
-    turns = [(PALM * math.cos(a), PALM * math.sin(a)) for a in np.linspace(0, math.tau, 12, endpoint=False)]
-    for share, (x, y) in itertools.product((0.35, 0.7, 1.0), turns):
-        segments.append(((share * x, share * y, -SAMPLES), (share * x, share * y, -gripper.depth)))
-    for (x, y), (u, v) in itertools.combinations(turns, 2):
-        segments.append(((x, y, -gripper.depth), (u, v, -gripper.depth)))
+        fingers = hands.moved((reach - SAMPLES) / 2, side * (openings + FINGER) / 2)
+        met = overlaps(shape, fingers.positions, fingers.turns, np.array([half, FINGER / 2, (reach + SAMPLES) / 2]))
+        for row, geom in zip(*np.nonzero(met), strict=True):
+            if free[row]:
+                free[row] = shape.geoms[geom].shape != "box" and not _meets(shape.geoms[geom], fingers, row, _finger(gripper))
+    palms = hands.moved(-(SAMPLES + gripper.depth) / 2)
+    met = overlaps(shape, palms.positions, palms.turns, np.array([PALM, PALM, (SAMPLES - gripper.depth) / 2]))
+    for row, geom in zip(*np.nonzero(met), strict=True):
+        free[row] = free[row] and not _meets(shape.geoms[geom], palms, row, _palm(gripper))
+    return free
+
+
+def _meets(geom: Geom, hands: Hands, row: int, segments: tuple[Floats, Floats]) -> bool:
+    """Whether segments in the frame of one of the hands pass through a geom."""
+    turn, at = hands.turns[row].T, hands.positions[row]
+    return crosses(geom, segments[0] @ turn + at, segments[1] @ turn + at)
+
+
+@lru_cache(maxsize=16)
+def _finger(gripper: Gripper) -> tuple[Floats, Floats]:
+    """Segments that fill a swept finger, in the frame of its middle: along each axis, so that no wall is missed."""
+    half, long = gripper.pad[0] / 2, (gripper.pad[1] / 2 + SAMPLES) / 2
+    across, thick = np.linspace(-half, half, 4), (np.array([0.0, 0.3, 0.65, 1.0]) - 0.5) * FINGER
+    along = np.arange(long, -long, -STEP)
+    segments = [((x, y, -long), (x, y, long)) for x in across for y in thick]
+    segments += [((x, thick[0], z), (x, thick[-1], z)) for x in across for z in along]
+    segments += [((-half, y, z), (half, y, z)) for y in thick for z in along]
     return np.array([s for s, _ in segments]), np.array([e for _, e in segments])
 
 
-def shallow(geom: Geom, pose: Pose, gripper: Gripper) -> Pose | None:
-    """Draw a TCP pose back until the pads end before the geom's far side; None where they do already.
+@lru_cache(maxsize=16)
+def _palm(gripper: Gripper) -> tuple[Floats, Floats]:
+    """Segments that fill the swept palm, in the frame of its middle."""
+    long, segments = (SAMPLES - gripper.depth) / 2, []
+    turns = [(PALM * math.cos(a), PALM * math.sin(a)) for a in np.linspace(0, math.tau, 12, endpoint=False)]
+    for share, (x, y) in itertools.product((0.35, 0.7, 1.0), turns):
+        segments.append(((share * x, share * y, -long), (share * x, share * y, long)))
+    for (x, y), (u, v) in itertools.combinations(turns, 2):
+        segments.append(((x, y, long), (u, v, long)))
+    return np.array([s for s, _ in segments]), np.array([e for _, e in segments])
+
+
+def shallow(pose: Pose, near: float, far: float, gripper: Gripper) -> Pose | None:
+    """Draw a TCP pose back until the pads end before the far side of a geom; None where they do already.
 
     A thin thing that lies on a table is gripped so.
+
+    Args:
+        near, far: of the geom along the approach, from the TCP [m].
     """
-    met = next(spans(body([geom]), np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0))), None)
-    if met is None:
-        return None
-    back = gripper.pad[1] / 2 + BEFORE - met[1]
-    least = -met[0] - INTO  # so that the pinch point stays inside
+    back = gripper.pad[1] / 2 + BEFORE - far
+    least = -near - INTO  # so that the pinch point stays inside
     return pose * Pose((0.0, 0.0, -min(back, least))) if back > 0 and least > 0 else None
 
 
-def by_tips(geom: Geom, pose: Pose, gripper: Gripper) -> tuple[Pose, float] | None:
-    """The pose drawn back until the pads overlap the geom by twice ``TIPS``, of a thin one by ``THIN`` of its thickness, and how far
-    before it the contacts then are; None where it is as far back already. A rim above a floor, or a box that lies flat, is gripped so."""
-    met = next(spans(body([geom]), np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0))), None)
-    if met is None:
-        return None
-    overlap = min(TIPS, THIN / 2 * (met[1] - met[0]))
+def by_tips(pose: Pose, near: float, far: float, gripper: Gripper) -> tuple[Pose, float] | None:
+    """The pose drawn back until the pads overlap a geom by twice ``TIPS``, of a thin one by ``THIN`` of its thickness, and how far
+    before it the contacts then are; None where it is as far back already. A rim above a floor, or a box that lies flat, is gripped so.
+
+    Args:
+        near, far: of the geom along the approach, from the TCP [m].
+    """
+    overlap = min(TIPS, THIN / 2 * (far - near))
     ahead = gripper.pad[1] / 2 - overlap
-    back = met[0] + overlap - ahead
+    back = near + overlap - ahead
     return (pose * Pose((0.0, 0.0, back)), ahead) if back < -0.002 else None
 
 
-def depths(shape: Body, pose: Pose, gripper: Gripper) -> Iterator[tuple[Pose, float, str]]:
-    """Yield TCP poses that bring the pads to a contact pair, how far before the TCP it then is [m], and words for it.
+def depths(shape: Body, poses: Sequence[Pose], gripper: Gripper) -> Iterator[list[tuple[Pose, float, str]]]:
+    """Yield, for each contact pair at a pose, TCP poses that bring the pads there, how far before the TCP it then is [m], and words for it.
 
     As deep as the hand is; drawn back until the pads end before the far side; and by the tips of the pads.
     """
-    point, way = np.asarray(pose.position), pose.rotate((0.0, 0.0, 1.0))
-    low, high, _ = _around(shape, point, way)
-    deepest = min(0.0, low + gripper.depth - DEEP)
-    yield pose * Pose((0.0, 0.0, deepest)), 0.0, ""
-    drawn = max(high - BEFORE - gripper.pad[1] / 2, low + INTO)
-    if drawn < deepest - 0.002:
-        yield pose * Pose((0.0, 0.0, drawn)), 0.0, ", shallow"
+    hands = Hands.at(poses)
+    lows, highs = _around(*intervals(shape, hands.positions, hands.approach))[0]
     tips = gripper.pad[1] / 2 - TIPS
-    yield pose * Pose((0.0, 0.0, -tips)), tips, ", by the tips"
+    for pose, low, high in zip(poses, lows.tolist(), highs.tolist(), strict=True):
+        deepest = min(0.0, low + gripper.depth - DEEP)
+        found = [(pose * Pose((0.0, 0.0, deepest)), 0.0, "")]
+        drawn = max(high - BEFORE - gripper.pad[1] / 2, low + INTO)
+        if drawn < deepest - 0.002:
+            found.append((pose * Pose((0.0, 0.0, drawn)), 0.0, ", shallow"))
+        yield [*found, (pose * Pose((0.0, 0.0, -tips)), tips, ", by the tips")]
 
 
 def round_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
@@ -152,48 +227,37 @@ def _ball_frames(geom: Geom, depth: float) -> Iterator[tuple[Pose, str]]:
             yield geom.pose * frame * Pose((0, 0, -short)), f"along {z} of the ball, turn {k}"
 
 
-def _around(shape: Body, point: Floats, way: Floats) -> tuple[float, float, tuple[Geom, ...]]:
-    """The united interval that holds the point, and the geoms at its two ends."""
-    all_ = sorted(spans(shape, point, way), key=lambda s: s[0])
-    within = [s for s in all_ if s[0] <= SKIN and s[1] >= -SKIN]
-    if not within:
-        return 0.0, 0.0, ()
-    first, last = min(within, key=lambda s: s[0]), max(within, key=lambda s: s[1])
-    for _ in all_:
-        for s in all_:
-            if s[0] <= last[1] + SKIN and s[1] > last[1]:
-                last = s
-            if s[1] >= first[0] - SKIN and s[0] < first[0]:
-                first = s
-    return first[0], last[1], (first[2], last[2])
-
-
-def coverage(shape: Body, pose: Pose, width: float, gripper: Gripper) -> float:
-    """Return the share of the pad, sampled by rays along the closing direction, that meets the shape between the pads."""
+def coverage(shape: Body, hands: Hands, widths: Floats, gripper: Gripper) -> Floats:
+    """Return the share of the pad (n,), sampled by rays along the closing direction, that meets the shape between the pads."""
     half, reach = 0.45 * gripper.pad[0], 0.45 * gripper.pad[1]
-    way, hits = pose.rotate((0.0, 1.0, 0.0)), 0
-    grid = list(itertools.product(np.linspace(-half, half, 3), np.linspace(-reach, reach, 3)))
-    for x, z in grid:
-        met = [s for s in spans(shape, pose.apply((x, 0.0, z)), way) if s[1] > -width / 2 and s[0] < width / 2]
-        hits += bool(met) and max(s[1] for s in met) - min(s[0] for s in met) > width - 0.004
-    return hits / len(grid)
+    grid = np.array([(x, 0.0, z) for x in np.linspace(-half, half, 3) for z in np.linspace(-reach, reach, 3)])
+    points = hands.positions[:, None] + np.einsum("nij,gj->ngi", hands.turns, grid)
+    low, high = intervals(shape, points.reshape(-1, 3), np.repeat(hands.closing, len(grid), axis=0))
+    inner = np.repeat(widths, len(grid))
+    between = (high > -inner[:, None] / 2) & (low < inner[:, None] / 2)
+    met = np.where(between, high, -np.inf).max(axis=1, initial=-np.inf) - np.where(between, low, np.inf).min(axis=1, initial=np.inf)
+    return np.asarray((met > inner - 0.004).reshape(-1, len(grid)).mean(axis=1))
 
 
-def _slant(geom: Geom, contact: Floats, way: Floats) -> float:
-    """Angle between the surface normal at a contact and the closing line [rad]."""
-    p = inverse(geom.pose).apply(contact)
+def _slants(geom: Geom, contacts: Floats, ways: Floats) -> Floats:
+    """Angles between the surface normals at contacts and the closing lines (n,) [rad]."""
+    back = inverse(geom.pose)
+    p, d = back.apply(contacts), back.rotate(ways)
     if geom.shape == "box":
-        normal = np.eye(3)[int(np.argmax(np.abs(p) / geom.size))]
-    elif geom.shape == "sphere":
-        normal = p
-    elif geom.shape == "convex":
+        faces = np.argmax(np.abs(p) / geom.size, axis=1)
+        return _angles(d[np.arange(len(d)), faces])
+    if geom.shape == "convex":
         planes = hull_planes(geom.corners)
-        here = planes[planes[:, :3] @ p + planes[:, 3] > -2 * SKIN][:, :3]
-        turns = np.abs(here @ geom.pose.inverse().rotate(way))
-        normal = here[int(np.argmax(turns))] if len(here) else np.ones(3)
-    elif abs(p[2]) >= geom.size[1] - SKIN and geom.shape == "cylinder":
-        normal = np.array([0.0, 0.0, 1.0])
-    else:
-        normal = p - (0, 0, float(np.clip(p[2], -geom.size[1], geom.size[1])))
-    cosine = abs(float(geom.pose.rotate(normal) @ way)) / max(float(np.linalg.norm(normal)), 1e-9)
-    return math.acos(min(1.0, cosine))
+        here = p @ planes[:, :3].T + planes[:, 3] > -2 * SKIN
+        return _angles(np.where(here, np.abs(d @ planes[:, :3].T), 0.0).max(axis=1))
+    normals = p.copy()
+    if geom.shape != "sphere":
+        normals[:, 2] -= np.clip(p[:, 2], -geom.size[1], geom.size[1])
+    if geom.shape == "cylinder":
+        normals[np.abs(p[:, 2]) >= geom.size[1] - SKIN] = (0.0, 0.0, 1.0)
+    return _angles(np.einsum("ij,ij->i", normals, d) / np.maximum(np.linalg.norm(normals, axis=1), 1e-9))
+
+
+def _angles(cosines: Floats) -> Floats:
+    """Angles between lines [rad]."""
+    return np.asarray(np.arccos(np.minimum(1.0, np.abs(cosines))))

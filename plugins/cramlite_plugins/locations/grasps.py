@@ -1,79 +1,67 @@
-"""Grasp candidates: contact pairs on a thing's primitives that fit between the fingers, ranked and explained.
+"""Grasps of a thing where it is: its grips, either way round, in the order in which the first one tried should do.
 
-Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the convex parts of
-meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
+Those with room for the whole hand, there, before and when it lifts, which leave its holes open, come first. Among these decide the
+lever and the part of the pads (``grips``), how far the hand turns to get there, and whether pads that cannot press harder keep the
+thing from turning between them. Inverse kinematics and collisions are looked at one by one.
 """
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Geom, Gripper, Location, Place, Pose, Thing, Value, pair_friction
+from cramlite.model import Belief, Floats, Gripper, Held, Location, Place, Pose, Thing, Value, pair_friction
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
+from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
-from ..shapes.convex import hull_planes
 from . import antipodal
-from . import pinch_lines as surfaces
+from .grips import AGAIN, SLACK, WIDE, Grip, ranked, varied, why_none
+from .hand_room import HandRoom
 
 if TYPE_CHECKING:
+    from ..motion_planning.planning_scene import PlanningScene
     from ..motion_planning.space import Refusal
 
-HANDLE = "cram:Handle"
-NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
-SLACK = 0.010  # wider than the object when approaching, both sides together [m]
-WIDER = (math.inf, 0.03)
+LIFTED = 0.10  # most things that are grasped are then picked up by so much [m]
+WIDER = (math.inf, WIDE)
 """And by so much, or as the fingers open at all, where nothing is in the way: a thing that is 4 mm from where it is believed to be, and
 turned by 5 deg, is pushed by a pad that passes it by 5 mm."""
-LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
-PARALLEL = math.radians(1)
-"""Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
-MARGIN = 0.004  # pads end this far inside a face's edge [m]
-AGAIN = 0.008  # [m]
-MANY = 3  # parts of a thing; more give many grasps that are alike, of which one is enough
-SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
+HALF_TURN = Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+PER_RADIAN = 0.005
+"""Cost of a radian that the hand turns [m]. Of the two ways round the nearer one comes first: half a turn more drives a last axis that
+starts in the middle of its range into its stop."""
+PER_LOAD, MOST_LOAD = 0.02, 5.0
+"""Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
 
 
-class Grip(Value):
-    """Grasp candidate in the thing's frame.
+class Grasp(Value):
+    """Grip of a thing where it is.
 
     Args:
-        pose: of the TCP.
-        width: between the faces [m].
-        lever: from the centre of mass to the plane of approach and closing, and what sticks out sideways [m].
+        grip: in the thing's frame.
+        at: the TCP in the base frame.
+        opening: of the fingers on the way there [m].
+        load: force that each pad needs to hold the weight and its moment, in shares of the gripper's most.
         name: for people.
-        slant: angle of the contact normals to the closing direction [rad].
-        coverage: share of the pad that the shape fills.
-        ahead: how far before the TCP the contact pair is [m].
     """
 
-    pose: Pose
-    width: float
-    lever: float
+    grip: Grip
+    at: Pose
+    opening: float
+    load: float
     name: str
-    slant: float = 0.0
-    coverage: float = 1.0
-    ahead: float = 0.0
 
     @property
-    def cost(self) -> float:
-        """Return the cost [m]: the lever; a pad that is hardly covered, or a slanted contact, counts as some lever more."""
-        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant
-
-    @property
-    def likeness(self) -> tuple[float, ...]:
-        """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
-        down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
-        return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
+    def before(self) -> Pose:
+        """The TCP at the pre-grasp."""
+        return self.at * Pose((0, 0, -STANDOFF))
 
 
 @hookimpl
@@ -85,193 +73,93 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _places(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose
+    from ..motion_planning.reach import bound, make_scene, reference_pose
     from ..motion_planning.space import Refusal
 
-    entity = bound(context, location.of)
-    thing = belief.thing(entity)
-    grips = ranked(thing, context.robot.gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
+    thing, gripper = belief.thing(bound(context, location.of)), context.robot.gripper
+    grips = ranked(thing, gripper, pair_friction(belief.world.physics.pad_friction, thing.least_friction))
     if not grips:
-        raise Unresolvable(why_none(thing, context.robot.gripper), (location.of or "",), blocking=())
-    pose = reference_pose(belief, location, context)
-    scenes: dict[float, tuple[Any, Any]] = {}
-
-    def unreached(at: Pose, before: Pose, opening: float) -> Refusal | None:
-        """Why the hand cannot be at a grasp, or before it, with its fingers so wide; None where it can."""
-        if opening not in scenes:
-            scenes[opening] = make_scene(belief, context, [thing.name], opening), make_scene(belief, context, (), opening)
-        near, free = scenes[opening]
-        there = collision_free_ik(near, context, at, belief.joints)
-        if isinstance(there, Refusal):
-            return replace(there, reason=f"at the grasp: {there.reason}")
-        off = collision_free_ik(free, context, before, there)
-        return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refusal) else None
-
-    for grip in grips:
-        at = pose * grip.pose
-        before = at * Pose((0, 0, -STANDOFF))
-        narrow, *wider = _openings(grip, thing, context.robot.gripper)
-        if why := unreached(at, before, narrow):
-            yield why.refused(grip.name)
+        raise Unresolvable(why_none(thing, gripper), (location.of or "",), blocking=())
+    reference_pose(belief, location, context)
+    near, free = make_scene(belief, context, [thing.name]), make_scene(belief, context)
+    room = HandRoom.about(thing, belief, free)
+    for cost, grasp in _in_order(grips, thing, belief, context, room):
+        reached = _reached(grasp, near.opened(grasp.opening), free.opened(grasp.opening), belief, context)
+        if isinstance(reached, Refusal):
+            yield reached.refused(grasp.name)
             continue
-        opening = next((wide for wide in wider if not unreached(at, before, wide)), narrow)
-        place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": grip.width})
-        yield Grounding(
-            place,
-            f"{grip.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre,"
-            f" normals {math.degrees(grip.slant):.0f} deg off, {100 * grip.coverage:.0f} % of the pad",
-            grip.cost,
-            key=grip.name,
-            anew=True,
-        )
+        wide = (o for o in _openings(grasp, thing, gripper) if _as_wide(reached, near.opened(o), free.opened(o)))
+        values, at = {"width_m": grasp.grip.width}, grasp.at
+        place = Place(at, grasp.before, next(wide, grasp.opening), tuple(at.rotate((0, 0, 1))), thing=thing.name, values=values)
+        yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
 
 
-def _openings(grip: Grip, thing: Thing, gripper: Gripper) -> list[float]:
-    """Distances of the pads at which a grasp may be approached [m]: the least, then the widest first."""
-    shape, most = rays.body(thing.geoms), gripper.opening[1]
-    wide = (min(grip.width + slack, most) for slack in WIDER)
-    return [min(grip.width + SLACK, most), *(w for w in wide if antipodal.clear(shape, grip.pose, w, gripper))]
-
-
-def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
-    """Return the grasps that the whole shape allows, best first.
-
-    Args:
-        friction: of pads and thing; contacts must lie within its cone.
-    """
-    handles = tuple(f.pose for f in thing.features if f.type == HANDLE)
-    return list(_ranked(thing.geoms, tuple(centre_of_mass(thing)), handles, gripper, friction))
-
-
-@lru_cache(maxsize=64)
-def _ranked(
-    geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
-) -> tuple[Grip, ...]:
-    shape, middle, cone = rays.body(geoms), np.asarray(centre), max(math.atan(friction), PARALLEL)
-    proposed = itertools.chain(candidates(geoms, gripper), _across_parts(shape, middle, handles, gripper, cone))
-    seen: set[tuple[float, ...]] | None = set() if len(geoms) > MANY else None
-    found = (_checked(shape, middle, grip, gripper, cone, seen) for grip in proposed)
-    best = sorted((g for g in found if g is not None), key=lambda g: (round(g.cost, 4), g.name))
-    return tuple(_varied(best))
-
-
-def _varied(grips: Sequence[Grip]) -> Iterator[Grip]:
-    """Best first, but each further grasp of one likeness as if its lever were ``AGAIN`` longer."""
-    seen: dict[tuple[float, ...], int] = {}
-    keyed = []
-    for k, grip in enumerate(grips):
-        before = seen.get(grip.likeness, 0)
-        seen[grip.likeness] = before + 1
-        keyed.append((round(grip.cost + AGAIN * before, 4), k, grip))
-    return (grip for *_, grip in sorted(keyed, key=lambda x: x[:2]))
-
-
-def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
-    """Yield grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
-    body = [g for g in geoms if not g.part]
-    for i, geom in enumerate(body):
-        for grip in _of_geom(geom, gripper):
-            name = grip.name + (f" of geom {i}" if len(body) > 1 else "")
-            yield replace(grip, name=name)
-            drawn = antipodal.shallow(geom, grip.pose, gripper)
-            if drawn is not None:
-                yield replace(grip, pose=drawn, name=f"{name}, shallow")
-            tips = antipodal.by_tips(geom, grip.pose, gripper)
-            if tips is not None:
-                yield replace(grip, pose=tips[0], name=f"{name}, by the tips", ahead=tips[1])
-
-
-def _across_parts(
-    shape: rays.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper, cone: float
-) -> Iterator[Grip]:
-    """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
-    parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
-    for line in surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK, cone) if parts else ():
-        at = "handle " if any(math.dist(line.middle, h.position) < NEAR_HANDLE for h in handles) else ""
-        for frame, name in surfaces.frames(line):
-            where = " ".join(f"{1000 * v:+.0f}" for v in line.middle)
-            for pose, ahead, how in antipodal.depths(shape, frame, gripper):
-                yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}", ahead=ahead)
-
-
-def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
-    if geom.shape == "box":
-        yield from _of_box(geom, gripper)
-    elif geom.shape != "convex" and 2 * geom.size[0] + LEAST_SLACK <= gripper.opening[1]:
-        for pose, name in antipodal.round_frames(geom, gripper.depth - MARGIN):
-            yield Grip(pose, 2 * geom.size[0], 0.0, name)
-
-
-def why_none(thing: Thing, gripper: Gripper) -> str:
-    """Explain why nothing can be grasped, with the nearest miss."""
-    limit = gripper.opening[1] - LEAST_SLACK
-    thin = sorted({round(_thinnest(g), 4) for g in thing.geoms if not g.part})
-    widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin[:4])
-    if not thin or thin[0] > limit:
-        return f"no face pair of '{thing.name}' ({widths}) fits the gripper's {1000 * limit:.0f} mm"
+def _says(grasp: Grasp) -> str:
+    grip = grasp.grip
     return (
-        f"parts of '{thing.name}' ({widths}) would fit the gripper's {1000 * limit:.0f} mm, but the rest of its shape"
-        " is in the way of the fingers, makes it too wide, or leaves slanted contacts"
+        f"{grasp.name}: {1000 * grip.width:.0f} mm wide, {1000 * grip.lever:.0f} mm from the centre,"
+        f" normals {math.degrees(grip.slant):.0f} deg off, {100 * grip.coverage:.0f} % of the pad,"
+        f" {100 * grasp.load:.0f} % of the grip force"
     )
 
 
-def _thinnest(geom: Geom) -> float:
-    if geom.shape == "convex":
-        planes, corners = hull_planes(geom.corners), np.asarray(geom.corners)
-        return float(np.ptp(corners @ planes[:, :3].T, axis=0).min())
-    return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
+def _reached(
+    grasp: Grasp, near: PlanningScene, free: PlanningScene, belief: Belief, context: Context
+) -> tuple[Sequence[float], Sequence[float]] | Refusal:
+    """Joint positions at a grasp and before it; or why there are none."""
+    from ..motion_planning.reach import collision_free_ik
+    from ..motion_planning.space import Refusal
+
+    there = collision_free_ik(near, context, grasp.at, belief.joints)
+    if isinstance(there, Refusal):
+        return replace(there, reason=f"at the grasp: {there.reason}")
+    off = collision_free_ik(free, context, grasp.before, there)
+    return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refusal) else (there, off)
 
 
-def _checked(
-    shape: rays.Body, centre: Floats, grip: Grip, gripper: Gripper, cone: float, seen: set[tuple[float, ...]] | None
-) -> Grip | None:
-    """The candidate on the whole shape; None where it does not fit, slips or is obstructed, or one like it was seen.
-
-    Args:
-        seen: grasps that were looked at, to which it is added; None to look at each.
-    """
-    found = antipodal.pinch(shape, grip.pose * Pose((0.0, 0.0, grip.ahead)))
-    if found is None or found.width + LEAST_SLACK > gripper.opening[1] or found.slant > cone:
-        return None
-    pose = found.pose * Pose((0.0, 0.0, -grip.ahead))
-    if seen is not None:
-        if (like := _cell(pose)) in seen:
-            return None
-        seen.add(like)
-    if not antipodal.clear(shape, pose, min(found.width + SLACK, gripper.opening[1]), gripper):
-        return None
-    off = pose.inverse().apply(centre)
-    lever = abs(float(off[0])) + 0.3 * max(0.0, abs(float(off[1])) - found.width / 2)
-    covered = antipodal.coverage(shape, pose, found.width, gripper)
-    return Grip(pose, found.width, lever, grip.name, found.slant, covered, grip.ahead)
+def _as_wide(reached: tuple[Sequence[float], Sequence[float]], near: PlanningScene, free: PlanningScene) -> bool:
+    """Whether the hand can also be there, and before it, with its fingers as wide as in these scenes."""
+    return near.free(reached[0]) and free.free(reached[1])
 
 
-def _cell(pose: Pose) -> tuple[float, ...]:
-    """Equal for poses of the hand within ``AGAIN`` and some 7 deg of each other."""
-    z, y = pose.rotate((0.0, 0.0, 1.0)), pose.rotate((0.0, 1.0, 0.0))
-    return (*np.round(np.asarray(pose.position) / AGAIN).tolist(), *np.round(8 * z).tolist(), *np.round(8 * y).tolist())
+def _openings(grasp: Grasp, thing: Thing, gripper: Gripper) -> Iterator[float]:
+    """Distances of the pads at which a grasp may be approached, that are more than the least [m], the widest first."""
+    shape, hand = rays.body(thing.geoms), antipodal.Hands.at([grasp.grip.pose])
+    wide = (min(grasp.grip.width + slack, gripper.opening[1]) for slack in WIDER)
+    return (w for w in wide if antipodal.clear(shape, hand, np.array([w]), gripper).all())
 
 
-def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
-    for closing, approach in itertools.permutations(range(3), 2):
-        width = 2 * geom.size[closing]
-        if width + LEAST_SLACK > gripper.opening[1]:
-            continue
-        along = 3 - closing - approach
-        room = max(geom.size[along] - gripper.pad[0] / 2 - MARGIN, 0.0)
-        for sign, shift in itertools.product((1.0, -1.0), SHIFTS if room > 0.002 else (0.0,)):
-            yield _grip(geom, closing, approach, sign, along, shift * room, width, gripper.depth)
+def _in_order(
+    grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
+) -> Iterator[tuple[float, Grasp]]:
+    """All grasps with their cost [m], those without room for the hand last; those at which it would be in the thing itself are left out."""
+    from ..motion_planning.planning_scene import CLEARANCE
+    from ..motion_planning.reach import tcp
+
+    pose, here, most = belief.pose(thing.name), tcp(belief, context), context.robot.gripper.opening[1]
+    loads, found = _loads(grips, thing, belief, context), []
+    for grip, load in zip(grips, loads.tolist(), strict=True):
+        ways = ((grip.name, pose * grip.pose), (f"{grip.name}, turned half way", pose * grip.pose * HALF_TURN))
+        turned = sorted((here.distance(at)[1], name, at) for name, at in ways)
+        for k, (angle, name, at) in enumerate(turned):
+            cost = grip.cost + AGAIN * k + PER_RADIAN * angle + PER_LOAD * min(max(load - 1.0, 0.0), MOST_LOAD)
+            found.append((cost, grip, Grasp(grip, at, min(grip.width + SLACK, most), load, name)))
+    hands, openings = antipodal.Hands.at([g.at for *_, g in found]), np.array([g.opening for *_, g in found])
+    own, others = room.blocked(hands, openings, CLEARANCE)
+    up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
+    others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
+    others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
+    for blocked in (False, True):
+        yield from varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
 
 
-def _grip(
-    geom: Geom, closing: int, approach: int, sign: float, along: int, offset: float, width: float, depth: float
-) -> Grip:
-    """TCP z into the box, TCP y across it; as deep as the hand is, at most to the middle."""
-    axes = np.eye(3)
-    z, y = sign * axes[approach], axes[closing]
-    depth_in = min(geom.size[approach], depth - MARGIN)
-    centre = -z * (geom.size[approach] - depth_in) + axes[along] * offset
-    pose = geom.pose * Pose.from_axes(tuple(centre), z, np.cross(y, z))
-    side = "+-"[sign > 0] + "xyz"[approach]
-    name = f"from {side} across {'xyz'[closing]} at {1000 * offset:+.0f} mm along {'xyz'[along]}"
-    return Grip(pose, width, abs(offset), name)
+def _loads(grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context) -> Floats:
+    """Force that each pad needs at each grip to hold the weight and its moment, in shares of the gripper's most."""
+    gripper = context.robot.gripper
+    weight = grip_force.grip_of(Held(thing.name, Pose(), 0.0), belief.world, gripper)
+    pose = belief.base() * belief.pose(thing.name)
+    hands = antipodal.Hands.at([pose * g.pose for g in grips])
+    off = pose.apply(centre_of_mass(thing)) - hands.positions
+    arms = np.abs(np.einsum("ni,ni->n", hands.closing, np.cross(off, (0.0, 0.0, 1.0))))
+    radius = math.hypot(*gripper.pad) / 4 * np.sqrt(np.maximum([g.coverage for g in grips], 0.1))
+    return np.asarray(weight.least * (1 + arms / radius) / gripper.force[1])

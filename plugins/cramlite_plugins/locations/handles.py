@@ -7,80 +7,113 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
+from msgspec.structs import replace
 
-from cramlite.model import Belief, Feature, Joint, Location, Place, Pose
+from cramlite.model import Belief, Feature, Joint, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-STANDOFF = 0.08  # in front of the handle [m]: the fingers, open, are clear of the bar
-SLACK = (0.05, 0.03, 0.016, 0.01)
-"""How much wider than the bar the fingers open [m]: it may be off by half of that. The widest that nothing beside it forbids."""
+from ..shapes import ray_casting as rays
+from ..shapes.bounds import box_around
+from .antipodal import Hands, pinches
+
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
-STEPS = 0.03, math.radians(5)  # between two corners of a path [m, rad]: a chord is then off its arc by under 0.3 mm
-CLOSED = 0.005  # share of the range that a joint is closed to: what friction leaves
+TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
+"""Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its free side."""
+CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
+TURN = math.radians(45)  # and turns no further [rad]
+CLOSED, AJAR = 0.005, 0.05
+"""Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
+OPENED = (0.97, 0.8)
+"""Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
+TURNED = (0.97, 0.6, 0.4)
+"""Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""
 
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve locations "handle", "opened" and "closed"; None for other relations."""
-    finders = {"handle": _grasps, "opened": _path, "closed": _path}
+    """Resolve locations "handle", "opened", "closed" and "stop"; None for other relations."""
+    finders = {"handle": _grasps, "opened": _path, "closed": _path, "stop": _path}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
 
 def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight onto the handle, the fingers across its bar; turned half way round as well."""
-    from ..motion_planning.reach import bound, collision_free_ik, make_scene
-    from ..motion_planning.space import Refusal
+    """Straight onto the handle, the fingers across its bar; turned half way round, and tilted about the bar, as well."""
+    from ..motion_planning.reach import bound
+    from .hand_around import HandAround
 
     entity = bound(context, location.of)
     thing, handle = belief.thing(entity), belief.feature(entity, "cram:Handle")
     if handle is None or thing.joint is None:
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
         raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
-    width = 2 * handle.size["radius"]
-    openings = dict.fromkeys(min(width + s, context.robot.gripper.opening[1]) for s in SLACK)
-    scenes = [(o, make_scene(belief, context, [thing.name], o), make_scene(belief, context, (), o)) for o in openings]
-    for k, (turn, back) in enumerate(itertools.product((0.0, 180.0), (0.0, TIPS))):
-        at = belief.pose(thing.name) * _across(thing.joint, handle, turn) * Pose((0, 0, -back))
-        name, before, refused = f"across the handle, turned {turn:.0f} deg", at * Pose((0, 0, -STANDOFF)), list[Refusal]()
-        name += ", by the tips" if back else ""
-        for opening, near, free in scenes:
-            there = collision_free_ik(near, context, at, belief.joints)
-            off = collision_free_ik(free, context, before, there) if not isinstance(there, Refusal) else there
-            if isinstance(off, Refusal):
-                refused.append(off)
-                continue
-            place = Place(at, before, opening, tuple(at.rotate((0, 0, 1))), thing=thing.name, values={"width_m": width})
-            yield Grounding(place, f"{name}: {1000 * width:.0f} mm wide, open {1000 * opening:.0f} mm", 0.1 * k, key=name)
-            break
+    hand = HandAround(belief, context, thing)
+    for k, (tilt, turn, back) in enumerate(itertools.product(TILTS, (0.0, 180.0), (0.0, TIPS))):
+        across = _across(thing.joint, handle, tilt, turn)
+        width = 2 * handle.size["radius"] if tilt == 0.0 else _thickness(thing, across)
+        tilted, tips = f", tilted {tilt:+.0f} deg" if tilt else "", ", by the tips" if back else ""
+        name = f"across the handle, turned {turn:.0f} deg{tilted}{tips}"
+        found = hand.around(belief.pose(thing.name) * across * Pose((0, 0, -back)), width)
+        if isinstance(found, Place):
+            said = f"{name}: {1000 * width:.0f} mm wide, open {1000 * (found.opening or 0.0):.0f} mm"
+            yield Grounding(found, said, 0.1 * k, key=name)
         else:
-            yield refused[-1].refused(name)
+            yield found.refused(name)
 
 
-def _across(joint: Joint, handle: Feature, turn: float) -> Pose:
-    """The TCP at a handle, in its thing's frame: z into it, y across its bar, turned about z [deg]."""
+def _across(joint: Joint, handle: Feature, tilt: float, turn: float) -> Pose:
+    """The TCP at a handle, in its thing's frame: z into it, y across its bar, tilted about the bar and turned about z [deg]."""
     # the handle's z comes out, and its x is along the bar of a door, across that of a drawer
     across = handle.pose.rotate((0, 1, 0) if joint.kind == "hinge" else (1, 0, 0))
     into = handle.pose.rotate((0, 0, -1))
-    return Pose.from_axes(handle.pose.position, into, np.cross(across, into)) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
+    straight = Pose.from_axes(handle.pose.position, into, np.cross(across, into))
+    turns = Pose.from_rotvec((0, 0, 0), (math.radians(tilt), 0, 0)) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
+    return straight * turns
+
+
+def _thickness(thing: Thing, across: Pose) -> float:
+    """Thickness of a handle between the fingers of a hand at a pose in its thing's frame [m]."""
+    bar = [g for g in thing.geoms if g.part == "handle"] or list(thing.geoms)
+    met = float(pinches(rays.body(bar), Hands.at([across])).width[0])
+    low, high = box_around(replace(g, pose=across.inverse() * g.pose) for g in bar)
+    return met if met > 0.0 else float(high[1] - low[1])
 
 
 def _path(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """TCP poses that keep the handle in the hand while the joint goes to its goal, or to the next of its goals."""
-    from ..motion_planning.reach import bound, causes, held_pose, tcp
+    """TCP poses that keep the hand at the thing while the joint goes to its goal: at its handle, or, shut, against its front."""
+    from ..motion_planning.reach import bound, causes, held_pose
 
     entity = bound(context, location.of)
     thing = belief.thing(entity)
-    if thing.joint is None or belief.held is None or belief.held.thing != thing.name:
-        raise Unresolvable(f"'{entity}' must have a joint, and be held", causes(location, context), blocking=())
-    joint, now = thing.joint, held_pose(belief, context)
-    value, hand = joint_value(belief, thing.name, belief.base() * now), now.inverse() * tcp(belief, context)
-    for k, share in enumerate(location.parameters.get("shares", (CLOSED,))):
-        goal = joint.lower + float(share) * (joint.upper - joint.lower)
-        count = max(1, math.ceil(abs(goal - value) / STEPS[joint.kind == "hinge"]))
-        path = tuple(joint.moved(now, (goal - value) * n / count) * hand for n in range(1, count + 1))
-        said = f"'{entity}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
-        yield Grounding(Place(path[-1], path[-1], path=path, thing=thing.name), said, 0.1 * k, key=f"path to {share:g}")
+    held = belief.held is not None and belief.held.thing == thing.name
+    if thing.joint is None or (belief.held is not None and not held):
+        raise Unresolvable(f"'{entity}' must have a joint, and the hand nothing else", causes(location, context), blocking=())
+    now = held_pose(belief, context) if held else belief.pose(thing.name)
+    for k, share in enumerate(_shares(location, held)):
+        yield _led(thing, thing.joint, belief, context, now, share, 0.1 * k)
+
+
+def _shares(location: Location, held: bool) -> tuple[float, ...]:
+    """How far something is moved, as shares of its joint's range, best first; what is pushed goes on from there to its stop."""
+    if said := float(location.parameters.get("share", 0.0)):
+        return (said,)
+    if location.relation == "opened":
+        return TURNED if location.parameters.get("turned") else OPENED
+    return (0.0 if location.relation == "stop" else CLOSED if held else AJAR,)
+
+
+def _led(thing: Thing, joint: Joint, belief: Belief, context: Context, now: Pose, share: float, cost: float) -> Grounding:
+    from ..motion_planning.reach import tcp
+
+    goal = joint.lower + share * (joint.upper - joint.lower)
+    value = joint_value(belief, thing.name, belief.base() * now)
+    hand, way = now.inverse() * tcp(belief, context), goal - value
+    radius = float(np.linalg.norm((joint.pose.inverse() * hand).position[:2]))
+    most = min(TURN, 2 * math.acos(max(0.0, 1.0 - CHORD / max(radius, CHORD))))
+    count = max(1, math.ceil(abs(way) / most)) if joint.kind == "hinge" else 1
+    path = tuple(joint.moved(now, way * k / count) * hand for k in range(1, count + 1))
+    said = f"'{thing.name}' from {value:.3f} to {goal:.3f} {'m' if joint.kind == 'slide' else 'rad'}"
+    return Grounding(Place(path[-1], path[-1], path=path, thing=thing.name, values={"moved": way}), said, cost, key=f"to {share:g}")
 
 
 def joint_value(belief: Belief, thing: str, pose: Pose) -> float:

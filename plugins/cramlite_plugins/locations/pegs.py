@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Floats, Location, Place, Pose, Value
+from cramlite.model import Belief, Floats, Location, Place, Pose, Value, Vector3
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
+
+from ..shapes.peg_fit import PLAY, aligned, play, stands
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -17,7 +20,9 @@ if TYPE_CHECKING:
 CLEAR = 0.04  # past the tip before a pull ends, and where a push begins [m]: more than a tab's rim, 8 mm
 DEEPEST = 0.06  # how far onto the peg a thing is pushed at most [m]: 60 mm deep was measured to hang safely
 SAME = 0.002  # a thing this near to where it was has not been moved: grasping shifts it by less [m]
-PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
+GAP = 0.002  # left between what is threaded onto a standing peg and its root [m]: the last of it is felt
+SHORT = 0.025  # above its root a push onto a standing peg ends [m]: a touch that misses goes 15 mm too far, its search 2 mm
+TURNS = 8  # ways round in which a hole that may turn on its peg is tried
 
 
 class Peg(Value):
@@ -29,6 +34,8 @@ class Peg(Value):
         over_tip: from the end of the straight part to the end of the tip [m].
         play: radial play of the hole on the peg [m].
         hole: the hole's centre.
+        thick: half the depth of the hole [m].
+        side: along one of its sides, if hole and peg have sides that must be aligned.
     """
 
     root: Floats
@@ -37,11 +44,23 @@ class Peg(Value):
     over_tip: Floats
     play: float
     hole: Floats
+    thick: float
+    side: Floats | None = None
 
     @property
     def along(self) -> float:
         """Return the distance of the hole from the root, along the axis [m]."""
         return float((self.hole - self.root) @ self.axis)
+
+    @property
+    def onto(self) -> Floats:
+        """Return the ways (5, 3) [m] of a hole from the tip: before it, back to it, past its bend, along it, and let down."""
+        if stands(self.axis):
+            deep = max(self.length - self.thick - SHORT, self.length / 2)
+            down = -self.axis * max(self.length - self.thick - GAP - deep, 0.0)
+        else:
+            deep, down = min(self.length / 2, DEEPEST), np.array([0.0, 0.0, -self.play])
+        return np.array([self.axis * CLEAR, -self.axis * CLEAR, -self.over_tip, -self.axis * deep, down])
 
     @property
     def to_middle(self) -> Floats:
@@ -77,46 +96,74 @@ def _extract(location: Location, belief: Belief, context: Context) -> Iterator[G
 
 
 def _insert(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """The hole before the tip, its y axis up, from either side; then at the tip, past its bend, deep, let down.
+    """The hole before the tip, in all ways round; then at the tip, past its bend, deep, let down.
 
     The path's corners are the last four; ``values`` has the radial play and the way to push from tip to deep.
     """
     from ..motion_planning.reach import causes
 
     peg = find_peg(location, belief, context)
-    depth = min(peg.length / 2, DEEPEST)
-    tip = peg.root + peg.axis * peg.length + peg.over_tip
-    steps = np.array(
-        [peg.axis * CLEAR, -peg.axis * CLEAR, -peg.over_tip, -peg.axis * depth, np.array([0.0, 0.0, -peg.play])]
-    )
-    centres = tip + np.cumsum(steps, axis=0)
+    steps = peg.onto
+    centres = peg.root + peg.axis * peg.length + peg.over_tip + np.cumsum(steps, axis=0)
+    depth = float(np.linalg.norm(steps[3]))
     values = {"play_m": peg.play, "push_m": depth + float(peg.over_tip @ peg.axis)}
     no: Refusal | None = None
-    for side, sign in (("front", 1.0), ("back", -1.0)):
-        corners = [_hand(belief, centre, sign * peg.axis) for centre in centres]
+    for k, (side, hole) in enumerate(_ways_round(peg, belief, context)):
+        corners = [_hand(belief, Pose(_three(centre), hole.quaternion)) for centre in centres]
         name = f"{side} of the hole along the peg, {1000 * depth:.0f} mm onto it"
         no = _unreachable(location, belief, context, corners)
         if no is not None:
             yield no.refused(name)
             continue
-        axis = -peg.axis
         place = Place(
-            corners[-1], corners[0], approach=(float(axis[0]), float(axis[1]), float(axis[2])), path=tuple(corners[1:]),
+            corners[-1], corners[0], approach=_three(-peg.axis), path=tuple(corners[1:]),
             thing=belief.held.thing if belief.held else "", values=values,
         )  # fmt: skip
-        yield Grounding(place, name, 0.0 if sign > 0 else 0.1, key=side, anew=True)
+        yield Grounding(place, name, 0.1 * k, key=side, anew=True)
     if no is not None:
         said = f"the hole cannot be led onto the peg: {no.reason}"
         raise Unresolvable(said, causes(location, context), blocking=no.blocking, collision=no.collision)
 
 
-def _hand(belief: Belief, hole: Floats, facing: Floats) -> Pose:
-    """The TCP for which the held thing's hole is at a point, its axis along ``facing`` and its y axis up."""
+def _three(vector: Floats) -> Vector3:
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
+def _ways_round(peg: Peg, belief: Belief, context: Context) -> Iterator[tuple[str, Pose]]:
+    """Names and orientations of the hole on the peg. On a hanging one its y axis is up, from either side; on a standing one it turns
+    as little as it can at first, and is never turned over.
+    """
+    if not stands(peg.axis):
+        for side, facing in (("front", peg.axis), ("back", -peg.axis)):
+            yield side, Pose.from_axes((0.0, 0.0, 0.0), facing, np.cross((0.0, 0.0, 1.0), facing))
+        return
+    now = _hole_now(belief, context)
+    facing = math.copysign(1.0, float(now.rotation[:, 2] @ peg.axis)) * peg.axis
+    first = Pose.from_axes((0.0, 0.0, 0.0), facing, now.rotation[:, 0] if peg.side is None else peg.side)
+    count = TURNS if peg.side is None else 4
+    turned = [first * Pose.from_rotvec((0.0, 0.0, 0.0), (0.0, 0.0, math.tau * k / count)) for k in range(count)]
+    for pose in sorted(turned, key=lambda p: -float(p.rotation[:, 0] @ now.rotation[:, 0])):
+        degrees = math.degrees(math.acos(max(-1.0, min(1.0, float(pose.rotation[:, 0] @ now.rotation[:, 0])))))
+        around = math.copysign(degrees, float(np.cross(now.rotation[:, 0], pose.rotation[:, 0]) @ peg.axis))
+        yield f"{around:+.0f} deg round", pose
+
+
+def _hole_now(belief: Belief, context: Context) -> Pose:
+    from ..motion_planning.reach import held_pose
+
+    assert belief.held is not None
+    hole = belief.world.thing(belief.held.thing).feature("vrps:Hole")
+    assert hole is not None
+    return held_pose(belief, context) * hole.pose
+
+
+def _hand(belief: Belief, hole: Pose) -> Pose:
+    """The TCP for which the held thing's hole is at a pose."""
     assert belief.held is not None
     feature = belief.world.thing(belief.held.thing).feature("vrps:Hole")
     assert feature is not None
-    wanted = Pose.from_axes(tuple(hole), facing, np.cross((0.0, 0.0, 1.0), facing))
-    return wanted * (belief.held.tcp_to_thing * feature.pose).inverse()
+    return hole * (belief.held.tcp_to_thing * feature.pose).inverse()
 
 
 def _unreachable(location: Location, belief: Belief, context: Context, corners: list[Pose]) -> Refusal | None:
@@ -124,7 +171,8 @@ def _unreachable(location: Location, belief: Belief, context: Context, corners: 
     from ..motion_planning.reach import bound, collision_free_ik, make_scene
     from ..motion_planning.space import Refusal
 
-    free, near = make_scene(belief, context), make_scene(belief, context, [bound(context, location.of)], clearance=0.0)
+    free = make_scene(belief, context)
+    near = make_scene(belief, context, [bound(context, location.of)], clearance=0.0, hand=False)
     seed = belief.joints
     for k, pose in enumerate(corners):
         there = collision_free_ik(near if k else free, context, pose, seed)
@@ -160,13 +208,16 @@ def find_peg(location: Location, belief: Belief, context: Context) -> Peg:
     if peg is None or hole is None:
         missing = f"'{owner.name}' has no peg" if peg is None else f"'{held.name}' has no hole"
         raise Unresolvable(missing, causes(location, context))
-    diameter, thickness = hole.size["diameter"], 2 * peg.size["radius"]
-    if diameter / 2 - thickness / 2 <= PLAY:
+    radial = play(hole, peg)
+    if radial <= PLAY:
+        diameter, thickness = hole.size["diameter"], 2 * peg.size["radius"]
         reason = f"a hole of {1000 * diameter:.1f} mm does not move on a peg of {1000 * thickness:.1f} mm"
         raise Unresolvable(reason, causes(location, context), {"hole_m": diameter, "peg_m": thickness})
     base, length = belief.pose(owner.name), peg.size["length"]
     root = base * peg.pose
     end = root.apply((0, 0, length))
     over = np.array((base * tip.pose).position) - end if tip else np.zeros(3)
-    hole_at = np.array((thing * hole.pose).position)
-    return Peg(np.array(root.position), root.rotate((0, 0, 1)), length, over, (diameter - thickness) / 2, hole_at)
+    return Peg(
+        np.array(root.position), root.rotate((0, 0, 1)), length, over, radial, np.array((thing * hole.pose).position),
+        hole.size.get("depth", 0.0) / 2, root.rotate((1, 0, 0)) if aligned(hole, peg) else None,
+    )  # fmt: skip

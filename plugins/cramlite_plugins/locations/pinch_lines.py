@@ -44,10 +44,8 @@ def lines(
         slack: that must be left between the pads [m].
         cone: largest angle of a contact normal to the closing direction [rad].
     """
-    pairs = {_cell(p, w): (p, w) for p, n in _points(parts) for w in _ways(n, cone)}
-    found = [
-        line for p, w in pairs.values() if (line := _line(shape, p, w, centre, gripper, slack, cone)) is not None
-    ]
+    pairs = list({_cell(p, w): (p, w) for p, n in _points(parts) for w in _ways(n, cone)}.values())
+    found = _lines(shape, pairs, centre, gripper, slack, cone) if pairs else []
     found.sort(key=lambda x: (round(x.cost, 5), *np.round(x.middle, 5), *np.round(x.way, 5)))
     chosen: list[PinchLine] = []
     for line in found:
@@ -97,19 +95,24 @@ def _ways(normal: Floats, cone: float) -> Iterator[Floats]:
         yield level / np.linalg.norm(level)
 
 
-def _line(
-    shape: rays.Body, point: Floats, normal: Floats, centre: Floats, gripper: Gripper, slack: float, cone: float
-) -> PinchLine | None:
-    side = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    pose = Pose.from_axes(tuple(point - 0.0005 * normal), side, np.cross(normal, side))
-    found = antipodal.pinch(shape, pose)
-    if found is None or found.width + slack > gripper.opening[1] or found.slant > cone:
-        return None
-    middle = np.asarray(found.pose.position)
+def _lines(
+    shape: rays.Body, pairs: list[tuple[Floats, Floats]], centre: Floats, gripper: Gripper, slack: float, cone: float
+) -> list[PinchLine]:
+    points, ways = (np.array(column) for column in zip(*pairs, strict=True))
+    turns = np.repeat(ways[:, :, None], 3, axis=2)  # only the closing direction matters
+    hands = antipodal.Hands(points - 0.0005 * ways, turns)
+    found = antipodal.pinches(shape, hands)
+    fits = (found.width > 0) & (found.width + slack <= gripper.opening[1]) & (found.slant <= cone)
+    rows = np.flatnonzero(fits)
+    middles = hands.positions[rows] + ((found.low + found.width / 2)[rows, None]) * ways[rows]
+    return [_line(m, ways[k], float(found.width[k]), float(found.slant[k]), centre) for m, k in zip(middles, rows, strict=True)]
+
+
+def _line(middle: Floats, way: Floats, width: float, slant: float, centre: Floats) -> PinchLine:
     off = middle - centre
-    across = off - (off @ normal) * normal
-    cost = float(np.linalg.norm(across)) + 0.3 * max(0.0, abs(float(off @ normal)) - found.width / 2)
-    return PinchLine(middle, normal, found.width, cost + 0.02 * found.slant)
+    across = off - (off @ way) * way
+    cost = float(np.linalg.norm(across)) + 0.3 * max(0.0, abs(float(off @ way)) - width / 2)
+    return PinchLine(middle, way, width, cost + 0.02 * slant)
 
 
 def _points(parts: list[Geom]) -> Iterator[tuple[Floats, Floats]]:

@@ -27,6 +27,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
 }  # fmt: skip
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
+WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 ABOVE_IT = "above it"  # where a refusal says that the stand-off is to blame
 SEEN = 0.5  # share of a thing that others may not hide
 
@@ -70,6 +71,7 @@ class Wanted(Value):
         where: further constraints, by name (the keys of ``where`` in scenario files).
         obstacles: what stands there.
         depth: of a cavity [m].
+        under: what it comes to rest on in its middle, where that is not level.
     """
 
     thing: Thing
@@ -82,6 +84,7 @@ class Wanted(Value):
     obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
     opened: Any = None
+    under: Thing | None = None
 
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]
@@ -133,6 +136,21 @@ def inside(spot: Spot, wanted: Wanted) -> str:
     )
 
 
+def in_region(spot: Spot, wanted: Wanted) -> str:
+    """Check that its origin is over the region that is asked for, a little inside: what is let go may shift."""
+    import shapely
+
+    if not wanted.where.get("region"):
+        return ""
+    at = shapely.Point(*(wanted.target.pose.inverse() * spot.thing).position[:2])
+    area = wanted.target.area
+    by = float(area.boundary.distance(at)) if area.covers(at) else -float(area.distance(at))
+    if by >= WELL_IN:
+        return ""
+    said = f"{-1000 * by:.0f} mm beside" if by < 0 else f"only {1000 * by:.0f} mm from the edge of"
+    return f"its origin would be {said} '{wanted.where['region']}'; {1000 * WELL_IN:.0f} mm inside is needed"
+
+
 def near(spot: Spot, wanted: Wanted) -> str:
     """Check that the placement is near another thing, from middle to middle, seen from above."""
     other = wanted.where.get("near")
@@ -180,13 +198,15 @@ def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
 
 
 def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
-    """Check that the fingers can open where they let go: beside them there may be less room than around what they hold."""
-    from ..motion_planning.reach import collision_free_ik
+    """Check that the fingers can open where they let go: beside them there may be less room than around what they hold. What is put onto
+    something is lowered before."""
+    from ..motion_planning.reach import collision_free_ik, shift
     from ..motion_planning.space import Refusal
 
     if wanted.opened is None:
         return ""
-    there = collision_free_ik(wanted.opened, wanted.context, spot.pose, wanted.belief.joints)
+    low = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height))
+    there = collision_free_ik(wanted.opened, wanted.context, low, wanted.belief.joints)
     return replace(there, reason=f"with open fingers {there.reason}") if isinstance(there, Refusal) else ""
 
 
@@ -244,8 +264,8 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
 
 
 CHEAP: Mapping[str, Mapping[str, Filter]] = {
-    "on": {"supported": supported, "clear": clear, "near": near, "beside": beside},
-    "in": {"inside": inside, "near": near, "beside": beside},
+    "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region},
+    "in": {"inside": inside, "near": near, "beside": beside, "in its region": in_region},
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {

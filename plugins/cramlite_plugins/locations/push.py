@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from cramlite.model import Belief, Floats, Location, Place, Pose
+from cramlite.model import Belief, Feature, Floats, Gripper, Location, Place, Pose, Thing
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..shapes.bounds import support
+from ..shapes.ray_casting import body, spans
+from .antipodal import FINGER
 
 BEHIND, ALMOST = 0.05, 0.003  # from the face to the fingers at the stand-off, and where feeling begins [m]
 LOW, UNDER_PALM = 0.015, 0.010  # finger tips above what carries the thing; the palm above the thing [m]
 
+SPOTS = ((0.0, 0.0), (0.8, 0.0), (-0.8, 0.0), (0.0, 0.6), (0.8, 0.6), (-0.8, 0.6))
+"""On a front: at its handle, towards its edges, and higher."""
+TILTS, TURNS = (0.0, -30.0, -45.0, -60.0), (90.0, -90.0, 0.0, 180.0)
+"""Of the hand before a front about the level line across it, from above, and about its own axis, its slim side up first [deg]."""
+UPRIGHT = 0.9
+
 
 @hookimpl
 def resolve_location(location: Location, belief: Belief, context: Context) -> Answers:
-    """Resolve location "push"; None for other relations."""
-    finders = {"push": _beside, "pushed": _beyond}
+    """Resolve locations "push", "pushed" and "front"; None for other relations."""
+    finders = {"push": _beside, "pushed": _beyond, "front": _before_front}
     finder = finders.get(location.relation)
     return finder(location, belief, context) if finder else None
 
@@ -54,6 +63,55 @@ def _beside(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         else:
             place = Place(at, before, shut, (float(way[0]), float(way[1]), 0.0), thing=thing.name)
             yield Grounding(place, f"'{entity}' {name}", 0.1 * k, key=name)
+
+
+def _before_front(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
+    """Closed fingers before what sticks out farthest of a drawer's or a door's front at its handle, straight or tilted."""
+    from ..motion_planning.reach import bound, collision_free_ik, make_scene, shift
+    from ..motion_planning.space import Refusal
+
+    entity = bound(context, location.of)
+    thing, handle, shut = belief.thing(entity), belief.feature(entity, "cram:Handle"), context.robot.gripper.opening[0]
+    if handle is None or thing.joint is None:
+        raise Unresolvable(f"'{entity}' has no handle and joint: nobody knows where its front is", (location.of or "",), blocking=())
+    free, near = make_scene(belief, context, (), shut), make_scene(belief, context, [thing.name], shut)
+    for k, (spot, tilt, turn) in enumerate(itertools.product(SPOTS, TILTS, TURNS)):
+        at, out = _against(thing, handle, belief.pose(thing.name), spot, (tilt, turn), context.robot.gripper)
+        aside, up = (100 * share for share in spot)
+        name = f"before its front at {aside:+.0f} % of its width, {up:+.0f} % of its height, tilted {tilt:+.0f} deg, turned {turn:.0f} deg"
+        there = collision_free_ik(near, context, at, belief.joints)
+        before = shift(at, BEHIND * out)
+        off = there if isinstance(there, Refusal) else collision_free_ik(free, context, before, there)
+        if isinstance(off, Refusal):
+            yield off.refused(name)
+        else:
+            x, y, z = (float(v) for v in -out)
+            yield Grounding(Place(at, before, shut, (x, y, z), thing=thing.name), name, 0.1 * k, key=name)
+
+
+def _against(
+    thing: Thing, handle: Feature, pose: Pose, spot: tuple[float, float], turns: tuple[float, float], gripper: Gripper
+) -> tuple[Pose, Floats]:
+    """The TCP of closed fingers ``ALMOST`` before a front, and the way out of it.
+
+    Args:
+        spot: how far from its handle, to a side and up, as shares of the way to the edge of the thing.
+        turns: of the hand about the level line across the front, and about its own axis [deg].
+    """
+    (tilt, turn), z = turns, np.array([0.0, 0.0, 1.0])
+    out = pose.rotate(handle.pose.rotate(z))
+    level = np.cross(z, out) if abs(out[2]) < UPRIGHT else pose.rotate(handle.pose.rotate((1.0, 0.0, 0.0)))
+    at = np.asarray((pose * handle.pose).position)
+    ways = [share * way for share, way in zip(spot, (level, np.cross(out, level)), strict=True) if share]
+    point = at + sum((w * (support(thing, pose, w) - w @ at) / np.linalg.norm(w) for w in ways), np.zeros(3))
+    tilted = Pose.from_axes((0, 0, 0), -out, level) * Pose.from_rotvec((0, 0, 0), (math.radians(tilt), 0, 0))
+    hand = tilted * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
+    met = spans(body(thing.geoms), pose.inverse().apply(point), pose.inverse().rotate(out))
+    reach = max((end for begin, end, _ in met if begin <= 0.0), default=0.0)
+    # of the tips, a box as wide as the pads and as thick as two fingers, the corner that is farthest ahead
+    ahead = np.abs(hand.inverse().rotate(out)) @ (gripper.pad[0] / 2, FINGER, gripper.pad[1] / 2)
+    x, y, height = (float(v) for v in point + out * (reach + ahead + ALMOST))
+    return Pose((x, y, height), hand.quaternion), out
 
 
 def _beyond(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:

@@ -33,6 +33,9 @@ YAWS = (0.0, 30.0, -30.0, 60.0, -60.0, 90.0, -90.0, 135.0, -135.0, 180.0)  # tur
 ONTO = ((0.02, 0.06), (0.01, 0.015))
 """Lowest point above a surface from where a guarded motion goes on, and the stand-off above that [m]; the second where there
 is little room above."""
+NESTED = ((0.02, 0.06), (0.035, 0.045))
+"""The same of what is let down between steep walls: 20 mm higher a bowl is 4 mm from the sides of one that holds it, and paths keep
+more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
 TURNED = "turned"
@@ -91,16 +94,21 @@ def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[t
 
 def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[Wanted, Offset]]:
     """Positions on all surfaces, in turn."""
-    streams = [zip(itertools.repeat(t), positions(_free(t, now, location), _anchor(t))) for t in targets]
+    streams = [zip(itertools.repeat(t), _positions(t, now, location)) for t in targets]
     for row in itertools.zip_longest(*streams):
         yield from (found for found in row if found is not None)
+
+
+def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset]:
+    """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide."""
+    return iter([(0.0, 0.0)]) if wanted.under else positions(_free(wanted, now, location), _anchor(wanted))
 
 
 def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
     """What objects at the best position of each surface, where there is not one free position."""
     for wanted in targets:
         bare = replace(wanted, where={}, obstacles=())
-        offset = next(positions(_free(bare, now, location), _anchor(wanted)), (0.0, 0.0))
+        offset = next(_positions(bare, now, location), (0.0, 0.0))
         spot = _spot(wanted, now, offset, 0.0, *_heights(wanted, now, location.relation)[0])
         said = f"not clear: nowhere is a disc of {2000 * _radius(wanted, now):.0f} mm free, which its outline holds"
         yield _refusal(spot, wanted, CHEAP[location.relation]) or Refused(spot.name, said, 0, blocking=standing_there(wanted))
@@ -120,7 +128,7 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
     """The lowest height at which all is free; from a stand-off that is blocked no other height is tried."""
-    cheap, blocked = len(CHEAP[relation]), None
+    cheap, blocked, wanted = len(CHEAP[relation]), None, _settled(wanted, now, yaw)
     for k, (height, above) in enumerate(_heights(wanted, now, relation)):
         spot = _spot(wanted, now, offset, yaw, height, above)
         if blocked is not None and blocked.distance(spot.before)[0] < SAME:
@@ -136,6 +144,17 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
         blocked = spot.before if ABOVE_IT in reason.reason else None
         if reason.passed < cheap:
             return  # no height changes what is seen from above
+
+
+def _settled(wanted: Wanted, now: Pose, yaw: float) -> Wanted:
+    """With the surface that carries what is held, turned so, on what is not level; as it is where there is none."""
+    from ..shapes.nesting import nested
+
+    if wanted.under is None:
+        return wanted
+    there = _spot(wanted, now, (0.0, 0.0), yaw, 0.0, 0.0).thing
+    found = nested(wanted.thing, there, wanted.under, wanted.belief.pose(wanted.under.name))
+    return replace(wanted, target=found) if found else wanted
 
 
 def _refusal(spot: Spot, wanted: Wanted, filters: Mapping[str, Filter]) -> Refused | None:
@@ -172,27 +191,40 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     if belief.held is None:
         raise Unresolvable("nothing is held that could be brought there")
     thing, pose = belief.thing(entity), reference_pose(belief, location, context)
-    into = location.relation == "in"
-    found = _opening(thing, pose) if into else [(s, 0.0) for s in surfaces(thing, pose, EntityName.parse(entity).part)]
+    into, region = location.relation == "in", str(location.parameters.get("region") or EntityName.parse(entity).part)
+    found = _opening(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
         raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
-    opened = make_scene(belief, context, opening=context.robot.gripper.opening[1], clearance=0.0) if into else None
+    opened = make_scene(belief, context, () if into else (entity,), context.robot.gripper.opening[1], 0.0)
     bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
     if not into:
-        return [replace(w, obstacles=_obstacles(w, context)) for w in bare]
+        level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
+        middle = _uneven(level[0], thing, pose)
+        return [middle, *(w for w in level[:1] if not _free(w, held_now(belief, context), location).is_empty)] if middle else level
     beside_it = [replace(w, obstacles=_lying_in(w)) for w in bare]
     return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there, or over it
 
 
-def _opening(thing: Thing, pose: Pose) -> list[tuple[Any, float]]:
-    """The opening of a thing's cavity as an area, and how deep it is."""
+def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
+    """The middle of what can be moved itself and whose own shape, such as a plate's rim, stands about its largest surface; else None."""
+    if thing.furniture or first.where.get("region") or not any(o.name == thing.name for o in first.obstacles):
+        return None
+    others = tuple(o for o in first.obstacles if o.name != thing.name)
+    hollow = thing.feature("cram:Cavity")
+    x, y, _ = (pose * hollow.pose if hollow else first.target.pose).position
+    middle = replace(first.target, pose=Pose((x, y, first.target.pose.position[2])))
+    return replace(first, target=middle, obstacles=others, under=thing)
+
+
+def _opening(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:
+    """The opening of a thing's cavity, the first or the one that is meant, as an area, and how deep it is."""
     import shapely
 
     from ..shapes.surfaces import Surface
 
-    cavity = thing.feature("cram:Cavity")
+    cavity = next((f for f in thing.features if f.type == "cram:Cavity" and region in ("", f.name)), None)
     if cavity is None:
         return []
     size = cavity.size
@@ -325,7 +357,7 @@ def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, floa
     Over a container from its floor up to where the whole hand is over the rim, however it holds the thing.
     """
     if relation == "on":
-        return list(ONTO)
+        return list(NESTED if wanted.under else ONTO)
     assert wanted.belief.held is not None
     gripper, hand = wanted.context.robot.gripper, now * wanted.belief.held.tcp_to_thing.inverse()
     ball = math.hypot(*gripper.tcp.position) + gripper.pad[1]  # about the TCP, that holds the hand

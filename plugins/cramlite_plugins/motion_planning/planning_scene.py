@@ -28,10 +28,11 @@ from msgspec.structs import replace
 from cramlite.model import Collision, Floats, Pose, Robot, Value, World
 
 from ..simulation.model.build import Carried
-from ..simulation.model.compile import Compiled, compile_world
+from ..simulation.model.compile import Compiled
 from ..simulation.model.index import RobotIndex
-from .inflated import Inflated, inflated
-from .pairs import Pairs, movers, required_distances
+from .inflated import Inflated
+from .pairs import Pairs, required_distances
+from .planning_models import inflated_model, moved_geoms, planning_model
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
@@ -119,6 +120,12 @@ class PlanningScene(Value):
     def limits(self) -> tuple[tuple[float, float], ...]:
         """Return the limits (lower, upper) of each joint [rad]."""
         return self.robot.limits
+
+    def opened(self, opening: float) -> PlanningScene:
+        """Return the same scene with the fingers open by some distance [m]."""
+        data = self.compiled.data()
+        self.index.set_opening(data, opening)
+        return replace(self, data=data, opening=opening)
 
     def free(self, q: Position) -> bool:
         """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
@@ -338,16 +345,17 @@ def scene(
         world.thing(name)
     placed = world.moved(dict(poses or {}))
     carried = {name: Carried(mount, pose) for name, pose in held.items()}
-    compiled = compile_world(placed, robots, planning=True, carried=carried)
+    kept = planning_model(world, robots, carried)
+    compiled = replace(kept, world=placed)
     index, data = compiled.robots[mount], compiled.data()
     width = index.reach[1] if opening is None else opening
     index.set_opening(data, width)
-    moved = movers(compiled, index)
+    moved = moved_geoms(kept, mount)
     first = int(np.flatnonzero(compiled.model.jnt_qposadr == index.joints[0])[0])
     need = required_distances(compiled, moved, allowed, clearance, wider)
     most = clearance + max(wider.values(), default=0.0)
     distances = (most, *(v for v in LEVELS if v > most))
-    levels = tuple(inflated(compiled.model, moved, v) for v in distances)
+    levels = tuple(inflated_model(kept, mount, v) for v in distances)
     displaced = {name: pose for name, pose in (poses or {}).items() if pose != world.thing(name).pose and name not in held}
     return PlanningScene(
         compiled, index, data, need, moved, 1.0 - moved, first, levels, KEPT * most, [0], width, held, displaced

@@ -48,20 +48,23 @@ def make_scene(
     touch: Iterable[str] = (),
     opening: float | None = None,
     clearance: float | None = None,
+    hand: bool = True,
 ) -> PlanningScene:
     """Build the planning scene of a belief.
 
     Args:
         touch: entities that gripper, held thing and what that carries may touch.
+        hand: whether the gripper may.
         opening: of the fingers [m]; the believed one by default.
         clearance: to everything else [m]; the planner's own by default, and more to what is not surely known.
     """
     poses = {name: e.pose for name, e in belief.poses.items() if belief.world.thing(name).movable}
     held = belief.in_hand()
-    movers = ("effector", *held)
-    joints = [t for t in belief.world.things if t.joint is not None and t.joint.parent]
+    movers = ("effector", *held) if hand else held
+    joints = [t for t in belief.world.things if t.joint is not None]
     pairs = frozenset(frozenset((m, t)) for m in movers for e in touch for t in _touchable(belief, e) if m != t)
-    pairs |= frozenset(frozenset((t.name, t.joint.parent)) for t in joints if t.joint is not None)
+    # rails and hinges lead what is on them clear of what stands still
+    pairs |= frozenset(frozenset((t.name, f.name)) for t in joints for f in belief.world.things if f.furniture and f.name != t.name)
     extra: dict[str, Any] = {"wider": uncertainty_margins(belief)} if clearance is None else {"clearance": clearance}
     width = belief.opening if opening is None else opening
     robots = {context.robot.type: context.robot}

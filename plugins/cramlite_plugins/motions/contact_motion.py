@@ -17,6 +17,7 @@ from cramlite.model import (
     ForceExtract,
     ForceInsert,
     ForceMove,
+    Held,
     Motion,
     MoveLinear,
     MoveUntilContact,
@@ -27,6 +28,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
+from ..shapes.carried_along import carried_along
 from .motion_kinds import KINDS, value
 from .ontology_limits import adapted, known, noted
 
@@ -72,30 +74,52 @@ def widen(motion: Motion, belief: Belief) -> tuple[Belief, str]:
 
 
 def _force_path(motion: Motion, belief: Belief, context: Context) -> Found:
-    """Along the corners of a place's path; sideways the arm gives way, and carries what it holds."""
+    """Along the corners of a place's path, or from one of them to an other; sideways the arm gives way, and carries what it holds."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
     from .free_motion import place_of
 
-    place = place_of(motion, context)
-    points = line(motion, belief, context, list(place.path))
+    place, moved = place_of(motion, context), belief
+    if (way := place.values.get("moved")) is not None and belief.held is None:
+        belief, moved = _along(place.thing, belief, context), _pushed(place.thing, way, belief)
+    first, last = (motion.parameters.get(name) for name in ("corner", "end"))
+    path = place.path if first is None or last is None else place.path[first + 1 : last + 1]
+    points = line(motion, belief, context, list(path))
     here = tcp(belief, context)
-    corners = np.array([here.position, *(p.position for p in place.path)])
+    corners = np.array([here.position, *(p.position for p in path)])
     legs = np.diff(corners, axis=0)
     lengths = np.linalg.norm(legs, axis=1)
-    turns = [math.hypot(*(a.inverse() * b).rotvec) for a, b in pairwise((here, *place.path))]
+    turns = [math.hypot(*(a.inverse() * b).rotvec) for a, b in pairwise((here, *path))]
     ways = np.maximum(lengths, TURN * np.array(turns))
     longest = legs[int(np.argmax(lengths))]
     frame = frame_along(longest if lengths.max() > ON_THE_SPOT else here.rotate((0.0, 0.0, 1.0)))
     speed, limit = value(motion, "speed_m_s"), value(motion, "force_limit_n")
     x, y, _ = frame.inverse().rotate((0.0, 0.0, carried(motion, belief)))
     step = ForceMove(
-        place.path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
+        path, frame, (True, True, False, False, False, False), (float(x), float(y), 0.0, 0.0, 0.0, 0.0),
         (COMPLIANT_SPEED, COMPLIANT_SPEED, STIFF[0], STIFF[1], STIFF[1], STIFF[1]), speed, limit,
         timeout(float(ways.sum()), speed), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"{1000 * ways.sum():.0f} mm at {1000 * speed:.0f} mm/s, sideways compliant, abort over {limit:.0f} N"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="force path")
+    yield Grounding((step,), reason, 0.0, moved.moved(points[-1]), key="force path")
+
+
+def _along(thing: str, belief: Belief, context: Context) -> Belief:
+    """A belief in which the hand takes a thing along, as it does one that it pushes, with what is in it."""
+    from ..motion_planning.reach import tcp
+
+    with_it = carried_along(belief, thing)
+    return belief.grasped(Held(thing, tcp(belief, context).inverse() * belief.pose(thing), 0.0, carries=with_it))
+
+
+def _pushed(thing: str, way: float, belief: Belief) -> Belief:
+    """A belief in which a thing's joint has moved on [m, rad], and what is in it with the thing."""
+    joint, known = belief.world.thing(thing).joint, belief.poses[thing]
+    assert joint is not None
+    there, with_it = joint.moved(known.pose, way), carried_along(belief, thing)
+    poses = {thing: replace(known, pose=there, source="predicted: pushed")}
+    poses |= {name: replace(e, pose=there * e.pose) for name, e in with_it.items()}
+    return replace(belief, poses={**belief.poses, **poses})
 
 
 def frame_along(axis: Floats) -> Pose:

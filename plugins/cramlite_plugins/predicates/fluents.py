@@ -22,12 +22,15 @@ from cramlite.plugin import (
     SymbolicWorld,
     UserError,
     contents,
+    nearest,
 )
 
 from ..shapes.bounds import corners
-from ..shapes.surfaces import resting_height
+from ..shapes.surfaces import SUNK, resting_height
 
 PEG, SURFACE, CAVITY = "vrps:Peg", "vrps:SurfaceFeature", "cram:Cavity"
+REGIONS = (SURFACE, CAVITY)
+"""Features that a goal may name as a place of their own."""
 HAND = "soma:Gripper"
 """What the hand that acts is."""
 CLOSED = 0.1
@@ -60,6 +63,11 @@ def is_thing(scene: SymbolicWorld, entity: str) -> bool:
 def is_a(scene: SymbolicWorld, entity: str, class_: str) -> bool:
     """Evaluate isa(X, Class) in a symbolic world."""
     return scene.taxonomy.is_a(HAND, class_) if entity == EFFECTOR else scene.is_a(entity, class_)
+
+
+def on_joint(scene: SymbolicWorld, entity: str) -> bool:
+    """Evaluate on_joint(Thing) in a symbolic world."""
+    return is_thing(scene, entity) and scene.world.thing(entity).joint is not None
 
 
 def has(scene: SymbolicWorld, entity: str, class_: str) -> bool:
@@ -114,14 +122,14 @@ def _contained(scene: SymbolicWorld) -> Iterator[tuple[Thing, Thing]]:
     for thing in scene.world.things:
         for container, cavity in hollow:
             if thing.movable and thing.joint is None and thing.name != container.name:
-                point = (container.pose * cavity.pose).inverse().apply(thing.pose.position)
-                if _within(point, cavity.size):
+                x, y, z = (container.pose * cavity.pose).inverse().apply(thing.pose.position).tolist()
+                if _within((x, y, z), cavity.size):
                     yield thing, container
 
 
-def _within(point: Floats, size: Mapping[str, float]) -> bool:
+def _within(point: tuple[float, float, float], size: Mapping[str, float]) -> bool:
     """Whether a point is in a cavity, whose frame is in the middle of its opening, z out of it."""
-    x, y, z = map(float, point)
+    x, y, z = point
     if "height" not in size or not {"radius", "width"} & set(size):
         return False
     beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
@@ -159,7 +167,7 @@ def _below(thing: Thing, scene: SymbolicWorld) -> str | None:
                 continue
             x, y, z = (other.pose * feature.pose).inverse().apply(thing.pose.position)
             size = feature.size
-            if abs(x) <= size.get("width", 0.0) / 2 and abs(y) <= size.get("depth", 0.0) / 2 and z >= 0.0:
+            if abs(x) <= size.get("width", 0.0) / 2 and abs(y) <= size.get("depth", 0.0) / 2 and z >= -SUNK:
                 found.append((float(z), other.name))
     return min(found)[1] if found else None
 
@@ -197,7 +205,9 @@ def _held(_scene: SymbolicWorld, thing: str) -> GoalCondition:
 
 
 def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
-    """On a thing with a peg it hangs."""
+    """On a thing with a peg it hangs; of a cavity, on is in."""
+    if place != thing_of(place):
+        return _at_region(scene, thing, place)
     peg = scene.world.thing(place).feature(PEG)
     there = ("touches", thing, str(EntityName(place, peg.name))) if peg else ("supports", place, thing)
     return GoalCondition(frozenset({there}), let_go(thing), spot=peg is None)
@@ -205,15 +215,45 @@ def _on(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
 
 def _off(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     """It may be in the hand."""
+    if place != thing_of(place):
+        raise UserError(f"'off' is said of a whole thing: '{thing_of(place)}'.")
     return GoalCondition(without=frozenset(_on(scene, thing, place).needs))
 
 
 def _in(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
     """Over a place is in it for planning; of a container a run must show that it is inside."""
+    if place != thing_of(place):
+        return _at_region(scene, thing, place)
     on_peg = scene.world.thing(place).feature(PEG) is not None
     hollow = scene.world.thing(place).feature(CAVITY) is not None
     shown = frozenset({("in_cavity", thing, place)} if hollow else ())
     return GoalCondition(frozenset({("in_or_above", thing, place)}), let_go(thing), spot=not on_peg, shown=shown)
+
+
+def _at_region(scene: SymbolicWorld, thing: str, place: str) -> GoalCondition:
+    """In a cavity, or on an area of a surface, of a thing that has several: a run must show in which."""
+    whole, region = thing_of(place), EntityName.parse(place).part
+    features = {f.name: f for f in scene.world.thing(whole).features if f.type in REGIONS}
+    if region not in features:
+        raise UserError(f"'{place}' is no surface and no cavity that things could be put on or in; {nearest(region, features)}.")
+    feature = features[region]
+    point = (scene.world.thing(whole).pose * feature.pose).inverse().apply(scene.world.thing(thing).pose.position)
+    there = ("in_or_above", thing, whole) if feature.type == CAVITY else ("supports", whole, thing)
+    return GoalCondition(
+        frozenset({there}), let_go(thing), spot=True, shown=frozenset({("in_region", thing, place)}),
+        manner=Manner({"region": region}, holds=in_extent(feature.type, feature.size, point)),
+    )  # fmt: skip
+
+
+def in_extent(type_: str, size: Mapping[str, float], point: Floats) -> bool:
+    """Check whether a point, in the frame of a cavity or of a surface, is in the one or over the other; an area that says no height has
+    none."""
+    x, y, z = map(float, point)
+    if type_ == CAVITY:
+        return _within((x, y, z), size)
+    wide, deep = (size.get(name, 0.0) / 2 for name in ("width", "depth"))
+    beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > wide or abs(y) > deep
+    return not beside and -SUNK <= z <= size.get("height", math.inf)
 
 
 def _poured_into(scene: SymbolicWorld, source: str, destination: str) -> GoalCondition:

@@ -80,7 +80,9 @@ def all_predicates() -> tuple[Predicate, ...]:
         ),
         Predicate("gripper_closed", 0, gripper_closed, cost=3, doc="The opening is below 25 % of the widest.", unknown=unknowns.no_fingers),
         Predicate("gripper_open", 0, gripper_open, cost=3, doc="The opening is above 75 % of the widest.", unknown=unknowns.no_fingers),
-        of_joints("on_joint", 1, on_joint, cost=1, doc="A thing slides or turns on a joint, as drawers and doors do."),
+        of_joints(
+            "on_joint", 1, on_joint, cost=1, doc="A thing slides or turns on a joint, as drawers and doors do.", static=fluents.on_joint
+        ),
         of_joints("joint_rises", 1, joint_rises, _RUN, cost=3, doc="A thing's joint value grows by 5 % of its range."),
         of_joints(
             "joint_falls", 1, joint_falls, _RUN, cost=3, doc="A thing's joint value shrinks by 5 % of its range."

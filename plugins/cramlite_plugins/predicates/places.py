@@ -64,6 +64,9 @@ def all_predicates() -> tuple[Predicate, ...]:
         Predicate(
             "in_cavity", 2, in_cavity, cost=5, doc="The middle of a thing is in the cavity of another, up to 50 mm over its rim."
         ),
+        Predicate(
+            "in_region", 2, in_region, cost=5, doc="The origin of a thing is in a cavity, or over an area of a surface, of another."
+        ),
         Predicate("near", 2, near, cost=5, doc="Two things are within 0.15 m.", unknown=unknowns.no_pose_of),
         Predicate(
             "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing moves by 50 mm, and comes no nearer to another."
@@ -185,6 +188,17 @@ def _within(point: Vector3, size: Mapping[str, float]) -> bool:
     x, y, z = point
     beside = math.hypot(x, y) > size["radius"] if "radius" in size else abs(x) > size["width"] / 2 or abs(y) > size["depth"] / 2
     return not beside and -size["height"] <= z <= RIM
+
+
+def in_region(phase: Phase, name: str | None, region: str | None) -> Iterator[Row]:
+    """Evaluate in_region(Thing, Region): in which of the cavities and areas of a thing another is, by that one's origin."""
+    for type_ in fluents.REGIONS:
+        for place in phase.timeline.entities_of(type_):
+            size, whole = phase.timeline.entities[place].properties, phase.timeline.wholes[place][-1]
+            for one in [name] if name is not None else things(phase):
+                point = relative_position(phase, place, one, phase.end)
+                if region in (None, place) and one != whole and point is not None and fluents.in_extent(type_, size, np.asarray(point)):
+                    yield one, place
 
 
 def near(phase: Phase, name: str | None, place: str | None) -> Iterator[Row]:

@@ -39,7 +39,7 @@ def cavity(thing: Thing, pose: Pose) -> Feature | None:
     low, high = box_around(g for g in _placed(thing.geoms, turned))
     step = max(float((high - low)[:2].max()) / CELLS, 0.001)
     xs, ys = (np.arange(low[k] + step / 2, high[k], step) for k in (0, 1))
-    top = _heights(thing.geoms, turned, xs, ys)
+    top = heights(thing.geoms, turned, xs, ys)
     pool = _largest_pool(top, step)
     if pool is None:
         return None
@@ -58,8 +58,16 @@ def _placed(geoms: tuple[Geom, ...], turned: Pose) -> tuple[Geom, ...]:
     return tuple(replace(g, pose=turned * g.pose) for g in geoms)
 
 
-def _heights(geoms: tuple[Geom, ...], turned: Pose, xs: Floats, ys: Floats) -> Floats:
-    """Height of the highest point above each cell (n, m) [m]; -inf where there is nothing. Slits of a cell are closed."""
+def heights(geoms: tuple[Geom, ...], turned: Pose, xs: Floats, ys: Floats) -> Floats:
+    """Return the height of the highest point of geoms over each cell of a grid; slits of a cell are closed.
+
+    Args:
+        turned: pose of the geoms' thing in a frame whose z is up.
+        xs, ys: middles of the cells in that frame, (n,) and (m,) [m].
+
+    Returns:
+        (n, m) [m]; -inf where there is nothing.
+    """
     from scipy.ndimage import grey_closing
 
     x, y = np.meshgrid(xs, ys, indexing="ij")

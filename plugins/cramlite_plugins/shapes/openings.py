@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import manifold3d
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Feature, Floats, Pose, Value
 
 from .convex import Bore, solid
 
+SQUARE = 0.03  # by so much of its size a square's ring may differ from one
 ROUND = 1.12  # farthest to nearest edge of a round hole from its centre; a hexagon has 1.15
 NARROW = 0.001  # openings with a smaller radius are ignored [m]
 PEG_HOLE = 0.015  # holes up to this radius are there to hang a thing by; wider ones are not [m]
@@ -44,6 +47,59 @@ def openings(mesh: Any) -> list[Opening]:
     return [_numbered(o, found) for o in found]
 
 
+def holes(mesh: Any) -> list[Feature]:
+    """Find what a closed trimesh.Trimesh has in the way of through holes, however wide, looked at along its three axes.
+
+    A square hole has a ``width``, and the axes of its pose are along its sides.
+    """
+    body, centre = solid(mesh.vertices, mesh.faces), np.asarray(mesh.center_mass)
+    found = [hole for axis in np.eye(3)[[2, 1, 0]] for hole in _through(body, _frame(axis), centre)]
+    return [replace(hole, name=f"hole{k + 1 if k else ''}") for k, hole in enumerate(found)]
+
+
+def _through(body: Any, frame: Floats, centre: Floats) -> Iterator[Feature]:
+    rings = [r for r in _rings(body, frame) if _area(r) < 0]
+    for ring in sorted(rings, key=_area):
+        middle = _middle(ring)
+        near, far = _distance(middle, ring), float(np.linalg.norm(ring - middle, axis=1).max())
+        if near < NARROW:
+            continue
+        low, high = _reach(body, frame, middle, 1.3 * far)
+        bore = Bore(frame @ np.array([*middle, (low + high) / 2]), frame[:, 2], near, (high - low) / 2)
+        hole, side = _hole(bore, centre), _square_side(ring)
+        yield hole if side is None else _squared(hole, bore, frame[:, :2] @ side)
+
+
+def _square_side(ring: Floats) -> Floats | None:
+    """The direction (2,) of a side of a ring that is a square; None of any other."""
+    ways = np.roll(ring, -1, axis=0) - ring
+    corner = np.abs([_cross(a, b) for a, b in zip(np.roll(ways, 1, axis=0), ways, strict=True)]) > 1e-9
+    ways = np.roll(ring[corner], -1, axis=0) - ring[corner]
+    if len(ways) != 4:
+        return None
+    lengths = np.linalg.norm(ways, axis=1)
+    leaning = np.abs([a @ b for a, b in pairwise(ways)]).max() / lengths.mean() ** 2
+    way: Floats = ways[0] / lengths[0]
+    return way if np.ptp(lengths) < SQUARE * lengths.mean() and leaning < SQUARE else None
+
+
+def _cross(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def _squared(hole: Feature, bore: Bore, side: Floats) -> Feature:
+    """A hole with sides: its y axis is across the one that is most away from the centre of mass."""
+    up = hole.pose.rotation[:, 1]
+    across = max((side, -side, np.cross(bore.axis, side), -np.cross(bore.axis, side)), key=lambda v: float(v @ up))
+    pose = Pose.from_axes(hole.pose.position, bore.axis, np.cross(across, bore.axis))
+    return replace(hole, pose=pose, size={**hole.size, "width": 2 * bore.radius})
+
+
+def _rings(body: Any, frame: Floats) -> list[Floats]:
+    """The rings (n, 2) of a silhouette; those of its holes have a negative area."""
+    return [np.asarray(r) for r in body.transform(np.column_stack([frame.T, np.zeros(3)])).project().to_polygons()]
+
+
 def _numbered(opening: Opening, found: list[Opening]) -> Opening:
     """Features of one kind get numbers: hole, hole2, ..."""
     same = [o for o in found if o.feature.name == opening.feature.name]
@@ -68,7 +124,7 @@ def _along(body: Any, axis: Floats, centre: Floats) -> Iterator[Opening]:
     if (axis[1], axis[0], -axis[2]) > (0.0, 0.0, 0.0):
         axis = -axis  # out of the front, which is -y, or upwards
     frame = _frame(axis)
-    rings = [np.asarray(r) for r in body.transform(np.column_stack([frame.T, np.zeros(3)])).project().to_polygons()]
+    rings = _rings(body, frame)
     outer = [r for r in rings if _area(r) > 0]
     for ring in sorted((r for r in rings if _area(r) < 0), key=_area):
         opening = _opening(body, frame, ring, outer, centre)

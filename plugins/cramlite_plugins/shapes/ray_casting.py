@@ -1,8 +1,7 @@
-"""Ray casting against a body of convex primitives: exact intervals of lines and segments inside it."""
+"""Ray casting against a body of convex primitives: exact intervals of many lines and segments inside it at once."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
@@ -10,8 +9,9 @@ import numpy as np
 
 from cramlite.model import Floats, Geom, Pose, Value
 
-from .convex import hull_planes
-from .segment_casting import SKIN, crosses
+from .segment_casting import SKIN, crosses, planes
+
+Span = tuple[Floats, Floats]
 
 
 class Body(Value):
@@ -31,14 +31,28 @@ def body(geoms: Iterable[Geom]) -> Body:
 
 def spans(body: Body, point: Floats, way: Floats) -> Iterator[tuple[float, float, Geom]]:
     """Compute where a line (unit vector ``way``) enters and leaves each geom [m from the point]."""
-    off = body.centres - point
-    away = np.einsum("ij,ij->i", off, off) - (off @ way) ** 2
-    for k in np.flatnonzero(away <= body.radii**2).tolist():
-        geom = body.geoms[k]
+    low, high = intervals(body, np.reshape(point, (1, 3)), np.reshape(way, (1, 3)))
+    for k in np.flatnonzero(low[0] < high[0]).tolist():
+        yield float(low[0, k]), float(high[0, k]), body.geoms[k]
+
+
+def intervals(body: Body, points: Floats, ways: Floats) -> tuple[Floats, Floats]:
+    """Compute where lines through points (n, 3) along unit vectors (n, 3) enter and leave each geom.
+
+    Returns:
+        Two arrays (n, geoms) [m from the points]; inf and -inf where a line misses a geom, or is in it for no more than ``SKIN``.
+    """
+    shape = len(points), len(body.geoms)
+    low, high = np.full(shape, np.inf), np.full(shape, -np.inf)
+    off = body.centres - points[:, None, :]
+    near = np.einsum("nij,nij->ni", off, off) - np.einsum("nij,nj->ni", off, ways) ** 2 <= body.radii**2
+    for k in np.flatnonzero(near.any(axis=0)).tolist():
+        rows, geom = np.flatnonzero(near[:, k]), body.geoms[k]
         back = inverse(geom.pose)
-        found = _span(geom, back.apply(point), back.rotate(way))
-        if found is not None and found[1] - found[0] > SKIN:
-            yield (*found, geom)
+        one, two = _span(geom, back.apply(points[rows]), back.rotate(ways[rows]))
+        met = two - one > SKIN
+        low[rows[met], k], high[rows[met], k] = one[met], two[met]
+    return low, high
 
 
 def crossed(shape: Body, starts: Floats, ends: Floats) -> bool:
@@ -62,53 +76,39 @@ def inverse(pose: Pose) -> Pose:
     return pose.inverse()
 
 
-def _span(geom: Geom, p: Floats, d: Floats) -> tuple[float, float] | None:
-    if geom.shape == "box":
-        return _slabs(p, d, np.asarray(geom.size))
+def _span(geom: Geom, p: Floats, d: Floats) -> Span:
+    """Where lines p + t d (n, 3) of a geom's frame are inside it; inf and -inf where they are not."""
+    if geom.shape in ("box", "convex"):
+        return _between(p, d, planes(geom))
     if geom.shape == "sphere":
         return _ball(p, d, geom.size[0])
-    if geom.shape == "convex":
-        return _between(p, d, hull_planes(geom.corners))
     radius, half = geom.size
-    tube = _meet(_ball(p * (1, 1, 0), d * (1, 1, 0), radius), _slabs(p[2:], d[2:], np.array([half])))
-    caps = [_ball(p - (0, 0, z), d, radius) for z in (half, -half)] if geom.shape == "capsule" else []
-    met = [s for s in (tube, *caps) if s is not None]
-    return (min(s[0] for s in met), max(s[1] for s in met)) if met else None
+    ends = np.array([(0.0, 0.0, 1.0, -half), (0.0, 0.0, -1.0, -half)])
+    tube, slab = _ball(p * (1, 1, 0), d * (1, 1, 0), radius), _between(p, d, ends)
+    low, high = np.maximum(tube[0], slab[0]), np.minimum(tube[1], slab[1])
+    low, high = np.where(low < high, low, np.inf), np.where(low < high, high, -np.inf)
+    for z in (half, -half) if geom.shape == "capsule" else ():
+        cap = _ball(p - (0, 0, z), d, radius)
+        low, high = np.minimum(low, cap[0]), np.maximum(high, cap[1])
+    return low, high
 
 
-def _between(p: Floats, d: Floats, planes: Floats) -> tuple[float, float] | None:
-    """Where a line is inside all planes n x + o <= 0."""
-    slope, height = planes[:, :3] @ d, planes[:, :3] @ p + planes[:, 3]
-    out, into = slope > 1e-9, slope < -1e-9
-    if (height[~out & ~into] > 0).any():
-        return None
-    low = float((-height[into] / slope[into]).max(initial=-np.inf))
-    high = float((-height[out] / slope[out]).min(initial=np.inf))
-    return (low, high) if low < high else None
+def _between(p: Floats, d: Floats, faces: Floats) -> Span:
+    """Where lines are below all faces n x + o <= 0."""
+    slope, height = d @ faces[:, :3].T, p @ faces[:, :3].T + faces[:, 3]
+    level = np.abs(slope) < 1e-9
+    at = -height / np.where(level, 1.0, slope)
+    low = np.where(~level & (slope < 0), at, -np.inf).max(axis=1)
+    high = np.where(~level & (slope > 0), at, np.inf).min(axis=1)
+    missed = (low >= high) | (level & (height > 0)).any(axis=1)
+    return np.where(missed, np.inf, low), np.where(missed, -np.inf, high)
 
 
-def _slabs(p: Floats, d: Floats, half: Floats) -> tuple[float, float] | None:
-    low, high = -np.inf, np.inf
-    for x, v, h in zip(p, d, half, strict=True):
-        if abs(v) < 1e-9:
-            if abs(x) > h:
-                return None
-            continue
-        one, two = sorted(((-h - x) / v, (h - x) / v))
-        low, high = max(low, one), min(high, two)
-    return (float(low), float(high)) if low < high else None
-
-
-def _ball(p: Floats, d: Floats, radius: float) -> tuple[float, float] | None:
+def _ball(p: Floats, d: Floats, radius: float) -> Span:
     """Roots of |p + t d| = r."""
-    a, b, c = float(d @ d), float(p @ d), float(p @ p) - radius * radius
-    if a < 1e-9:
-        return (-np.inf, np.inf) if c < 0 else None
+    a, b, c = np.einsum("ij,ij->i", d, d), np.einsum("ij,ij->i", p, d), np.einsum("ij,ij->i", p, p) - radius * radius
+    along, safe = a < 1e-9, np.where(a < 1e-9, 1.0, a)
     root = b * b - a * c
-    return ((-b - math.sqrt(root)) / a, (-b + math.sqrt(root)) / a) if root > 0 else None
-
-
-def _meet(a: tuple[float, float] | None, b: tuple[float, float] | None) -> tuple[float, float] | None:
-    if a is None or b is None or min(a[1], b[1]) <= max(a[0], b[0]):
-        return None
-    return max(a[0], b[0]), min(a[1], b[1])
+    met, way = np.where(along, c < 0, root > 0), np.sqrt(np.maximum(root, 0.0))
+    low, high = np.where(along, -np.inf, (-b - way) / safe), np.where(along, np.inf, (-b + way) / safe)
+    return np.where(met, low, np.inf), np.where(met, high, -np.inf)

@@ -11,9 +11,9 @@ from cramlite.plugin import Decomposition, Parameter, Role, TaskType
 
 from .preconditions import empty_hand
 
-SPEED = Parameter("speed_m_s", 0.05, "slow enough to stop within a millimetre, ISO 10218 reduced speed is 0.25")
+SPEED = Parameter("speed_m_s", 0.08, "stops within a millimetre; ISO 10218 reduced speed is 0.25")
 FORCES = (
-    Parameter("force_n", 50.0, "at a friction of 0.5 and more pads bear a pull of 25 N, the limit, twice over"),
+    Parameter("force_n", 0.0, "0: what bears a pull of force_limit_n on the friction of pads and handle, as far as the hand can"),
     Parameter("force_limit_n", 25.0, "rails of 1 N and damping of 5 N s/m took under 10 N in simulation"),
 )
 
@@ -23,6 +23,7 @@ class ByHandle(TaskType):
 
     roles = (Role("Patient", features=("cram:Handle",)),)
     parameters: ClassVar[tuple[Parameter, ...]] = (SPEED, *FORCES)
+    moves = ("Patient",)
     stroke: ClassVar[str]
     """Name of the motion along the joint."""
 

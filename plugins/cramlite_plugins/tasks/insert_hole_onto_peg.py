@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
-from cramlite.model import Action, Belief, Location, Motion, fallback, part_name, sequence
+from cramlite.model import Action, Belief, Location, Motion, Object, fallback, part_name, sequence
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
+
+from ..shapes.peg_fit import stands
 
 TIP, DEEP, DOWN = 0, 2, 3  # corners of the place "insert": at the tip, past its bend, on the peg, let down
 AROUND = ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))  # where attempts look, one after the other: "aside_m" across the peg, and up
@@ -28,6 +30,7 @@ class InsertHoleOntoPeg(TaskType):
         Parameter("advance_m", 0.002, "the tip is in the hole: its hemisphere is 3 mm high"),
         Parameter("push_force_n", 8.0, "slides over a bent tip in simulation; a jammed rim takes 31 N"),
         Parameter("push_speed_m_s", 0.02, "faster compliance oscillates against a stiff peg in simulation"),
+        Parameter("sink_speed_m_s", 0.04, "as for extraction along the believed peg"),
         Parameter("attempts", 5.0, "beside the place that is believed, on each side of it: a search that goes too far leaves the rim"),
         Parameter("aside_m", 0.008, "a little more than the radius of a search: together they look 10 mm around, 14 mm to each side"),
         Parameter("lower_speed_m_s", 0.005, "a guarded motion at 5 mm/s peaks at 6 N in simulation"),
@@ -72,10 +75,18 @@ class InsertHoleOntoPeg(TaskType):
             Motion(named("tare"), "zero_sensor", reason="the weight of the object is not a contact force"),
             felt("touch", "until_contact", "to the tip", corner=TIP, beyond_m=beyond, expect="any", **beside),
             felt("search", "spiral_search", "for the tip with the hole", corner=TIP, advance_m=advance, **beside),
-            felt("push", "force_insert", "over the tip and along the peg", corner=TIP, end=DEEP),
+            *self._push(felt, belief, relatum),
             Motion(named("tare_again"), "zero_sensor", reason="what the sensor drifted by is no contact either"),
             felt("lower", "until_contact", "until the peg carries", corner=DOWN, beyond_m=FURTHER),
         )
+
+    def _push(self, felt: Callable[..., Motion], belief: Belief, relatum: Object) -> Iterable[Motion]:
+        """A peg that stands leads nothing over a bent tip: along it goes a straight way, and it gives way to its sides."""
+        peg = belief.feature(relatum.thing, "vrps:Peg")
+        if peg is not None and stands((belief.thing(relatum.thing).pose * peg.pose).rotate((0.0, 0.0, 1.0))):
+            yield felt("sink", "force_path", "down along the peg", corner=TIP, end=DEEP)
+        else:
+            yield felt("push", "force_insert", "over the tip and along the peg", corner=TIP, end=DEEP)
 
     def effects(self, action: Action, belief: Belief) -> Belief:
         relatum = action.roles["Relatum"].thing

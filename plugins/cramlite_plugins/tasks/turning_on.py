@@ -18,7 +18,7 @@ class TurningOn(ByHandle):
 
     def way(self, action: Action) -> Location:
         patient = action.roles["Patient"].name
-        return Location(f"turned({patient})", "opened", patient, {"shares": (1.0,)})
+        return Location(f"turned({patient})", "opened", patient, {"turned": True})
 
 
 @hookimpl

@@ -94,6 +94,8 @@ class _Contacts:
         self.times, self.robot = rollout.times, candidate.program.robot
         self.allowances = candidate.allowances
         self.tasks, self.held, self.moved = inner_tasks(candidate), held_at(rollout), moved_by(candidate)
+        self.jointed = {t.name for t in rollout.world.things if t.joint is not None}
+        self.furniture = {t.name for t in rollout.world.things if t.furniture}
         self.weight = {t.name: (t.mass or 0.0) * GRAVITY for t in rollout.world.things}
         near = round(GRIP / float(self.times[1] - self.times[0])) if len(self.times) > 1 else 0
         pressed = pressed_at(rollout)
@@ -107,6 +109,8 @@ class _Contacts:
             return math.inf  # pads that close on a thing: the gripper's own force
         if self.robot in pair:
             return None
+        if pair & self.jointed and pair <= self.furniture:
+            return math.inf  # a drawer runs in its cabinet, and against its stop: what that takes the arm feels
         in_hand = pair & {HAND, self.held[k]}
         if not in_hand and pair in self.last:
             return math.inf  # they stand together, and nobody is pressing

@@ -27,6 +27,8 @@ NEAR = 0.2
 """Up to this far is beside, from middle to middle seen from above [m]: ``where: {within}`` of a task says the same."""
 ASIDE = 0.01
 """And what is left of a thing is so by at least this [m]: half of what places are chosen by, the rest may go in letting go."""
+PLACES = {"vrps:SurfaceFeature", "cram:Cavity"}
+"""Features that things are in or over, and do not touch."""
 SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
 }  # fmt: skip
@@ -81,14 +83,15 @@ def _unmet(literal: GoalLiteral, timeline: Timeline, rollout: Rollout) -> str:
 
 def _recorded(entity: str, episode: Episode) -> str:
     """What a recording calls an entity of planning: the hand by its robot's name, a filling by its vessel; a feature without a
-    shape of its own is felt as its thing."""
+    shape of its own is felt as its thing, unless it is a place."""
     whole = thing_of(entity)
     if entity == EFFECTOR:
         return episode.effector or entity
     if entity == contents(whole):
         return contents_of(whole)
     known, owner = episode.known(entity), episode.known(whole)
-    return entity if owner is None or (known is not None and known.geoms) else whole
+    apart = known is not None and (known.geoms or set(known.types) & PLACES)
+    return entity if owner is None or apart else whole
 
 
 def _too_few(clause: Clause, literal: GoalLiteral, rollout: Rollout) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 GRAVITY = 9.81
 NO_STEPS = "its program has no steps"
 OPENING = 0.6  # a thing has left the hand so long before the fingers are open [s]: 85 mm at 150 mm/s, a 2F-85's whole stroke
+LONGEST = 5.0  # or so long, where the hand has stayed since: fingers that are told to open in steps take 2 s [s]
+STAYED = 0.005  # a hand that opens its fingers moves by less [m]
 BORNE = 0.5  # what bears less than this share of a thing's weight only touches it
 
 
@@ -104,13 +107,13 @@ def _not_on(rollout: Rollout, thing: str, support: Thing) -> str:
 
 
 def _not_hanging(rollout: Rollout, thing: str, hanger: Thing) -> str:
-    """Empty when a peg of the hanger passes through a hole of the thing and touches it."""
-    from ..episodes.detection.threaded import threaded
+    """Empty when a peg of the hanger passes through a hole of the thing and, unless it stands, bears it."""
+    from ..episodes.detection.threaded import around_standing, threaded
 
     pairs = [(hole, peg, flags) for hole, peg, flags in threaded(rollout) if _of(hole, peg) == (thing, hanger.name)]
     if not any(flags[-1] for _, _, flags in pairs):
         return f"no peg of '{hanger.name}' passes through a hole of '{thing}' at the end"
-    return _not_on(rollout, thing, hanger)
+    return "" if around_standing(hanger) else _not_on(rollout, thing, hanger)
 
 
 def _of(hole: str, peg: str) -> tuple[str, str]:
@@ -221,11 +224,24 @@ def _ways(timeline: Timeline, start: float, end: float) -> Iterator[Way]:
     if end - start > 2 * PADDING:
         spans += [(start + PADDING, end), (start, end + PADDING), (start, end - SNAP)]
         spans += [(cut, end) for cut in timeline.cuts if start < cut < end - PADDING]
-    before = [start, *(cut for cut in reversed(timeline.cuts) if start - OPENING <= cut < start), start - OPENING]
+    since = _opened(timeline, start)
+    before = [start, *(cut for cut in reversed(timeline.cuts) if since <= cut < start), since]
     for a, b in spans:
         own = timeline.phases(Segment(a, b))
         for moment in (*before, a) if a <= start + PADDING else (a,):
             yield {**own, "pre": timeline.instant(max(moment, timeline.cuts[0]))}
+
+
+def _opened(timeline: Timeline, start: float) -> float:
+    """When fingers that are open by now let go of what they held [s]: as long ago as the hand has not moved since."""
+    from ..predicates.phase_poses import pose_of
+
+    hand = timeline.episode.effector
+    ends = [s.end for s in timeline.active_between("cram:GraspState", timeline.cuts[0], start) if s.end <= start]
+    last = max((t for t in ends if t >= start - LONGEST), default=start)
+    then, now = (pose_of(timeline.instant(t), hand or "", t) for t in (last, start))
+    still = then is not None and now is not None and math.dist(then.position, now.position) < STAYED
+    return min(last, start - OPENING) if still else start - OPENING
 
 
 def _judged(rule: Rule, action: Action, timeline: Timeline, ran: Span, name: str, already: str) -> Finding:

@@ -46,7 +46,7 @@ def test_the_redundant_joint_is_swept() -> None:
 
 def test_the_same_pose_has_the_same_solutions_from_scratch() -> None:
     first = k.inverse(FR3, FORWARD)
-    k._numeric.cache_clear()
+    k._many.cache_clear()
     numeric_inverse._solver.cache_clear()
     assert k.inverse(FR3, FORWARD) == first
 

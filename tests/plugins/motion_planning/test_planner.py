@@ -69,6 +69,24 @@ def test_a_straight_line_is_tried_first() -> None:
     assert len(path.points) == 2
 
 
+def in_a_sleeve(*sides: int) -> Path | Refusal:
+    """A rod in the hand, its lower end between walls that are 0.2 mm farther away than they must be; to be turned in the air."""
+    gap, rod = 0.02 + 0.0052 + 0.01, box("rod", (0.02, 0.02, 0.08), (0.5, -0.25, 0.09), 0.2)
+    at = ((gap, 0.0), (-gap, 0.0), (0.0, gap), (0.0, -gap))
+    walls = (box(f"wall{k}", (0.01, 0.05, 0.03) if k < 2 else (0.05, 0.01, 0.03), (0.5 + at[k][0], -0.25 + at[k][1], 0.035)) for k in sides)
+    place = make(box("floor", (0.6, 0.6, 0.02), (0.5, 0.0, -0.04)), rod, *walls, held={"rod": Pose((0.0, 0.0, 0.06))}, opening=0.04)
+    start = stance(place, down(0.5, -0.25, 0.15))
+    goals = inverse(UR5E, Pose.from_axes((0.5, 0.25, 0.5), (0, 0, -1), (0, 1, 0)), seed=start)[:4]
+    return plan(place, start, goals, seed=1)
+
+
+def test_a_start_that_nothing_leads_away_from_is_refused_before_any_search() -> None:
+    answer = in_a_sleeve(0, 1, 2, 3)
+    assert isinstance(answer, Refusal) and answer.samples == 0, answer
+    assert "none of 500 short ways away from the start is free" in answer.reason and "'wall" in answer.reason
+    assert isinstance(in_a_sleeve(0, 2), Path)  # in a corner
+
+
 def test_a_goal_inside_the_wall_is_refused_and_the_wall_is_named() -> None:
     place = make(TABLE, WALL)
     start = stance(place, down(0.5, -0.25, 0.2))

@@ -5,7 +5,8 @@ who moved or why.
 
 - ContactState(a, b): a and b touch. "thing/part" where the contact is with a known part; the
   effector counts as a whole. A hole that touched the peg in it goes on touching it until the peg is out; an effector that
-  the wrist feels pressing has not let go where contacts chatter (``pressed_on``).
+  the wrist feels pressing has not let go where contacts chatter (``pressed_on``). What is
+  threaded onto a peg that stands touches it, too: it rests around it.
 - SupportState(supporter, supportee): the supporter pushes the supportee up with a fair share of its
   weight. Being grasped is not being supported: the effector never supports.
 - GraspState(gripper, object): both pads press the object, it stays where it is in the hand, and friction was seen to
@@ -23,6 +24,7 @@ A state that still holds when the recording ends, ends one sample after it.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
 
 import numpy as np
 from msgspec.structs import replace
@@ -42,7 +44,7 @@ from .entities import (
 from .grasped import grasps
 from .signals import Flags, hysteresis, spans
 from .supported import carried, supports
-from .threaded import held_on, threaded
+from .threaded import around_standing, held_on, threaded
 from .touches import CONTACT, Pair, entity_of, pressed_on, state, touching_pairs
 
 #: Boundaries nearer to each other than this are one [s]: a closing hand's pads touch and grip within it.
@@ -118,11 +120,21 @@ def _contacts(rollout: Rollout, pairs: dict[tuple[str, str], Pair], carries: dic
         pair: held_on(hysteresis(force, *CONTACT), through.get(pair, never)) | standing.get(pair, never)
         for pair, force in forces.items()
     }
+    for both, flags in _around(rollout):
+        touching[both] = touching.get(both, never) | flags
     return [
         state("soma:ContactState", span, {"a": a, "b": b})
         for (a, b), flags in pressed_on(touching, rollout).items()
         for span in spans(flags, rollout.times)
     ]
+
+
+def _around(rollout: Rollout) -> Iterator[tuple[tuple[str, str], Flags]]:
+    """Things that are threaded onto a peg that stands, with the peg, in order, and when."""
+    for hole, peg, flags in threaded(rollout):
+        if around_standing(rollout.world.thing(thing_of(peg))):
+            first, second = sorted((thing_of(hole), peg))
+            yield (first, second), flags
 
 
 def _contents(rollout: Rollout) -> list[Event]:

@@ -1,4 +1,7 @@
-"""Detection of pegs in holes: what is threaded rattles, and losing contact for a moment takes nothing off."""
+"""Detection of pegs in holes: what is threaded rattles, and losing contact for a moment takes nothing off.
+
+A peg that stands is loose in a hole that rests around it, and need not touch it: the hole is on it for as long as the peg is in it.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cramlite.model import EntityName, Feature, Floats, Pose, Rollout, Thing
+
+from ...shapes.peg_fit import stands
 
 Flags = NDArray[np.bool_]
 
@@ -24,6 +29,12 @@ def threaded(rollout: Rollout) -> Iterator[tuple[str, str, Flags]]:
                         continue  # of unknown size: contacts alone tell
                     flags = _passes(rollout, owner, hole, other, _polyline(other, peg))
                     yield str(EntityName(owner.name, hole.name)), str(EntityName(other.name, peg.name)), flags
+
+
+def around_standing(hanger: Thing) -> bool:
+    """Return whether the peg of a thing stands: what is threaded onto it is on it without touching it."""
+    peg = hanger.feature("vrps:Peg")
+    return peg is not None and stands((hanger.pose * peg.pose).rotate((0.0, 0.0, 1.0)))
 
 
 def _polyline(hanger: Thing, peg: Feature) -> Floats:

@@ -16,15 +16,16 @@ from .bodies import SLIDE, Group, joints
 COMPACT = 0.95
 """Where the box around a jointed thing and what it is mounted in has at most this share of its volume at the other end, it is closed."""
 
-PLAY = 0.1
-"""A joint that starts within this share of its range of its closed end is closed: some drawers of others begin 10 mm before their stop."""
+MODELLED = 0.1
+"""A joint whose zero is within this share of its range of an end was modelled in that state: knobs off, switches up."""
 
 
 def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
-    """Return the joint of a group with its closed end at the lower value, and what was changed in it.
+    """Return the joint of a group with its closed end at the lower value, and what was found and changed in it.
 
     Closed is where it and its carrier take the least room: a drawer that starts open is still drawn out of its cabinet. Where
-    that tells nothing, as of a knob, it is the end that it starts nearer to.
+    that tells nothing, as of a knob, it is the end near which its zero is: the pose in which it was modelled; else the end that
+    it starts nearer to.
 
     Args:
         source: a ``Source``.
@@ -39,13 +40,11 @@ def joint_of(source: Any, group: Group, parent: str) -> tuple[Joint, list[str]]:
         low, high = (value - 1.0, value + 1.0) if slide else (value - math.pi, value + math.pi)
         notes.append(f"joint '{name}' has no limits; it is taken for {low:.2f} to {high:.2f} {'m' if slide else 'rad'}")
     axis = np.asarray(model.jnt_axis[j], dtype=float)
-    if _closed_above(source, group, j, (low, high)):
+    above, why = _closed_above(source, group, j, (low, high))
+    notes.append(f"joint '{name}' is closed at its {'upper' if above else 'lower'} end{'; its axis is turned round' * above}: {why}")
+    if above:
         axis = -axis
         low, high, value = -high, -low, -value
-        notes.append(f"joint '{name}' is closed at its upper end; its axis is turned round")
-    if 0.0 < value - low <= PLAY * (high - low):
-        notes.append(f"joint '{name}' starts {value - low:.3f} {'m' if slide else 'rad'} from its stop: closed, no further in")
-        low = value
     notes += _left_out(model, j, dof, name)
     x = (1.0, 0.0, 0.0) if abs(axis[0]) < 0.9 else (0.0, 1.0, 0.0)
     pose = Pose.from_axes(tuple(float(v) for v in model.jnt_pos[j]), axis, x)
@@ -63,15 +62,17 @@ def _left_out(model: Any, joint: int, dof: int, name: str) -> list[str]:
     return notes
 
 
-def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, float]) -> bool:
-    """Whether a joint is closed at its upper end."""
+def _closed_above(source: Any, group: Group, joint: int, ends: tuple[float, float]) -> tuple[bool, str]:
+    """Whether a joint is closed at its upper end, and why."""
     low, high = ends
+    below, above = (_room(source, group, joint, at) for at in ends) if group.carrier else (1.0, 1.0)
+    if min(below, above) <= COMPACT * max(below, above):
+        return above < below, "there it and what it is mounted in take the least room"
+    if min(abs(low), abs(high)) <= MODELLED * (high - low) and abs(low) != abs(high):
+        return abs(high) < abs(low), "its zero is there"
     value = float(source.data.qpos[source.model.jnt_qposadr[joint]])
     near = value - low > high - value and not math.isclose(value - low, high - value)
-    if not group.carrier:
-        return near
-    below, above = (_room(source, group, joint, at) for at in ends)
-    return near if min(below, above) > COMPACT * max(below, above) else above < below
+    return near, "it starts nearer to that end, and nothing else tells"
 
 
 def _room(source: Any, group: Group, joint: int, value: float) -> float:

@@ -44,6 +44,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
     import_mujoco()
     from .bodies import grouped
     from .geoms import pose_of
+    from .pegs import with_pegs
     from .source import read_source
 
     source = read_source(path, packages, keyframe)
@@ -55,6 +56,7 @@ def _read(path: Path, packages: Mapping[str, Path], keyframe: str) -> ImportedSc
         raise UserError(f"{path}:1: {error}.") from error
     if not made:
         raise UserError(f"{path}:1: the scene has no thing that collides; {'; '.join(notes + said) or 'its worldbody is empty'}.")
+    made = with_pegs(made)
     made.sort(key=lambda m: (m.thing.movable, m.thing.joint is None))
     physics, stated = _physics(source.model)
     stands = {source.model.body(b).name: pose_of(source.data.xpos[b], source.data.xmat[b]) for b in groups.robots}

@@ -16,7 +16,7 @@ from ...shapes.bounds import box_around
 from ...shapes.cavities import DEEP
 from .geoms import pose_of
 
-PLACES = re.compile(r"contain|inside|cavity|interior|_in$|region", re.IGNORECASE)
+PLACES = re.compile(r"contain|inside|cavity|interior|_in$|region|side$|area|zone|compartment|slot|shelf|level", re.IGNORECASE)
 """Words in the names of sites that things are put into or onto."""
 BOX_SITE = 6
 UPRIGHT = math.cos(math.radians(5.0))

@@ -19,6 +19,8 @@ from .sites import LARGE, NARROW, places
 
 CLASSES = {"free": "cram:Product", "fixed": "soma:DesignedFurniture", "slide": "soma:Drawer", "hinge": "soma:Door", "knob": "cram:Knob"}
 """What a thing is taken for by how it moves, where its names say nothing."""
+CONTAINER = "soma:DesignedContainer"
+"""What is taken for one then: what is fixed and has cavities that sites mark."""
 MOST = 6
 """Surfaces of one thing that become features."""
 
@@ -106,6 +108,8 @@ def _featured(source: Any, group: Group, thing: Thing, shapes: list[Shaped]) -> 
     found = {f.name: f for s in shapes for f in s.features} | {f.name: f for f in sites if f.type == "cram:Cavity"}
     thing, said = _surfaced(replace(thing, features=tuple(found.values())))
     areas = tuple(f for f in sites if f.type != "cram:Cavity")
+    if group.kind == "fixed" and len(areas) < len(sites):
+        thing = replace(thing, type=CONTAINER)
     thing = replace(thing, features=(*thing.features, *areas))
     said += "".join(f", area '{f.name}'" for f in areas)
     if thing.joint is not None:
@@ -136,12 +140,20 @@ def _surfaced(thing: Thing) -> tuple[Thing, str]:
         Feature(f"surface{k + 1 if k else ''}", "vrps:SurfaceFeature", thing.pose.inverse() * pose, size)
         for k, (pose, size) in enumerate((p, s) for p, s in level[:MOST] if min(s.values()) > NARROW)
     ]
-    features = (*thing.features, *([hollow] if hollow else ()), *tops)
+    features = (*thing.features, *([hollow] if hollow else ()), *(tops or _floors(hollow)))
     said = [f"{len(tops)} surface{'s' * (len(tops) != 1)}"] if tops else []
     for feature in features:
         if feature.type != "vrps:SurfaceFeature" and feature.name != "handle":
             said.append(f"{feature.name} of {' x '.join(f'{1000 * v:.0f}' for v in feature.size.values())} mm")
     return replace(thing, features=features), ", ".join(said) or "no surfaces"
+
+
+def _floors(hollow: Feature | None) -> list[Feature]:
+    """The floor of a cavity, round as a bowl's may be: what a thing without a level face carries other things on."""
+    if hollow is None:
+        return []
+    floor = hollow.pose * Pose((0.0, 0.0, -hollow.size["height"]))
+    return [Feature("floor", "vrps:SurfaceFeature", floor, {k: hollow.size[k] for k in ("width", "depth")})]
 
 
 def _largest(area: Any) -> dict[str, float]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeVar
+
+T = TypeVar("T")
 
 
 class Stopwatch:
@@ -40,6 +42,16 @@ class Stopwatch:
             self.add(stage, whole - inner)
             if self._open:
                 self._open[-1] += whole
+
+    def over(self, stage: str, items: Iterable[T]) -> Iterator[T]:
+        """Yield items, and count what computing each takes."""
+        rest = iter(items)
+        while True:
+            with self(stage):
+                item = next(rest, None)
+            if item is None:
+                return
+            yield item
 
     def around(self, wrapped: Any, **stages: str) -> Any:
         """Wrap an object so that the CPU time of some of its methods is counted: method=stage."""

@@ -1,0 +1,101 @@
+"""What answers for a judge, and how an experiment's own file of it is loaded."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Protocol
+
+from ...base.errors import UserError
+from ...engine.engine import Engine
+from ...engine.setting import Setting
+from ...model.rollout import Rollout
+
+CONNECT = "connect"
+"""Function of an experiment's file that returns its judge, or says how its environment is installed."""
+
+
+class Judgement(Protocol):
+    """Judgement of an episode."""
+
+    @property
+    def success(self) -> bool:
+        """Whether its goal holds now."""
+
+    @property
+    def first(self) -> int | None:
+        """Action after which it held for the first time, from 1; None for never."""
+
+    @property
+    def steps(self) -> int:
+        """Actions that were taken."""
+
+
+class Judge(Protocol):
+    """Process that simulates episodes and judges them.
+
+    ``cramlite_plugins.backends.stream.judge.JudgeProcess`` has all of it but ``setting``. Whatever is not as it must be is a
+    ``UserError``.
+    """
+
+    def reset(self, suite: str, task: int, state: int) -> str:
+        """Begin an episode and return the name of its task."""
+
+    def setting(self, engine: Engine, folder: Path, twins: int) -> tuple[Path, Setting]:
+        """Write the scenario of the episode that has begun, with its goal, into a folder; return its file, and where it is resolved."""
+
+    def play(self, program: str, setting: Setting) -> Rollout:
+        """Run a program in the judge's simulator to its end."""
+
+    def rest(self) -> None:
+        """Do nothing until things are at rest."""
+
+    def check(self) -> Judgement:
+        """Return the judgement, as it is by now."""
+
+    def picture(self) -> bytes:
+        """Return what the judge's camera sees, as PNG; nothing where it has none."""
+
+    def close(self) -> None:
+        """End the process."""
+
+
+def connect(file: Path, environment: Path | None) -> Judge:
+    """Connect to an experiment's judge.
+
+    Args:
+        file: of the experiment, whose function ``connect`` does it; it may import files beside it (``from .goals import ...``).
+        environment: where the judge is installed; None for its usual place.
+
+    Raises:
+        UserError: there is no such file, it cannot be imported or has no such function; the judge is not installed.
+    """
+    function = getattr(module_of(file), CONNECT, None)
+    if not callable(function):
+        raise UserError(f"'{file}' has no function '{CONNECT}(environment)' that returns the judge of its experiment.")
+    judge: Judge = function(environment)
+    return judge
+
+
+def module_of(file: Path) -> ModuleType:
+    """Import a file of an experiment as a module in a package of its folder, so that it may import files beside it.
+
+    Raises:
+        UserError: there is no such file, or it cannot be imported.
+    """
+    if not file.is_file():
+        raise UserError(f"There is no '{file}', which the experiment names as its judge.")
+    folder = file.resolve().parent
+    name = f"cramlite_judge_{hashlib.blake2b(str(folder).encode(), digest_size=6).hexdigest()}"
+    if name not in sys.modules:
+        package = ModuleType(name)
+        package.__path__ = [str(folder)]
+        sys.modules[name] = package
+    try:
+        return importlib.import_module(f"{name}.{file.stem}")
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}"
+        raise UserError(f"'{file}', which the experiment names as its judge, cannot be imported: {why}.") from error

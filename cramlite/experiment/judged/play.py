@@ -1,0 +1,162 @@
+"""One episode: its goal is resolved in what the judge says of the scene, and the first proven program is played, once.
+
+Runs in a worker process. Nothing is searched, tried or reset in the judge's simulator.
+"""
+
+from __future__ import annotations
+
+import time
+from functools import lru_cache
+from pathlib import Path
+
+from msgspec.structs import replace
+
+from ...base.errors import UserError
+from ...base.run_directory import write_whole
+from ...base.value import Value
+from ...engine.engine import Engine
+from ...engine.setting import Setting
+from ...engine.solution import Solution
+from ...model.rollout import save_rollout
+from ...model.verdict import ADVICE
+from ...planning.diagnosis import failure_text
+from ...planning.trace import Trace
+from ...plugin.selection import INSTALLED, PluginChoice
+from ...scenario.scenario import read_scenario
+from .judge import Judge, connect
+from .results import Attempt, EpisodeResult, plain_reason
+from .spec import Episode, JudgedExperiment
+
+BROKEN_OFF = "broken off"
+
+
+class Trial(Value):
+    """Episode that a worker is given: plain values, so that any process can play it.
+
+    Args:
+        experiment: that the episode is of.
+        folder: of the episode's files.
+        environment: of the judge; None for its usual place.
+        twins: in how many a program is tried before it is played.
+        attempt_refused: where no program is proven, the best one that was refused is played, too.
+        pictures: keep what the judge's camera sees at the end.
+        plugins: of the engine, beside those of the experiment.
+    """
+
+    experiment: JudgedExperiment
+    episode: Episode
+    folder: Path
+    environment: Path | None = None
+    twins: int = 0
+    attempt_refused: bool = False
+    pictures: bool = True
+    plugins: PluginChoice = INSTALLED
+
+
+def play(trial: Trial) -> EpisodeResult:
+    """Play an episode.
+
+    Raises:
+        UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
+    """
+    judge, episode = _judge(trial.experiment.beside(trial.experiment.spec.judge), trial.environment), trial.episode
+    budget = trial.experiment.suite(episode.suite).budget
+    try:
+        name = judge.reset(episode.suite, episode.task, episode.state)
+        result = EpisodeResult(suite=episode.suite, task=episode.task, state=episode.state, name=name, budget=budget)
+        result = _resolved(trial, judge, result)
+    except UserError:
+        _end(judge)
+        raise
+    return replace(result, failure=_failure(result, trial.experiment))
+
+
+@lru_cache(maxsize=1)
+def _judge(file: Path, environment: Path | None) -> Judge:
+    """The judge of this process, as long as it answers."""
+    return connect(file, environment)
+
+
+def _end(judge: Judge) -> None:
+    """End a judge that does not answer as it must; the next episode has another one."""
+    judge.close()
+    _judge.cache_clear()
+
+
+def _engine(trial: Trial) -> Engine:
+    own = tuple(trial.experiment.beside(name) for name in trial.experiment.spec.plugins)
+    return Engine.with_plugins(replace(trial.plugins, files=(*own, *trial.plugins.files)))
+
+
+def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResult:
+    """Search, and one attempt with what was found."""
+    engine, trace, clock = _engine(trial), Trace(), time.monotonic()
+    try:
+        path, setting = judge.setting(engine, trial.folder, trial.twins)
+        scenario = read_scenario(path)
+        result = replace(result, goal=tuple(map(str, scenario.spec.goal or ())))
+        proven, refused = _search(engine, scenario, setting, trace)
+    except UserError as error:
+        judge.check()  # one that no longer answers has not shown a scene that could be refused
+        return replace(result, reason=str(error), wall=time.monotonic() - clock)
+    result = replace(result, wall=time.monotonic() - clock, seconds=dict(getattr(trace, "seconds", {})))
+    if proven is None:
+        result = replace(result, reason=failure_text(trace, engine.registry.faults))
+        again = trial.attempt_refused and refused is not None
+        return replace(result, refused=_attempt(trial, judge, refused, "refused")) if again and refused else result
+    advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
+    return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, proven, "program"))
+
+
+def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) -> tuple[Solution | None, Solution | None]:
+    """The first program that was proven, and the refused one with the fewest objections, of those whose text ran."""
+    best: Solution | None = None
+    for candidate in engine.candidates(scenario, setting=setting, trace=trace):  # type: ignore[arg-type]
+        for one in candidate.attempts():
+            if one.verdict.passed:
+                return one, best
+            ran = one.candidate.rollout is not None
+            if ran and (best is None or len(one.verdict.objections) < len(best.verdict.objections)):
+                best = one
+    return None, best
+
+
+def _attempt(trial: Trial, judge: Judge, solution: Solution, name: str) -> Attempt:
+    """A program is played to its end, and judged there and at rest."""
+    code = solution.candidate.code
+    assert code is not None
+    write_whole(trial.folder / f"{name}{code.suffix}", code.text)
+    try:
+        rollout = judge.play(code.text, solution.setting)
+        save_rollout(rollout, trial.folder / f"{name}.npz")
+        ended = judge.check()
+        judge.rest()
+        rested = judge.check()
+    except UserError as error:
+        _end(judge)
+        return Attempt(outcome=BROKEN_OFF, reason=str(error))
+    picture = _picture(trial, judge, name) if trial.pictures else ""
+    return Attempt(
+        outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, picture=picture
+    )
+
+
+def _picture(trial: Trial, judge: Judge, name: str) -> str:
+    """The judge's picture as a file beside the program."""
+    seen = judge.picture()
+    if not seen:
+        return ""
+    write_whole(trial.folder / f"{name}.png", seen)
+    return f"{name}.png"
+
+
+def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
+    """The class of a failure: by the reason why there is no program, or why it stopped; else by what the judge said."""
+    attempt = result.attempt
+    if result.rest():
+        return ""
+    if attempt is None:
+        return experiment.failure(plain_reason(result.reason), "goal" if not result.goal else "path")
+    if result.rest(unlimited=True):
+        return "time"
+    return experiment.failure(attempt.reason, "physics") if attempt.reason else "physics"

@@ -1,0 +1,85 @@
+"""Report of a judged experiment in Markdown: what a proof is worth first, then how many episodes were true."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from .spec import JudgedExperiment
+from .tables import Rate, Row, Spread, Tables
+
+WITHIN = (
+    "Within the budget means that the judge's check was true for the first time within it; unlimited, at any time. At rest: still true "
+    "when everything has come to rest after the program's end. No program counts as a failure. Intervals: Wilson, 95 %."
+)
+HEAD = ("proven", "true at first", "true at rest", "at first, unlimited", "at rest, unlimited", "steps", "advised")
+PUBLISHED = ("system", "given", "published", "ours, at rest", "suites", "source")
+MOST_REASONS = 10
+
+
+def markdown(tables: Tables, experiment: JudgedExperiment) -> str:
+    """Return the tables as a page of Markdown."""
+    spec = experiment.spec
+    return "\n".join([
+        f"# {spec.title}", "", f"Given: {spec.given}. {WITHIN}", "",
+        "## What the proof was worth", "", *worth(tables), "",
+        "## Suites", "", *grid(("suite", "about", "budget", *HEAD), suite_rows(tables, experiment)), "",
+        "## Tasks", "", *grid(("suite", "task", "name", *HEAD), task_rows(tables)), "",
+        "## Failures", "", *failures(tables), "",
+        "## Time", "", *grid(("time [s]", "median", "95 % under", "longest", "episodes"), times(tables.seconds)), "",
+        *(["## Beside published figures", "", *grid(PUBLISHED, beside(tables)), ""] if tables.published else []),
+    ])  # fmt: skip
+
+
+def worth(tables: Tables) -> list[str]:
+    """Return what a proof was worth, in lines."""
+    known = tables.refusal_was_wrong
+    lines = [f"- A passing verdict was right, in the judge's physics and at rest: {tables.passing_was_right.text}."]
+    lines += [f"- Episodes without a program: {tables.refusals}."]
+    said = f"{known.text} of those that had a program to play" if known.total else "not known: none was played (`--attempt-refused`)"
+    return [*lines, f"- A refusal was wrong: {said}."]
+
+
+def suite_rows(tables: Tables, experiment: JudgedExperiment) -> list[list[str]]:
+    """Return a row for each suite, and one for all."""
+    rows = [[r.suite, experiment.spec.suites[r.suite].about, str(r.budget), *_counts(r)] for r in tables.suites]
+    return [*rows, ["all", "", "", *_counts(tables.whole)]] if len(rows) > 1 else rows
+
+
+def task_rows(tables: Tables) -> list[list[str]]:
+    """Return a row for each task."""
+    return [[r.suite, str(r.task), r.name, *_counts(r, short=True)] for r in tables.tasks]
+
+
+def failures(tables: Tables) -> list[str]:
+    """Return how many failures there are of each class, and what refusals say."""
+    if not tables.failures:
+        return ["None."]
+    classes = grid(("class", "episodes"), [[kind, str(n)] for kind, n in tables.failures.items()])
+    said = list(tables.refused_for.items())[:MOST_REASONS]
+    return [*classes, "", "Refusals:", "", *(f"- {n} × {reason}" for reason, n in said)] if said else classes
+
+
+def times(seconds: dict[str, Spread]) -> list[list[str]]:
+    """Return a row for each time."""
+    return [[n, f"{s.median:.1f}", f"{s.most:.1f}", f"{s.longest:.1f}", str(s.count)] for n, s in seconds.items()]
+
+
+def beside(tables: Tables) -> list[list[str]]:
+    """Return a row for each published figure."""
+    return [[p.system, p.given, p.rate, p.ours.text, ", ".join(p.suites), p.source] for p in tables.published]
+
+
+def grid(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
+    """Return a table in Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    return [f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines]
+
+
+def _counts(row: Row, *, short: bool = False) -> list[str]:
+    def text(value: Rate) -> str:
+        return f"{value.hits} of {value.total}" if short else value.text
+
+    rates = (row.proven, row.first, row.rest, row.first_unlimited, row.rest_unlimited)
+    return [*map(text, rates), "" if row.steps is None else f"{row.steps:g}", str(row.advised)]
+
+

@@ -1,0 +1,81 @@
+"""Results of a judged experiment: a value for each episode, written as JSON and read back."""
+
+from __future__ import annotations
+
+from msgspec import field
+
+from ...base.value import Value
+
+
+class Attempt(Value, kw_only=True):
+    """Attempt at an episode in the judge's simulator.
+
+    Args:
+        outcome: how the program ended: "finished", "halted", "protective stop", "timeout", or "broken off" where the judge went.
+        reason: why, where it did not finish.
+        first: the action after which the judge's check was true for the first time, from 1; None for never.
+        rest: whether it is true when things are at rest after the program's end.
+        steps: actions until the program's end.
+        picture: name of the file with what the judge's camera saw at the end; "" for none.
+    """
+
+    outcome: str
+    reason: str = ""
+    first: int | None = None
+    rest: bool = False
+    steps: int = 0
+    picture: str = ""
+
+
+class EpisodeResult(Value, kw_only=True):
+    """Result of an episode: one program, one attempt.
+
+    Args:
+        suite, task, state: which episode.
+        name: of its task.
+        goal: in sentences about things; empty where it has no words here.
+        budget: actions of the published protocol.
+        proven: whether a program stood the proof.
+        reason: why not, where none did; the nearest miss first.
+        advice: what validators that only advise object to in the program.
+        seconds: CPU time of the search by stage.
+        wall: time until the program was proven, or refused [s], on a machine that may do other things, too.
+        attempt: in the judge's simulator; None where no program was proven.
+        refused: the attempt of the best program that was refused, where that was asked for; it counts nowhere else.
+        failure: class of the failure; "" for an episode that is true at rest within its budget.
+    """
+
+    suite: str
+    task: int
+    state: int
+    name: str
+    goal: tuple[str, ...] = ()
+    budget: int
+    proven: bool = False
+    reason: str = ""
+    advice: tuple[str, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+    wall: float = 0.0
+    attempt: Attempt | None = None
+    refused: Attempt | None = None
+    failure: str = ""
+
+    def first(self, *, unlimited: bool = False) -> bool:
+        """Whether the judge's check was ever true: within the budget, or in unlimited time."""
+        return self.attempt is not None and in_time(self.attempt, self.budget, unlimited=unlimited)
+
+    def rest(self, *, unlimited: bool = False) -> bool:
+        """Whether it was, and still is when things are at rest."""
+        return self.first(unlimited=unlimited) and self.attempt is not None and self.attempt.rest
+
+
+def in_time(attempt: Attempt, budget: int, *, unlimited: bool = False) -> bool:
+    """Return whether the judge's check was true for the first time within the budget, or ever."""
+    return attempt.first is not None and (unlimited or attempt.first <= budget)
+
+
+def plain_reason(reason: str) -> str:
+    """Return what is first among the reasons of a refusal: the nearest miss, where there is one."""
+    lines = [line.strip() for line in reason.splitlines() if line.strip()]
+    miss = next((line for line in lines if line.startswith("Nearest miss: ")), lines[0] if lines else "nothing was said")
+    return miss.removeprefix("Nearest miss: ")

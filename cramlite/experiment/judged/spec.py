@@ -1,0 +1,174 @@
+"""Files of judged experiments: who judges, which episodes there are, what their failures are called and what was published."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from ...base.errors import UserError, nearest
+from ...base.value import Value
+from ...base.yaml_file import explain_validation, load_yaml
+
+
+class _Spec(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class SuiteSpec(_Spec):
+    """Suite of tasks, numbered from 0, and the actions that an episode of it may take in the published protocol."""
+
+    tasks: int = Field(ge=1)
+    states: int = Field(ge=1)
+    budget: int = Field(ge=1)
+    about: str = ""
+
+
+class FailureSpec(_Spec):
+    """Class of failures: those whose reason a pattern is found in, asked in the order of the file."""
+
+    kind: str
+    reason: str
+
+    @field_validator("reason")
+    @classmethod
+    def _pattern(cls, text: str) -> str:
+        try:
+            re.compile(text)
+        except re.error as error:
+            raise ValueError(f"'{text}' is no regular expression: {error}") from None
+        return text
+
+
+class PublishedSpec(_Spec):
+    """Published rate of another system over some suites, and what that system was given."""
+
+    system: str
+    given: str
+    rate: str
+    suites: tuple[str, ...]
+    source: str
+
+
+class JudgedSpec(_Spec):
+    """Keys of the file of a judged experiment.
+
+    ``judge`` is the Python file that answers for the judge, and ``plugins`` are those that its episodes need, both beside the
+    experiment's file.
+    """
+
+    experiment: str = Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")
+    title: str
+    judge: str
+    plugins: tuple[str, ...] = ()
+    given: str
+    suites: dict[str, SuiteSpec] = Field(min_length=1)
+    failures: tuple[FailureSpec, ...] = ()
+    published: tuple[PublishedSpec, ...] = ()
+
+
+class Episode(Value):
+    """Episode of a suite: a task from one of its initial states."""
+
+    suite: str
+    task: int
+    state: int
+
+    @property
+    def name(self) -> str:
+        """Name of its folder."""
+        return f"{self.suite}-{self.task}-{self.state}"
+
+
+class JudgedExperiment(Value):
+    """File of a judged experiment that was read and checked."""
+
+    path: Path
+    spec: JudgedSpec
+
+    def beside(self, name: str) -> Path:
+        """Return the path of a file that the experiment names relative to its own folder."""
+        return self.path.resolve().parent / name
+
+    def suite(self, name: str) -> SuiteSpec:
+        """Return the suite of a name.
+
+        Raises:
+            UserError: there is none of the name.
+        """
+        if name not in self.spec.suites:
+            raise UserError(f"{self.path} has no suite '{name}'; {nearest(name, self.spec.suites)}.")
+        return self.spec.suites[name]
+
+    def episodes(self, suite: str, tasks: str, states: str) -> tuple[Episode, ...]:
+        """Return episodes of a suite, all tasks of a state before the next state.
+
+        Args:
+            tasks, states: numbers such as "0,2,8:12", which ends with 11; no task stands for all of them.
+
+        Raises:
+            UserError: no such suite, task or state; no numbers.
+        """
+        spec = self.suite(suite)
+        whose = f"the suite '{suite}'"
+        which = chosen(tasks or f"0:{spec.tasks}", spec.tasks, "tasks", whose)
+        return tuple(Episode(suite, task, state) for state in chosen(states, spec.states, "states", whose) for task in which)
+
+    def failure(self, reason: str, otherwise: str) -> str:
+        """Return the class of a failure by its reason."""
+        return next((f.kind for f in self.spec.failures if re.search(f.reason, reason)), otherwise)
+
+
+def chosen(text: str, count: int, what: str, whose: str) -> list[int]:
+    """Return the numbers of "0,2,8:12", which ends with 11, once each and in order of the text.
+
+    Args:
+        count: there are 0 to ``count`` - 1 of them.
+        what, whose: said in errors.
+
+    Raises:
+        UserError: it is no such text, names nothing, or a number that there is not.
+    """
+    wrong = f"--{what} is '{text}'"
+    try:
+        found = list(dict.fromkeys(n for part in text.split(",") for n in _span(part)))
+    except ValueError:
+        raise UserError(f"{wrong}; write numbers and ranges such as 0,2,8:12, which ends with 11.") from None
+    if not found:
+        raise UserError(f"{wrong}, which names none; 0:5 is 0, 1, 2, 3 and 4.")
+    beyond = [n for n in found if not 0 <= n < count]
+    if beyond:
+        raise UserError(f"{wrong}; {whose} has {what} 0 to {count - 1}, and no {beyond[0]}.")
+    return found
+
+
+def _span(part: str) -> Iterable[int]:
+    """The numbers of "8:12" or of "8"."""
+    first, colon, end = part.partition(":")
+    return range(int(first), int(end) if colon else int(first) + 1)
+
+
+def is_judged(path: Path) -> bool:
+    """Return whether an experiment's file says that somebody else judges.
+
+    Raises:
+        UserError: it cannot be read, or is no YAML.
+    """
+    data = load_yaml(path)
+    return isinstance(data, Mapping) and "judge" in data
+
+
+def read_judged(path: Path) -> JudgedExperiment:
+    """Read the file of a judged experiment.
+
+    Raises:
+        UserError: not YAML, an unknown key, or a wrong value: with file and line.
+    """
+    data: Any = load_yaml(path)
+    try:
+        return JudgedExperiment(path, JudgedSpec.model_validate(data))
+    except ValidationError as error:
+        raise explain_validation(path, data, error, list(JudgedSpec.model_fields)) from error

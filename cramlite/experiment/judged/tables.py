@@ -1,0 +1,194 @@
+"""Tables of a judged experiment: how often the judge agreed with a proof, and how many episodes were true, by suite and task."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from statistics import median, quantiles
+from typing import Any
+
+from msgspec.structs import asdict
+
+from ...base.value import Value
+from ...base.wilson import wilson_interval
+from .results import EpisodeResult, in_time, plain_reason
+from .spec import JudgedExperiment, PublishedSpec
+
+Episodes = Sequence[EpisodeResult]
+
+
+class Rate(Value):
+    """Rate: so many of so many."""
+
+    hits: int
+    total: int
+
+    @property
+    def rate(self) -> float:
+        """Share of hits; 0 where nothing was tried."""
+        return self.hits / self.total if self.total else 0.0
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Bounds of its 95 % Wilson interval."""
+        return wilson_interval(self.hits, self.total)
+
+    @property
+    def text(self) -> str:
+        """The rate for people: "27 of 29 (.93, .78 to .98)"."""
+        if not self.total:
+            return "none tried"
+        low, high = self.interval
+        return f"{self.hits} of {self.total} ({digits(self.rate)}, {digits(low)} to {digits(high)})"
+
+
+class Row(Value):
+    """Episodes of a suite, a task, or all of them.
+
+    Args:
+        suite, task: "" and None for all.
+        name: of the task.
+        proven: programs that stood the proof.
+        first, rest: true at first, and at rest, within the budget.
+        first_unlimited, rest_unlimited: the same in unlimited time.
+        steps: median of actions until the judge's check was true; None where it never was.
+        budget: of an episode; None for several suites.
+        advised: played programs that a validator which only advises objects to.
+    """
+
+    suite: str
+    task: int | None
+    name: str
+    proven: Rate
+    first: Rate
+    rest: Rate
+    first_unlimited: Rate
+    rest_unlimited: Rate
+    steps: float | None
+    budget: int | None
+    advised: int
+
+
+class Spread(Value):
+    """Spread of a time over so many episodes [s]: its median, what 95 % stay under, and the longest."""
+
+    median: float
+    most: float
+    longest: float
+    count: int
+
+
+class PublishedRate(Value):
+    """Published rate beside ours over the same suites, as far as they were played."""
+
+    system: str
+    given: str
+    rate: str
+    source: str
+    suites: tuple[str, ...]
+    ours: Rate
+
+
+class Tables(Value):
+    """Tables of a judged experiment.
+
+    Args:
+        passing_was_right: proven programs after which the judge's check is true at rest, in unlimited time.
+        refusal_was_wrong: refused programs after which it is, of those that were played to find out.
+        refusals: episodes without a program, and those of them for which there was a program to play.
+        whole, suites, tasks: rows.
+        seconds: spreads of CPU time by stage, and of the time until a program was there.
+        failures: class -> episodes that are not true at rest within the budget.
+        refused_for: reason -> how many refusals name it first.
+        published: of the suites that were played.
+    """
+
+    passing_was_right: Rate
+    refusal_was_wrong: Rate
+    refusals: int
+    whole: Row
+    suites: tuple[Row, ...]
+    tasks: tuple[Row, ...]
+    seconds: dict[str, Spread]
+    failures: dict[str, int]
+    refused_for: dict[str, int]
+    published: tuple[PublishedRate, ...]
+
+
+def tables(results: Episodes, experiment: JudgedExperiment) -> Tables:
+    """Count the results of a run."""
+    suites = list(dict.fromkeys(r.suite for r in results))
+    tasks = list(dict.fromkeys((r.suite, r.task) for r in results))
+    played = [r.refused for r in results if r.refused is not None]
+    return Tables(
+        passing_was_right=rate((r for r in results if r.proven), lambda r: r.rest(unlimited=True)),
+        refusal_was_wrong=Rate(sum(in_time(a, 0, unlimited=True) and a.rest for a in played), len(played)),
+        refusals=sum(not r.proven for r in results),
+        whole=row(results),
+        suites=tuple(row([r for r in results if r.suite == s], s) for s in suites),
+        tasks=tuple(row([r for r in results if (r.suite, r.task) == one], *one) for one in tasks),
+        seconds=_seconds(results),
+        failures=dict(Counter(r.failure for r in results if r.failure).most_common()),
+        refused_for=dict(Counter(plain_reason(r.reason) for r in results if not r.proven).most_common()),
+        published=tuple(_beside(p, results) for p in experiment.spec.published if set(p.suites) & set(suites)),
+    )
+
+
+def with_rates(found: Tables) -> Any:
+    """Return the tables as plain data, each rate with its share and interval."""
+    return _plain(found)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Rate):
+        return {"hits": value.hits, "total": value.total, "rate": value.rate, "interval": value.interval}
+    if isinstance(value, Value):
+        return {name: _plain(one) for name, one in asdict(value).items()}
+    if isinstance(value, tuple):
+        return [_plain(one) for one in value]
+    return {name: _plain(one) for name, one in value.items()} if isinstance(value, dict) else value
+
+
+def rate(episodes: Iterable[EpisodeResult], hit: Callable[[EpisodeResult], bool]) -> Rate:
+    """Return in how many of the episodes something is so."""
+    hits = [hit(r) for r in episodes]
+    return Rate(sum(hits), len(hits))
+
+
+def row(results: Episodes, suite: str = "", task: int | None = None) -> Row:
+    """Count episodes in one row."""
+    steps = [r.attempt.first for r in results if r.attempt is not None and r.attempt.first is not None]
+    budgets = {r.budget for r in results}
+    return Row(
+        suite, task, results[0].name if task is not None else "",
+        proven=rate(results, lambda r: r.proven),
+        first=rate(results, lambda r: r.first()), rest=rate(results, lambda r: r.rest()),
+        first_unlimited=rate(results, lambda r: r.first(unlimited=True)), rest_unlimited=rate(results, lambda r: r.rest(unlimited=True)),
+        steps=median(steps) if steps else None, budget=budgets.pop() if len(budgets) == 1 else None,
+        advised=sum(bool(r.advice) for r in results),
+    )  # fmt: skip
+
+
+def digits(value: float) -> str:
+    """Return a rate in two digits, ".93"; "1.00" for all."""
+    return f"{value:.2f}".removeprefix("0")
+
+
+def _seconds(results: Episodes) -> dict[str, Spread]:
+    """Spreads of all times, by name."""
+    named: dict[str, list[float]] = {}
+    for r in results:
+        for name, value in {**r.seconds, "until a program was proven or refused (wall)": r.wall}.items():
+            named.setdefault(name, []).append(value)
+    return {name: _spread(values) for name, values in named.items()}
+
+
+def _spread(values: list[float]) -> Spread:
+    high = quantiles(values, n=20, method="inclusive")[-1] if len(values) > 1 else values[0]
+    return Spread(median(values), high, max(values), len(values))
+
+
+def _beside(published: PublishedSpec, results: Episodes) -> PublishedRate:
+    own = [r for r in results if r.suite in published.suites]
+    suites = tuple(s for s in published.suites if any(r.suite == s for r in own))
+    return PublishedRate(published.system, published.given, published.rate, published.source, suites, rate(own, lambda r: r.rest()))

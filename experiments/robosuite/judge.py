@@ -1,0 +1,205 @@
+"""robosuite as a process that judges: it runs in an environment of its own and speaks JSON lines.
+
+Nothing of cramlite is imported here; ``connection.py`` starts it. Requests: ``reset`` (suite, task, state), ``scene``, ``check``,
+``cameras``, and those of a robot process (``hello``, ``step``, ``end``; docs/how-to/drive_a_robot.md). A suite is one of robosuite's
+robots, a task one of its environments, a state the seed that its reset draws from. The arm takes deltas of its end effector through
+robosuite's default controller, OSC_POSE. A request that cannot be served is answered with ``error``.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import os
+import sys
+from typing import Any, NamedTuple
+
+LINES = os.fdopen(os.dup(1), "w")  # robosuite prints to standard output, which becomes standard error
+os.dup2(2, 1)
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+import mujoco  # noqa: E402
+import numpy as np  # noqa: E402
+
+RATE = 20
+"""Actions in a second [Hz]: robosuite's default."""
+SETTLED, LONGEST = 0.001, 60
+"""After a reset things fall onto their table: idle actions until nothing moves faster than this [m/s or rad/s], at most so many."""
+PIXELS = 256
+NUTS = {"SquareNut": ("SquareNut_main", "peg1"), "RoundNut": ("RoundNut_main", "peg2")}
+"""Bodies of a nut and of the peg that its check asks for: ``NutAssembly.on_peg``."""
+TASKS = ("NutAssemblySquare", "NutAssemblyRound")
+GOALS = {"NutAssemblySquare": ("SquareNut",), "NutAssemblyRound": ("RoundNut",)}
+
+
+PADS = "gripper0_right_{}_fingerpad_collision"
+TURNED = np.array([-1.0, -1.0, 1.0])
+"""x, y and z of a base that is turned by 180 deg."""
+
+
+class Robot(NamedTuple):
+    """Robot of robosuite.
+
+    Args:
+        name: what cramlite calls it.
+        joints: of the arm.
+        base: body that it stands by.
+        turned: whether cramlite's base of it is turned by 180 deg about the vertical.
+        opening: between the pads with the hand's command at 1 and at -1 [m].
+        quantum: what an action changes of that command: ``speed`` of robosuite's grippers.
+    """
+
+    name: str
+    joints: int
+    base: str
+    turned: bool
+    opening: tuple[float, float]
+    quantum: float = 0.2
+
+
+ROBOTS = {
+    "Panda": Robot("libero_panda", 7, "robot0_link0", False, (0.0, 0.08)),
+    "UR5e": Robot("robosuite_ur5e", 6, "robot0_base", True, (0.0126, 0.108)),
+}
+
+
+class Refused(Exception):
+    """A request that cannot be served; the message is for people."""
+
+
+class Judge:
+    """One episode at a time."""
+
+    def __init__(self) -> None:
+        self.env: Any = None
+        self.suite = self.task = ""
+        self.steps, self.first, self.hand = 0, None, 0.0
+
+    def answer(self, ask: dict[str, Any]) -> dict[str, Any]:
+        """Serve a request."""
+        name = ask.pop("ask", None)
+        if name not in ("reset", "hello", "scene", "step", "check", "cameras"):
+            raise Refused(f"there is no request '{name}'")
+        if name != "reset" and self.env is None:
+            raise Refused(f"'{name}' needs an episode; 'reset' begins one")
+        return getattr(self, name)(**ask)
+
+    def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
+        """Begin an episode, and wait until its things are at rest."""
+        import robosuite
+        from robosuite.controllers import load_composite_controller_config
+
+        if suite not in ROBOTS:
+            raise Refused(f"there is no suite '{suite}'; a suite is a robot: {', '.join(ROBOTS)}")
+        if not 0 <= task < len(TASKS):
+            raise Refused(f"there are tasks 0 to {len(TASKS) - 1} ({', '.join(TASKS)}), not {task}")
+        if state < 0:
+            raise Refused(f"a state is the seed of an episode, from 0, not {state}")
+        self.suite, self.task = suite, TASKS[task]
+        if self.env is not None:
+            self.env.close()
+        self.env = robosuite.make(
+            self.task, robots=suite, controller_configs=load_composite_controller_config(controller="BASIC", robot=suite),
+            has_renderer=False, has_offscreen_renderer=False, use_camera_obs=False, control_freq=RATE, horizon=100_000,
+            ignore_done=True, seed=state,
+        )  # fmt: skip
+        self.env.reset()
+        for k in range(LONGEST):
+            self.env.step(np.zeros(self.env.action_dim))
+            if k and np.abs(self.env.sim.data.qvel).max() < SETTLED:
+                break
+        self.hand, self.steps, self.first = 0.0, 0, None
+        return {"task": self.task, "language": f"put the {GOALS[self.task][0]} onto its peg"}
+
+    def scene(self) -> dict[str, Any]:
+        """Describe the world: the model as MJCF, its state, the goal, and where the robot stands."""
+        sim, robot = self.env.sim, ROBOTS[self.suite]
+        base = sim.model.body_name2id(robot.base)
+        return {
+            "xml": sim.model.get_xml(), "qpos": sim.data.qpos.tolist(), "goal": [["on", *NUTS[nut]] for nut in GOALS[self.task]],
+            "base": sim.data.body_xpos[base].tolist(), "yaw": 180 if robot.turned else 0,
+        }  # fmt: skip
+
+    def hello(self, **_: Any) -> dict[str, Any]:
+        """Say what robot there is."""
+        controller, robot = self.env.robots[0].part_controllers["right"], ROBOTS[self.suite]
+        lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
+        return {
+            "protocol": 1, "robot": robot.name, "actions": "deltas", "rate": RATE, "lag": lag,
+            "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
+            "fingers": float(np.ptp(robot.opening)) * robot.quantum / 4 * 1.1, "hesitation": 2 / robot.quantum / RATE + 0.05,
+        } | self.feel()  # fmt: skip
+
+    def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
+        """Take an action; what the hand may press with is robosuite's own."""
+        del grip
+        robot = ROBOTS[self.suite]
+        most = self.env.robots[0].part_controllers["right"].output_max
+        action = np.clip(self._turned(np.array(delta)) / most, -1.0, 1.0)
+        closed, opened = robot.opening
+        wanted = 1.0 - 2.0 * (opening - closed) / (opened - closed)
+        turn = 0.0 if abs(wanted - self.hand) <= robot.quantum / 2 else float(np.sign(wanted - self.hand))
+        self.hand = float(np.clip(self.hand + robot.quantum * turn, -1.0, 1.0))
+        self.env.step(np.array([*action, turn]))
+        self.steps += 1
+        if self.first is None and self.env._check_success():
+            self.first = self.steps
+        return self.feel()
+
+    def _turned(self, vectors: Any) -> Any:
+        """A translation and a rotation between cramlite's base and robosuite's."""
+        return vectors * np.tile(TURNED, 2) if ROBOTS[self.suite].turned else vectors
+
+    def feel(self) -> dict[str, Any]:
+        """Return what the robot feels."""
+        sim, robot = self.env.sim, self.env.robots[0]
+        body = sim.model.body_name2id(robot.gripper["right"].root_body)
+        turn = sim.data.get_site_xmat("gripper0_right_ft_frame")
+        weight = np.array([0.0, 0.0, -9.81 * float(sim.model.body_subtreemass[body])])
+        force = -(turn @ np.array(robot.ee_force["right"]) + weight)
+        return {
+            "joints": np.array(robot._joint_positions).tolist(), "opening": self._opening(),
+            "wrench": self._turned(np.array([*force, 0.0, 0.0, 0.0])).tolist(),
+        }  # fmt: skip
+
+    def _opening(self) -> float:
+        """Between the pads [m]: of slides by their joints, of a linkage by where its pads, which are 2 mm thick, are."""
+        sim, gripper = self.env.sim, self.env.robots[0].gripper["right"]
+        if len(gripper.joints) == 2:
+            return float(sum(abs(sim.data.get_joint_qpos(j)) for j in gripper.joints))
+        left, right = (sim.data.get_geom_xpos(PADS.format(side)) for side in ("left", "right"))
+        return float(np.linalg.norm(left - right)) - 0.002
+
+    def check(self) -> dict[str, Any]:
+        """Return robosuite's judgement: now, and at which step it was true for the first time."""
+        return {"success": bool(self.env._check_success()), "first": self.first, "steps": self.steps}
+
+    def cameras(self) -> dict[str, Any]:
+        """Take a picture with the camera of robosuite's examples, as PNG in base64."""
+        from PIL import Image
+
+        renderer = mujoco.Renderer(self.env.sim.model._model, PIXELS, PIXELS)
+        renderer.update_scene(self.env.sim.data._data, "agentview")
+        Image.fromarray(renderer.render()).save(buffer := io.BytesIO(), "png")
+        return {"agentview": {"png": base64.b64encode(buffer.getvalue()).decode()}}
+
+
+def main() -> None:
+    """Answer until the input ends."""
+    judge = Judge()
+    for line in sys.stdin:
+        try:
+            ask = json.loads(line)
+            if ask.get("ask") == "end":
+                return
+            said = judge.answer(ask)
+        except Refused as refused:
+            said = {"error": str(refused)}
+        except (ValueError, TypeError, AttributeError) as error:
+            said = {"error": f"{type(error).__name__}: {error}"}
+        print(json.dumps(said), file=LINES, flush=True)
+
+
+if __name__ == "__main__":
+    main()

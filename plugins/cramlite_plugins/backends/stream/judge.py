@@ -1,0 +1,148 @@
+"""A robot process that simulates the world around its robot, in episodes that somebody else defined, and judges them.
+
+Beside what a robot process answers (docs/how-to/drive_a_robot.md) it answers ``reset`` (suite, task, state), ``scene``, ``check`` and
+``cameras``, each with one JSON object; one with ``error`` says, in a clause, why it cannot.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from collections.abc import Sequence
+from typing import Any, Self
+
+from msgspec import DecodeError, ValidationError, convert, json
+
+from cramlite import Setting, UserError
+from cramlite.model import Rollout, Value
+
+from ...simulation.typed_program.machine import load_program
+from .messages import Action, Hello, State
+from .process import LineProcess, RobotProcess
+from .run import stream
+
+PATIENCE = 60.0
+"""A judge that does not answer within this time hangs [s]; a reset builds a scene and may take six times as long."""
+REST = 1.0
+"""After this time without an action things are at rest [s]."""
+
+
+class Check(Value):
+    """Judgement of an episode.
+
+    Args:
+        success: whether its goal holds now.
+        first: the action after which it held for the first time, from 1; None for never.
+        steps: actions that were taken.
+    """
+
+    success: bool
+    first: int | None
+    steps: int
+
+
+class JudgeProcess:
+    """Process that simulates episodes and judges them; one attempt each.
+
+    Args:
+        command: starts it.
+        page: where it is written what it must answer.
+        robot: type of the robot that it simulates.
+        joints: of the robot.
+        patience: how long it may take to answer [s].
+
+    Raises:
+        UserError: it cannot be started.
+    """
+
+    def __init__(self, command: Sequence[str], page: str, robot: str, joints: int = 7, patience: float = PATIENCE) -> None:
+        self.patience = patience
+        self.lines = LineProcess("judge", command, page)
+        self.robot = RobotProcess(self.lines, robot, joints, patience)
+        self.last: Action | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the process."""
+        self.robot.__exit__()
+
+    def reset(self, suite: str, task: int, state: int) -> str:
+        """Begin an episode and return the name of its task.
+
+        Raises:
+            UserError: there is no such suite, task or state; the process died, hangs or answers what is no answer.
+        """
+        said = self.ask({"ask": "reset", "suite": suite, "task": task, "state": state}, 6 * self.patience)
+        if not isinstance(said.get("task"), str):
+            raise self.lines.wrong("answered 'reset' without 'task', the name of the task")
+        self.last = None
+        return str(said["task"])
+
+    def scene(self) -> dict[str, Any]:
+        """Return what the process says of the world as it is now."""
+        return self.ask({"ask": "scene"}, self.patience)
+
+    def check(self) -> Check:
+        """Return the judgement, as it is by now."""
+        said = self.ask({"ask": "check"}, self.patience)
+        try:
+            return convert(said, Check)
+        except ValidationError as error:
+            raise self.lines.wrong(f"answered 'check' with what is no judgement: {error}") from None
+
+    def picture(self) -> bytes:
+        """Return what its first camera sees, as PNG; nothing where it has no camera that works."""
+        try:
+            shown: dict[str, Any] = next(iter(self.ask({"ask": "cameras"}, self.patience).values()), {})
+            return base64.b64decode(shown["png"], validate=True)
+        except (UserError, KeyError, TypeError, binascii.Error):
+            return b""
+
+    def play(self, program: str, setting: Setting) -> Rollout:
+        """Stream a typed program to its robot; the rollout is what the robot felt."""
+        return stream(load_program(program, setting.robot), setting.robot, self)
+
+    def rest(self) -> None:
+        """Do nothing until things are at rest: the last action without its motion, over and over."""
+        if self.last is None:
+            return
+        hello, last = self.hello(), self.last
+        still = Action(opening=last.opening, grip=last.grip, joints=last.joints, delta=None if last.delta is None else (0.0,) * 6)
+        for _ in range(round(REST * hello.rate)):
+            self.step(still)
+
+    @property
+    def name(self) -> str:
+        """Return what it is called in errors."""
+        return self.lines.name
+
+    def hello(self) -> Hello:
+        """Return what robot there is."""
+        return self.robot.hello()
+
+    def step(self, action: Action) -> State:
+        """Send an action and return what the robot feels after it."""
+        self.last = action
+        return self.robot.step(action)
+
+    def ask(self, ask: dict[str, Any], patience: float) -> dict[str, Any]:
+        """Send a request and return what is answered.
+
+        Raises:
+            UserError: it refuses, has died, does not answer within ``patience`` [s], or answers what is no object.
+        """
+        line = self.lines.ask(json.encode(ask) + b"\n", patience)
+        try:
+            said = json.decode(line)
+        except (DecodeError, UnicodeDecodeError) as error:
+            raise self.lines.wrong(f"answered {line[:80]!r}, which is no JSON: {error}") from None
+        if not isinstance(said, dict):
+            raise self.lines.wrong(f"answered {line[:80]!r}, which is no object")
+        if "error" in said:
+            raise UserError(f"The judge refuses '{ask['ask']}': {said['error']}.".replace("?.", "?"))
+        return said

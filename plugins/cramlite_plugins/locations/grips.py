@@ -1,0 +1,236 @@
+"""Grips of a thing, wherever it is: contact pairs on a thing's primitives that fit between the fingers, ranked and explained.
+
+Boxes offer their opposite faces, cylinders and capsules their sides and ends, spheres any diameter, the convex parts of
+meshes their faces (``surfaces``); ``antipodal`` checks each against the whole shape.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from functools import lru_cache
+from typing import TypeVar
+
+import numpy as np
+from msgspec.structs import replace
+
+from cramlite.model import Floats, Geom, Gripper, Pose, Thing, Value
+
+from ..shapes import ray_casting as rays
+from ..shapes.bounds import centre_of_mass
+from ..shapes.convex import hull_planes
+from . import antipodal
+from . import pinch_lines as surfaces
+
+HANDLE = "cram:Handle"
+NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
+SLACK = 0.010  # wider than the object when approaching, both sides together [m]
+WIDE = 0.03  # and so much wider if it can be: a hand that is 10 mm off does not push it [m]
+LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
+PARALLEL = math.radians(1)
+"""Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
+MARGIN = 0.004  # pads end this far inside a face's edge [m]
+AGAIN = 0.008  # [m]
+MANY = 3  # parts of a thing; more give many grasps that are alike, of which one is enough
+SHIFTS = (0.0, 0.5, 1.0, -0.5, -1.0)  # along a face, as fractions of what the pads leave
+
+
+T = TypeVar("T")
+
+
+class Grip(Value):
+    """Grasp candidate in the thing's frame.
+
+    Args:
+        pose: of the TCP.
+        width: between the faces [m].
+        lever: from the centre of mass to the plane of approach and closing, and what sticks out sideways [m].
+        name: for people.
+        slant: angle of the contact normals to the closing direction [rad].
+        coverage: share of the pad that the shape fills.
+        ahead: how far before the TCP the contact pair is [m].
+        slack: wider than the contacts that the thing itself lets the fingers approach, both sides together, up to ``WIDE`` [m].
+    """
+
+    pose: Pose
+    width: float
+    lever: float
+    name: str
+    slant: float = 0.0
+    coverage: float = 1.0
+    ahead: float = 0.0
+    slack: float = WIDE
+
+    @property
+    def cost(self) -> float:
+        """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact or fingers close to the thing on their way
+        count as some lever more."""
+        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant + 0.3 * (WIDE - self.slack)
+
+    @property
+    def likeness(self) -> tuple[float, ...]:
+        """Grasps of one likeness hold or fail together: by the same part of the pads, from the same height, as wide."""
+        down = float(self.pose.rotate((0.0, 0.0, 1.0))[2])
+        return (round(self.ahead, 3), round(2 * down), round(self.width / 0.005), round(self.lever / 0.010))
+
+
+def ranked(thing: Thing, gripper: Gripper, friction: float) -> list[Grip]:
+    """Return the grasps that the whole shape allows, best first.
+
+    Args:
+        friction: of pads and thing; contacts must lie within its cone.
+    """
+    handles = tuple(f.pose for f in thing.features if f.type == HANDLE)
+    return list(_ranked(thing.geoms, tuple(centre_of_mass(thing)), handles, gripper, friction))
+
+
+@lru_cache(maxsize=64)
+def _ranked(
+    geoms: tuple[Geom, ...], centre: tuple[float, ...], handles: tuple[Pose, ...], gripper: Gripper, friction: float
+) -> tuple[Grip, ...]:
+    shape, middle, cone = rays.body(geoms), np.asarray(centre), max(math.atan(friction), PARALLEL)
+    proposed = [*candidates(geoms, gripper), *_across_parts(shape, middle, handles, gripper, cone)]
+    found = _checked(shape, middle, proposed, gripper, cone) if proposed else []
+    return tuple(grip for _, grip in varied((g.cost, g, g) for g in found))
+
+
+def varied(grips: Iterable[tuple[float, Grip, T]]) -> list[tuple[float, T]]:
+    """Return what has a cost and a grip, best first, but each further one of one likeness as if its lever were ``AGAIN`` longer."""
+    seen: dict[tuple[float, ...], int] = {}
+    keyed = []
+    for k, (cost, grip, what) in enumerate(sorted(grips, key=lambda x: (round(x[0], 4), x[1].name))):
+        before = seen.get(grip.likeness, 0)
+        seen[grip.likeness] = before + 1
+        keyed.append((round(cost + AGAIN * before, 4), k, what))
+    return [(cost, what) for cost, _, what in sorted(keyed, key=lambda x: x[:2])]
+
+
+def candidates(geoms: Sequence[Geom], gripper: Gripper) -> Iterator[Grip]:
+    """Yield grasps of all primitives of a body, each by itself; parts such as tabs are not gripped."""
+    body = [g for g in geoms if not g.part]
+    for i, geom in enumerate(body):
+        name = f" of geom {i}" if len(body) > 1 else ""
+        grips = [replace(grip, name=grip.name + name) for grip in _of_geom(geom, gripper)]
+        if not grips:
+            continue
+        hands = antipodal.Hands.at([g.pose for g in grips])
+        near, far = rays.intervals(rays.body([geom]), hands.positions, hands.approach)
+        for grip, one, other in zip(grips, near[:, 0].tolist(), far[:, 0].tolist(), strict=True):
+            yield from _drawn_back(grip, one, other, gripper)
+
+
+def _drawn_back(grip: Grip, near: float, far: float, gripper: Gripper) -> Iterator[Grip]:
+    """A grasp of a geom, and the same with less of the pads on it; the geom is so near and far along the approach [m]."""
+    yield grip
+    drawn = antipodal.shallow(grip.pose, near, far, gripper)
+    if drawn is not None:
+        yield replace(grip, pose=drawn, name=f"{grip.name}, shallow")
+    tips = antipodal.by_tips(grip.pose, near, far, gripper)
+    if tips is not None:
+        yield replace(grip, pose=tips[0], name=f"{grip.name}, by the tips", ahead=tips[1])
+
+
+def _across_parts(
+    shape: rays.Body, centre: Floats, handles: Sequence[Pose], gripper: Gripper, cone: float
+) -> Iterator[Grip]:
+    """Grasps between faces of convex parts, from all sides; as deep as the hand is, and shallow."""
+    parts = [g for g in shape.geoms if g.shape == "convex" and not g.part]
+    lines = surfaces.lines(shape, parts, centre, gripper, LEAST_SLACK, cone) if parts else []
+    found = [(line, pose, name) for line in lines for pose, name in surfaces.frames(line)]
+    deep = antipodal.depths(shape, [pose for _, pose, _ in found], gripper) if found else ()
+    for (line, _, name), ways in zip(found, deep, strict=True):
+        at = "handle " if any(math.dist(line.middle, h.position) < NEAR_HANDLE for h in handles) else ""
+        where = " ".join(f"{1000 * v:+.0f}" for v in line.middle)
+        for pose, ahead, how in ways:
+            yield Grip(pose, line.width, 0.0, f"{at}{name} at ({where}) mm{how}", ahead=ahead)
+
+
+def _of_geom(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
+    if geom.shape == "box":
+        yield from _of_box(geom, gripper)
+    elif geom.shape != "convex" and 2 * geom.size[0] + LEAST_SLACK <= gripper.opening[1]:
+        for pose, name in antipodal.round_frames(geom, gripper.depth - MARGIN):
+            yield Grip(pose, 2 * geom.size[0], 0.0, name)
+
+
+def why_none(thing: Thing, gripper: Gripper) -> str:
+    """Explain why nothing can be grasped, with the nearest miss."""
+    limit = gripper.opening[1] - LEAST_SLACK
+    thin = sorted({round(_thinnest(g), 4) for g in thing.geoms if not g.part})
+    widths = ", ".join(f"{1000 * w:.0f} mm" for w in thin[:4])
+    if not thin or thin[0] > limit:
+        return f"no face pair of '{thing.name}' ({widths}) fits the gripper's {1000 * limit:.0f} mm"
+    return (
+        f"parts of '{thing.name}' ({widths}) would fit the gripper's {1000 * limit:.0f} mm, but the rest of its shape"
+        " is in the way of the fingers, makes it too wide, or leaves slanted contacts"
+    )
+
+
+def _thinnest(geom: Geom) -> float:
+    if geom.shape == "convex":
+        planes, corners = hull_planes(geom.corners), np.asarray(geom.corners)
+        return float(np.ptp(corners @ planes[:, :3].T, axis=0).min())
+    return 2 * min(geom.size) if geom.shape == "box" else 2 * geom.size[0]
+
+
+def _checked(shape: rays.Body, centre: Floats, grips: Sequence[Grip], gripper: Gripper, cone: float) -> list[Grip]:
+    """The candidates on the whole shape, without those that do not fit, slip or are obstructed; of those alike on many parts, one."""
+    aheads, most = np.array([g.ahead for g in grips]), gripper.opening[1]
+    proposed = antipodal.Hands.at([g.pose for g in grips])
+    found = antipodal.pinches(shape, proposed.moved(aheads))
+    fits = (found.width > 0) & (found.width + LEAST_SLACK <= most) & (found.slant <= cone)
+    rows = np.flatnonzero(fits)
+    hands, widths = proposed.of(rows).moved(0.0, found.low[rows] + found.width[rows] / 2), found.width[rows]
+    if len(shape.geoms) > MANY:
+        _, first = np.unique(_cells(hands), axis=0, return_index=True)
+        first.sort()
+        rows, hands, widths = rows[first], hands.of(first), widths[first]
+    free = np.flatnonzero(antipodal.clear(shape, hands, np.minimum(widths + SLACK, most), gripper))
+    rows, hands, widths = rows[free], hands.of(free), widths[free]
+    covered = antipodal.coverage(shape, hands, widths, gripper)
+    wide = np.minimum(widths + WIDE, most)
+    slacks = np.where(antipodal.clear(shape, hands, wide, gripper), wide, np.minimum(widths + SLACK, most)) - widths
+    off = np.einsum("nij,ni->nj", hands.turns, centre - hands.positions)
+    levers = np.abs(off[:, 0]) + 0.3 * np.maximum(0.0, np.abs(off[:, 1]) - widths / 2)
+    columns = (np.asarray(v).tolist() for v in (rows, widths, levers, covered, slacks))
+    return [
+        Grip(_at(grips[k].pose, p), width, lever, grips[k].name, float(found.slant[k]), cover, grips[k].ahead, slack)
+        for p, k, width, lever, cover, slack in zip(hands.positions, *columns, strict=True)
+    ]
+
+
+def _at(pose: Pose, position: Floats) -> Pose:
+    x, y, z = position.tolist()
+    return Pose((x, y, z), pose.quaternion)
+
+
+def _cells(hands: antipodal.Hands) -> Floats:
+    """Rows (n, 9) that are equal for hands within ``AGAIN`` and some 7 deg of each other."""
+    rows: Floats = np.hstack([hands.positions / AGAIN, 8 * hands.approach, 8 * hands.closing])
+    return np.asarray(np.round(rows) + 0.0)  # no minus zero
+
+
+def _of_box(geom: Geom, gripper: Gripper) -> Iterator[Grip]:
+    for closing, approach in itertools.permutations(range(3), 2):
+        width = 2 * geom.size[closing]
+        if width + LEAST_SLACK > gripper.opening[1]:
+            continue
+        along = 3 - closing - approach
+        room = max(geom.size[along] - gripper.pad[0] / 2 - MARGIN, 0.0)
+        for sign, shift in itertools.product((1.0, -1.0), SHIFTS if room > 0.002 else (0.0,)):
+            yield _grip(geom, closing, approach, sign, along, shift * room, width, gripper.depth)
+
+
+def _grip(
+    geom: Geom, closing: int, approach: int, sign: float, along: int, offset: float, width: float, depth: float
+) -> Grip:
+    """TCP z into the box, TCP y across it; as deep as the hand is, at most to the middle."""
+    axes = np.eye(3)
+    z, y = sign * axes[approach], axes[closing]
+    depth_in = min(geom.size[approach], depth - MARGIN)
+    centre = -z * (geom.size[approach] - depth_in) + axes[along] * offset
+    pose = geom.pose * Pose.from_axes(tuple(centre), z, np.cross(y, z))
+    side = "+-"[sign > 0] + "xyz"[approach]
+    name = f"from {side} across {'xyz'[closing]} at {1000 * offset:+.0f} mm along {'xyz'[along]}"
+    return Grip(pose, width, abs(offset), name)

@@ -1,0 +1,109 @@
+"""Room for a hand at a grasp: boxes around the parts of the hand as its model has them, and what stands around a thing.
+
+Exact for hands and surroundings of boxes, on the safe side for others. Hundreds of grasps are looked at in the time of one or two
+inverse kinematics, and those with room are tried first.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from cramlite.model import Belief, Feature, Floats, Geom, Pose, Thing, Value
+
+from ..shapes import ray_casting as rays
+from ..shapes.bounds import box_around
+from ..shapes.box_overlaps import overlaps
+from .antipodal import Hands
+
+if TYPE_CHECKING:
+    from ..motion_planning.planning_scene import PlanningScene
+
+HOLE = "vrps:Hole"
+AROUND = 0.30  # of a thing that hands about it reach [m]
+
+
+class HandRoom(Value, dict=True):
+    """Room for a hand about a thing.
+
+    Args:
+        scene: with the arm in it.
+        own: the thing, in the base frame.
+        others: what stands around it.
+        holes: what may come through its holes, when it is threaded onto a peg.
+    """
+
+    scene: PlanningScene
+    own: rays.Body
+    others: rays.Body
+    holes: rays.Body
+
+    @classmethod
+    def about(cls, thing: Thing, belief: Belief, scene: PlanningScene) -> HandRoom:
+        """Return the room about a thing where it is believed to be."""
+        pose, base = belief.pose(thing.name), belief.base().inverse()
+        low, high = box_around(thing.geoms)
+        centre, reach = pose.apply((low + high) / 2), float(np.linalg.norm(high - low)) / 2 + AROUND
+        every = []
+        for other in belief.world.things:
+            at = belief.pose(other.name) if other.name in belief.poses else base * other.pose
+            every += [replace(g, pose=at * g.pose) for g in other.geoms if other.name != thing.name]
+        near = [g for g in every if np.linalg.norm(np.asarray(g.pose.position) - centre) < reach + g.bounding_radius]
+        own = [replace(g, pose=pose * g.pose) for g in thing.geoms]
+        columns = [replace(g, pose=pose * g.pose) for g in map(_column, thing.features) if g is not None]
+        return cls(scene, rays.body(own), rays.body(near), rays.body(columns))
+
+    def in_a_hole(self, hands: Hands, opening: float) -> NDArray[np.bool_]:
+        """Check at which TCP poses (n,) the hand, open so wide [m], is where a peg comes through a hole of the thing."""
+        found = np.zeros(len(hands.positions), bool)
+        for centre, turn, half in self._boxes(opening) if self.holes.geoms else ():
+            found |= overlaps(self.holes, hands.positions + hands.turns @ centre, hands.turns @ turn, half).any(axis=1)
+        return found
+
+    def blocked(self, hands: Hands, openings: Floats, distance: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Check at which TCP poses (n,) the hand, open so wide [m], is in the thing, or nearer to something else than a distance [m]."""
+        own, others = np.zeros(len(openings), bool), np.zeros(len(openings), bool)
+        for opening in np.unique(np.round(openings, 4)).tolist():
+            rows = np.flatnonzero(np.round(openings, 4) == opening)
+            some = hands.of(rows)
+            for centre, turn, half in self._boxes(opening):
+                centres = some.positions + some.turns @ centre
+                own[rows] |= overlaps(self.own, centres, some.turns @ turn, half).any(axis=1)
+                others[rows] |= overlaps(self.others, centres, some.turns @ turn, half + distance).any(axis=1)
+        return own, others
+
+    @cached_property
+    def _kept(self) -> dict[float, list[tuple[Floats, Floats, Floats]]]:
+        return {}
+
+    def _boxes(self, opening: float) -> list[tuple[Floats, Floats, Floats]]:
+        """Centre, axes as columns and halved sides of boxes around all that is rigid with the tool, in the TCP frame."""
+        if opening not in self._kept:
+            self._kept[opening] = _boxes_of(self.scene.opened(opening))
+        return self._kept[opening]
+
+
+def _column(hole: Feature) -> Geom | None:
+    """What may come through a hole, to both sides of it; None for a feature that is none to thread by."""
+    if hole.type != HOLE or "diameter" not in hole.size:
+        return None
+    half = hole.size["diameter"] / 2
+    return Geom("box", (half, half, AROUND), hole.pose) if "width" in hole.size else Geom("cylinder", (half, AROUND), hole.pose)
+
+
+def _boxes_of(scene: Any) -> list[tuple[Floats, Floats, Floats]]:
+    import mujoco
+
+    model, data = scene.compiled.model, scene.data
+    mujoco.mj_kinematics(model, data)
+    tool = Pose.from_matrix(data.site_xmat[scene.index.tcp].reshape(3, 3)).rotation
+    at, found = data.site_xpos[scene.index.tcp], []
+    for g in np.flatnonzero(scene.moved[:, -1] > 0).tolist():
+        turn, box = data.geom_xmat[g].reshape(3, 3), model.geom_aabb[g]
+        centre = tool.T @ (data.geom_xpos[g] + turn @ box[:3] - at)
+        found.append((centre, tool.T @ turn, box[3:].copy()))
+    return found

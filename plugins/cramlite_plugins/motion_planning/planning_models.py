@@ -1,0 +1,79 @@
+"""Planning models that are kept: most scenes of a search differ only by where things that can be moved are, and by the fingers.
+
+A movable thing is free in a planning model, so where it is belongs to the state and not to the model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any
+
+from cramlite.model import Floats, Robot, World
+
+from ..simulation.model.build import Carried
+from ..simulation.model.compile import Compiled, compile_world
+from .inflated import Inflated, inflated
+from .pairs import movers
+
+MODELS = 16
+"""That are kept: one for each thing in the hand at each grasp, and the empty hand; of a scene of 200 hulls some 2 MB each."""
+LEVELS = 4
+"""Inflated copies of each."""
+
+
+class Itself:
+    """An object as a key: equal to itself alone, so that a world of thousands of corners is not compared.
+
+    Args:
+        it: the object; it lives as long as the key.
+    """
+
+    __slots__ = ("it",)
+
+    def __init__(self, it: Any) -> None:
+        self.it = it
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Itself) and self.it is other.it
+
+    def __hash__(self) -> int:
+        return id(self.it)
+
+
+def planning_model(world: World, robots: Mapping[str, Robot], carried: Mapping[str, Carried]) -> Compiled:
+    """Return the planning model of a world, compiled the first time; its things stand where that world has them.
+
+    Args:
+        robots: descriptions by type name.
+        carried: as in ``compile_world``.
+
+    Raises:
+        UserError: the world does not compile.
+    """
+    return _model(Itself(world), tuple((t, Itself(r)) for t, r in sorted(robots.items())), tuple(sorted(carried.items())))
+
+
+@lru_cache(maxsize=MODELS)
+def _model(world: Itself, robots: tuple[tuple[str, Itself], ...], carried: tuple[tuple[str, Carried], ...]) -> Compiled:
+    return compile_world(world.it, {t: r.it for t, r in robots}, planning=True, carried=dict(carried))
+
+
+def moved_geoms(compiled: Compiled, mount: str) -> Floats:
+    """Return (geoms, joints) of the robot of a mount: 1 where the joint moves the geom, else 0."""
+    return _movers(Itself(compiled), mount)
+
+
+@lru_cache(maxsize=MODELS)
+def _movers(compiled: Itself, mount: str) -> Floats:
+    return movers(compiled.it, compiled.it.robots[mount])
+
+
+def inflated_model(compiled: Compiled, mount: str, distance: float) -> Inflated:
+    """Return a planning model with inflated shapes for a distance [m] of the robot of a mount from everything."""
+    return _inflated(Itself(compiled), mount, distance)
+
+
+@lru_cache(maxsize=LEVELS * MODELS)
+def _inflated(compiled: Itself, mount: str, distance: float) -> Inflated:
+    return inflated(compiled.it.model, moved_geoms(compiled.it, mount), distance)

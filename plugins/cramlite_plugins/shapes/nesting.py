@@ -1,0 +1,83 @@
+"""Where a thing comes to rest on another that is not level: a bowl in a bowl, a mug within the rim of a plate.
+
+Both are seen from above on a grid: the lower one's upper side, and the upper one's lower side. Let down straight, the thing stops
+where the two first meet. Beside that place it may get lower, as a bowl slides into the middle of another; it is put where it
+cannot, and stands on all that is then within ``SETTLES``.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+
+import numpy as np
+import shapely
+
+from cramlite.model import Floats, Pose, Thing
+
+from .bounds import centre_of_mass, corners
+from .cavities import heights
+from .surfaces import Surface
+
+STEP = 0.0015
+"""Side of a cell [m]."""
+CELLS = 8
+"""How far beside it may be put to get lower."""
+LOWER = 1e-4
+"""What gets lower by less stays [m]."""
+SETTLES = 0.004
+"""What is so near when they first meet will touch [m]: a bowl of 100 mm that meets another on one side leans over by 2 deg, until it does
+on the other. Bowls made of boxes fit into one another no better."""
+OVERTURNED = Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
+
+
+def nested(thing: Thing, pose: Pose, below: Thing, at: Pose) -> Surface | None:
+    """Find what would carry a thing that is let down onto another; None where it would pass beside it.
+
+    Args:
+        pose: of the thing in a frame whose z is up: its height does not matter.
+        below: what is under it.
+        at: its pose in the same frame.
+
+    Returns:
+        A level surface, as high as the thing's lowest point will be, under its centre of mass: the hull of where the two touch.
+    """
+    points = corners(thing, pose)
+    (left, near, low), (right, far, _) = points.min(axis=0), points.max(axis=0)
+    xs, ys = np.arange(left, right, STEP) + STEP / 2, np.arange(near, far, STEP) + STEP / 2
+    own = heights(thing.geoms, OVERTURNED * pose, xs, -ys)
+    under = heights(below.geoms, at, _wider(xs), _wider(ys))
+    i, j = _lowest(own, under)
+    gap = _gap(own, under, i, j)
+    rise = float(gap.max())
+    if not math.isfinite(rise):
+        return None
+    x, y, _ = pose.apply(centre_of_mass(thing)).tolist()
+    rows, columns = np.nonzero(gap > rise - SETTLES)
+    touching: Floats = np.column_stack([xs[rows] - x, ys[columns] - y])
+    there = Pose((x + (i - CELLS) * STEP, y + (j - CELLS) * STEP, float(low) + rise))
+    return Surface(there, shapely.MultiPoint(touching).convex_hull)
+
+
+def _wider(cells: Floats) -> Floats:
+    found: Floats = cells[0] + STEP * np.arange(-CELLS, len(cells) + CELLS)
+    return found
+
+
+def _gap(own: Floats, under: Floats, i: int, j: int) -> Floats:
+    """How far each cell of the thing would have to rise to be over what is below, (n, m) [m]."""
+    gap: Floats = own + under[i : i + own.shape[0], j : j + own.shape[1]]
+    return gap
+
+
+def _lowest(own: Floats, under: Floats) -> tuple[int, int]:
+    """The shift in cells at which it cannot get lower by going on to a neighbour, down from the middle."""
+    at = (CELLS, CELLS)
+    rise = float(_gap(own, under, *at).max())
+    while True:
+        beside = [(at[0] + i, at[1] + j) for i, j in product((-1, 0, 1), repeat=2) if (i, j) != (0, 0)]
+        found = [(float(_gap(own, under, *b).max()), b) for b in beside if min(b) >= 0 and max(b) <= 2 * CELLS]
+        lower = min((f for f in found if math.isfinite(f[0])), default=(math.inf, at))
+        if lower[0] > rise - LOWER:
+            return at
+        rise, at = lower

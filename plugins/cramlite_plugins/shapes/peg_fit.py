@@ -1,0 +1,32 @@
+"""How a hole fits on a peg: round ones by their radius, square ones by their width.
+
+The size of a ``vrps:Peg`` is its ``radius`` and ``length``, that of a ``vrps:Hole`` its ``diameter`` (the widest round rod that
+goes through) and ``depth``. Either is square if it has a ``width``, too; then the x and y axes of its pose are along its sides.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cramlite.model import Feature, Floats
+
+PLAY = 0.0003  # least radial play of a hole on a peg that moves [m]: MuJoCo's resting contact depth
+STANDING = math.cos(math.radians(20.0))  # a peg that leans less stands: what is threaded onto it sinks to its root by itself
+
+
+def play(hole: Feature, peg: Feature) -> float:
+    """Return the radial play of a hole on a peg [m], side along side if both are square; negative if it does not go over it."""
+    if aligned(hole, peg):
+        return (hole.size["width"] - peg.size["width"]) / 2
+    round_it = peg.size["width"] / math.sqrt(2) if "width" in peg.size else peg.size["radius"]
+    return hole.size["diameter"] / 2 - round_it
+
+
+def aligned(hole: Feature, peg: Feature) -> bool:
+    """Return whether the sides of the hole have to be along those of the peg."""
+    return "width" in hole.size and "width" in peg.size
+
+
+def stands(axis: Floats) -> bool:
+    """Return whether a peg stands whose unit axis (3,) leads to its tip: it bears nothing, what is around it rests on its foot."""
+    return float(axis[2]) > STANDING

