@@ -1,17 +1,19 @@
-"""Exploration before a plan: what hides things is opened, and the camera looks into it, until all that is asked for was seen.
+"""Exploration before a plan: what hides things is opened or put aside, and the camera looks there, until all that is asked for was seen.
 
-Opening and looking become the first steps of every program. The picture is taken of the real world as these steps
+Opening, putting aside and looking become the first steps of every program. The picture is taken of the real world as these steps
 leave it, once they were proven in what is believed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from ..base.errors import UserError
+from ..base.value import Value
 from ..model.designators import Action, Location, Object
 from ..model.plan import Plan
 from ..model.rollout import world_after_run
@@ -27,22 +29,42 @@ from .proof import assemble, prove, text_that_runs
 from .setting import Setting
 
 if TYPE_CHECKING:
+    from ..model.view import Points
     from ..model.world import Thing
     from ..planning.state import State
     from ..plugin.catalogue import Knowledge
     from ..plugin.protocols import Candidate
     from ..scenario.scenario import Scenario
 
-TRIED = 4
-"""Ways to open and look into one thing that are proven at most."""
+TRIED, VIEWED = 4, 12
+"""Ways to lay one thing open and look that are proven at most, and of which is asked what the camera would see."""
+LEAST, ENOUGH = 4, 0.5
+"""Places (``unseen.places_above``) that something hides if it is worth being put aside; the share of them that a new view must show."""
+
+
+class Reveal(Value, eq=False):
+    """Way to see what is hidden.
+
+    Args:
+        name: of the thing that hides it.
+        place: furniture where it is.
+        objects, actions: how it is laid open and looked at.
+        points: places (n, 3) [m] that the view is to show; None where a free view of ``place`` is enough.
+    """
+
+    name: str
+    place: str
+    objects: tuple[Object, ...]
+    actions: tuple[Action, ...]
+    points: Points | None = None
 
 
 def explored(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge: Knowledge) -> Setting:
-    """Return the setting with what the camera saw behind and in what was opened for it, one after another, the nearest first.
+    """Return the setting with what the camera saw behind and in what was opened for it, one after another, the nearest first, and then
+    behind what was put aside, what hides most first.
 
-    What cannot be opened, or looked into, is left as it is, and the look says why (``Look.shut``).
-
-    It ends when all that is asked for was seen.
+    What cannot be laid open, or looked at, is left as it is, and the look says why (``Look.shut``). It ends when all that is asked
+    for was seen.
 
     Args:
         plan: that is likeliest to be carried out; None for a goal.
@@ -50,8 +72,15 @@ def explored(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
     base = setting.world.robots[0].base
     for container in sorted(closed(setting, knowledge), key=lambda t: base.distance(t.pose)[0]):
         if is_meant(setting, scenario, plan, knowledge):
-            break
-        setting = _looked_into(setting, container.name, _hidden_by(container, knowledge), knowledge)
+            return setting
+        setting = _revealed(setting, _opening(container, setting, knowledge), knowledge)
+    put_aside = set[str]()
+    while not is_meant(setting, scenario, plan, knowledge):
+        reveals = [r for r in _asides(setting, knowledge) if r.name not in put_aside]
+        if not reveals:
+            return setting
+        put_aside.add(reveals[0].name)
+        setting = _revealed(setting, reveals[0], knowledge)
     return setting
 
 
@@ -70,10 +99,42 @@ def closed(setting: Setting, knowledge: Knowledge) -> Iterator[Thing]:
             yield thing
 
 
-def _hidden_by(container: Thing, knowledge: Knowledge) -> str:
-    """The furniture where it hides things: itself, such as a drawer, or what it closes, such as the cupboard of a door."""
+def _opening(container: Thing, setting: Setting, knowledge: Knowledge) -> Reveal:
+    """What it hides is in itself, such as a drawer, or in what it closes, such as the cupboard of a door."""
     assert container.joint is not None
-    return container.name if bears(container, knowledge.taxonomy, INSIDE) else container.joint.parent
+    place = container.name if bears(container, knowledge.taxonomy, INSIDE) else container.joint.parent
+    task, role = next((n, t.lays_open) for n, t in knowledge.tasks.items() if t.lays_open)
+    one = Object(container.name, entity=container.name)
+    return Reveal(container.name, place, (one,), _and_look(task, {role: one}, place, setting, knowledge))
+
+
+def _asides(setting: Setting, knowledge: Knowledge) -> list[Reveal]:
+    """Things that stand before places of which nobody knows what is there, what hides most first."""
+    from ..perception.unseen import hidden_behind, places_above
+
+    found: list[Reveal] = []
+    task, roles = next(((n, t.puts_aside) for n, t in knowledge.tasks.items() if t.puts_aside), ("", None))
+    if setting.look is None or roles is None:
+        return found
+    furniture = {t.name: t for t in setting.now.things if t.furniture}
+    for thing in (t for t in setting.now.things if t.movable):
+        for place in dict.fromkeys(o for _, s, o in setting.relations if s == thing.name and o in furniture):
+            points = hidden_behind(thing, places_above(furniture[place], knowledge.taxonomy), setting.look.pictures)
+            objects = (Object(thing.name, entity=thing.name), Object(place, entity=place))
+            if len(points) >= LEAST:
+                actions = _and_look(task, dict(zip(roles, objects, strict=True)), place, setting, knowledge)
+                found.append(Reveal(thing.name, place, objects, actions, points))
+    return sorted(found, key=lambda r: (-len(r.points) if r.points is not None else 0, r.name))
+
+
+def _and_look(task: str, roles: dict[str, Object], place: str, setting: Setting, knowledge: Knowledge) -> tuple[Action, ...]:
+    """A task, and looking at a place behind it; () where no plugin offers a task that looks."""
+    looking = next((name for name, t in knowledge.tasks.items() if t.looks), None)
+    if looking is None or setting.look is None:
+        return ()
+    number = len(setting.look.pictures) + 1
+    view = Location(f"view_of_{place}", "view", parameters={"around": (place,)})
+    return (Action(f"0.{local_name(task)}_{number}", task, roles), Action(f"0.{local_name(looking)}_{number}", looking, goal=view))
 
 
 def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge: Knowledge) -> bool:
@@ -92,24 +153,24 @@ def is_meant(setting: Setting, scenario: Scenario, plan: Plan | None, knowledge:
         return False
 
 
-def _looked_into(setting: Setting, container: str, place: str, knowledge: Knowledge) -> Setting:
-    """With what is seen at a place that a container hides; or why not, where no way to open and look is proven, or does what it should."""
+def _revealed(setting: Setting, reveal: Reveal, knowledge: Knowledge) -> Setting:
+    """With what is seen then; or why not, where no way to lay it open and look is proven, or does what it should."""
     from ..perception.active_perception import look_into
 
-    seen, backend, trace = setting.look, setting.backend, Trace()
+    seen, trace = setting.look, Trace()
     assert seen is not None
-    proven = next(_proven(setting, container, place, knowledge, trace), None)
+    proven = next(_proven(setting, reveal, knowledge, trace), None)
     if proven is None or seen.camera is None:
         miss = nearest_miss(trace.entries)
-        return _shut(setting, container, f"{miss.designator}: {miss.reason}" if miss else "no task opens it and looks into it")
+        return _shut(setting, reveal.name, f"{miss.designator}: {miss.reason}" if miss else "no view shows what it hides")
     state, candidate = proven
-    text = text_that_runs(candidate, backend)
+    text = text_that_runs(candidate, setting.backend)
     assert text is not None  # it ran in the proof
     mount = seen.real.robots[0].name
     ran = knowledge.simulator.execute(text.text, seen.real, knowledge.robots_of(seen.real), mount=mount, seed=setting.seed)
     if ran.outcome != "finished":
-        return _shut(setting, container, f"what was proven did not come off ({ran.outcome}): {ran.reason}")
-    looked = look_into(seen, place, state, seen.camera, world_after_run(ran, seen.real), knowledge, setting.seed)
+        return _shut(setting, reveal.name, f"what was proven did not come off ({ran.outcome}): {ran.reason}")
+    looked = look_into(seen, reveal.place, state, seen.camera, world_after_run(ran, seen.real), knowledge, setting.seed)
     return replace(setting, world=looked.world, relations=looked.relations, real=looked.real, look=looked)
 
 
@@ -118,32 +179,42 @@ def _shut(setting: Setting, container: str, why: str) -> Setting:
     return replace(setting, look=replace(setting.look, shut={**setting.look.shut, container: why}))
 
 
-def _proven(setting: Setting, container: str, place: str, knowledge: Knowledge, trace: Trace) -> Iterator[tuple[State, Candidate]]:
-    """Ways to open a container and to bring the camera to a view into it, each proven in what is believed."""
-    actions = _opening_and_looking(container, place, len(setting.look.pictures) if setting.look else 0, knowledge)
+def _proven(setting: Setting, reveal: Reveal, knowledge: Knowledge, trace: Trace) -> Iterator[tuple[State, Candidate]]:
+    """Ways to lay something open and to bring the camera to a view that shows it, each proven in what is believed; where nobody has
+    seen what is there, something may be."""
+    from ..perception.unseen import unknown_body
+
+    if reveal.points is not None:
+        unknown = unknown_body(f"unseen_behind_{reveal.name}", reveal.points)
+        setting = replace(setting, world=replace(setting.world, things=(*setting.world.things, unknown)))
     took = setting.look.camera if setting.look else None
     context = Context(setting.robot, setting.world.robots[0], {}, knowledge.taxonomy, seed=setting.seed, camera=took)
     search = Search(knowledge.registry, knowledge.tasks, knowledge.task_owners, context, trace)
-    plan = Plan(setting.name, (Object(container, entity=container),), actions)
-    for number, state in enumerate(search.solve(setting.start(plan)) if actions else ()):
+    plan, tried = Plan(setting.name, reveal.objects, reveal.actions), 0
+    for state in islice(search.solve(setting.start(plan)) if reveal.actions else (), VIEWED):
+        if tried == TRIED:
+            return
+        if (share := _would_show(state, reveal, setting, knowledge)) < ENOUGH:
+            why = f"{share:.0%} of what '{reveal.name}' hides would be seen, {ENOUGH:.0%} is needed"
+            trace.add(0, f"view_of_{reveal.place}", str(plan), "refused", "engine", why, kind="location")
+            continue
+        tried += 1
         candidate, verdict = prove(assemble(plan, state, setting, knowledge), knowledge, setting.backend, setting.seed)
         if verdict.passed:
             yield state, candidate
         else:
             trace.add(0, "proof", str(plan), "failed", setting.backend.name, verdict.reason, kind="proof", numbers=verdict.measured)
-        if number + 1 == TRIED:
-            return
 
 
-def _opening_and_looking(container: str, place: str, number: int, knowledge: Knowledge) -> tuple[Action, ...]:
-    """The tasks; () where no plugin offers them."""
-    opening = next(((name, t.lays_open) for name, t in knowledge.tasks.items() if t.lays_open), None)
-    looking = next((name for name, t in knowledge.tasks.items() if t.looks), None)
-    if opening is None or looking is None:
-        return ()
-    task, role = opening
-    view = Location(f"view_into_{place}", "view", parameters={"around": (place,)})
-    return (
-        Action(f"0.{local_name(task)}_{number + 1}", task, {role: Object(container, entity=container)}),
-        Action(f"0.{local_name(looking)}_{number + 1}", looking, goal=view),
-    )
+def _would_show(state: State, reveal: Reveal, setting: Setting, knowledge: Knowledge) -> float:
+    """The share of what is hidden that the camera would see in the end, as far as it is known what stands where."""
+    from ..perception.unseen import share_shown
+
+    camera = setting.look.camera if setting.look else None
+    if reveal.points is None or camera is None:
+        return 1.0
+    known = [t for t in setting.look.world.things if t.name in state.belief.poses] if setting.look else []
+    things = tuple(t.moved_to(state.belief.poses[t.name].pose) for t in known)
+    placed = replace(camera, joints=state.belief.joints, noise=False)
+    view = knowledge.simulator.look(replace(setting.world, things=things), knowledge.robots_of(setting.world), placed, seed=0)
+    return share_shown(reveal.points, view.depth, view.camera, view.intrinsics)

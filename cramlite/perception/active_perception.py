@@ -18,6 +18,7 @@ from ..model.belief import Estimate, Relation, initial_belief
 from ..model.designators import Action, Location
 from ..model.geometry import Pose
 from ..model.world import Camera, Thing, World
+from ..ontology.foundation import BEARS
 from ..ontology.prefixes import local_name
 from ..plugin.expert import RELATIONS, Judged
 from ..scenario.scenario import Scenario
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from ..planning.state import State
     from ..plugin.catalogue import Knowledge
 
+UNEXPLAINED = "camera: nothing that is known explains it"
 WANTED = ("type", "relations", "pose", "instance", "refined")
 SURE, VIEWS = 0.6, 3
 """Where a pose is less sure than this, the camera looks from elsewhere, this many times in all: of scores over 0.6 few are
@@ -50,6 +52,7 @@ class Picture(Value):
         state: what the robot had done until then; None for a fixed camera.
         robot: the depth at which the camera would see the robot itself as it stands, NaN beside it [m].
         perceived: what the experts say of it; None before they were asked.
+        still: whether all stood as at the start; False where something was opened or put aside for it.
     """
 
     view: View
@@ -58,6 +61,7 @@ class Picture(Value):
     state: State | None = None
     robot: Depth | None = None
     perceived: Perceived | None = None
+    still: bool = True
 
 
 class Look(Value):
@@ -73,6 +77,7 @@ class Look(Value):
         hidden: places into which the camera could not look.
         shut: those of them that were to be opened -> why that, or the look into them, did not come off.
         since: where things are by the last picture that were moved so that it could look; ``known`` has them as at the start.
+        later: names of those obstacles that only pictures show for which something was opened or put aside.
         missed: for each thing that was looked for in vain, and may be where no camera could look, why it could not.
     """
 
@@ -85,6 +90,7 @@ class Look(Value):
     hidden: tuple[str, ...] = ()
     shut: Mapping[str, str] = {}
     since: Mapping[str, Pose] = {}
+    later: tuple[str, ...] = ()
     missed: tuple[str, ...] = ()
 
     @property
@@ -172,18 +178,51 @@ def look_into(
     view = look_at(now, robots, placed, seed=seed + 7919 * len(seen.pictures))
     hollow = bears(seen.known.thing(place), knowledge.taxonomy, INSIDE)
     query = ObjectQuery((Condition("in", "CONTAINS", place),)) if hollow else ObjectQuery()
-    earlier = {t.name: (t.type, t.pose.position) for t in seen.known.things if not t.furniture}
+    known = {t.name: state.belief.poses[t.name].pose for t in seen.known.things}
+    earlier = {t.name: (t.type, known[t.name].position) for t in seen.known.things if not t.furniture}
     perceived = ask(replace(query, wanted=WANTED), view, fixtures, knowledge, earlier=earlier, robot=own)
-    taken = Picture(view, placed, fixtures, state, own, perceived)
+    taken = Picture(view, placed, fixtures, state, own, perceived, still=False)
     after = _with(replace(seen, known=replace(seen.known, things=fixtures)), taken, knowledge)
     inside = {t.name: t.pose for t in after.known.things if not t.furniture and t.name not in earlier}
-    there = {t.name: t.pose for t in fixtures}
-    back = seen.known.thing(place).pose * there[place].inverse()
+    back = seen.known.thing(place).pose * known[place].inverse()
     things = (*seen.known.things, *(replace(t, pose=back * t.pose) for t in after.known.things if t.name in inside))
-    estimates = {n: replace(e, pose=back * e.pose) if n in inside else e for n, e in after.estimates.items()}
-    moved = {t.name: there[t.name] for t in seen.known.things if t.furniture and t.joint is not None}
-    found = replace(after, known=replace(seen.known, things=things), estimates=estimates, since={**seen.since, **moved, **inside})
-    return replace(found, real=renamed(seen.real, found.world))
+    new = {n: replace(e, pose=back * e.pose) if n in inside else e for n, e in after.estimates.items() if n not in earlier}
+    moved = {t.name: known[t.name] for t in seen.known.things if t.joint is not None or not t.furniture}
+    found = replace(
+        after, known=replace(seen.known, things=things), estimates={**seen.estimates, **new}, since={**seen.since, **moved, **inside}
+    )
+    there = (*after.known.things, *(t.moved_to(known[t.name]) for t in seen.known.things if not t.furniture))
+    wary = _wary(_beware(found, knowledge), taken, there, place if hollow else "", knowledge)
+    return replace(wary, real=renamed(seen.real, wary.world))
+
+
+def _wary(seen: Look, taken: Picture, there: tuple[Thing, ...], container: str, knowledge: Knowledge) -> Look:
+    """With what a picture of a changed world shows and nobody recognises: fixed bodies, but those in a container as parts of it, as
+    they move along with it.
+
+    Args:
+        there: what is known, as it stood when the picture was taken.
+    """
+    bodies = _unexplained(taken, (*(t for t in there if t.furniture), *seen.obstacles), [t for t in there if not t.furniture], knowledge)
+    free, place = _free_names(seen, seen.obstacles), next((t for t in there if t.name == container), None)
+    within = [b for b in bodies if place is not None and _is_in(b.pose, place, knowledge)]
+    fixed = tuple(replace(b, name=next(free)) for b in bodies if b not in within)
+    parts = tuple(replace(g, pose=place.pose.inverse() * b.pose * g.pose) for b in within for g in b.geoms) if place else ()
+    things = tuple(replace(t, geoms=(*t.geoms, *parts)) if t.name == container else t for t in seen.known.things)
+    estimates = {**seen.estimates, **{t.name: Estimate(t.pose, SIGMA, UNEXPLAINED) for t in fixed}}
+    later = (*seen.later, *(t.name for t in fixed))
+    return replace(
+        seen, known=replace(seen.known, things=things), obstacles=(*seen.obstacles, *fixed), estimates=estimates, later=later
+    )
+
+
+def _is_in(pose: Pose, container: Thing, knowledge: Knowledge) -> bool:
+    """Whether something is in the cavity of a container, or reaches out of it by less than a hand's breadth."""
+    for feature in (f for f in container.features if INSIDE in knowledge.taxonomy.fillers(f.type, BEARS)):
+        x, y, z = (container.pose * feature.pose).inverse().apply(pose.position)
+        if abs(x) <= feature.size["width"] / 2 and abs(y) <= feature.size["depth"] / 2 and -feature.size["height"] <= z <= 0.1:
+            return True
+    return False
 
 
 def _with(before: Look, taken: Picture, knowledge: Knowledge) -> Look:
@@ -211,18 +250,29 @@ def _beware(seen: Look, knowledge: Knowledge) -> Look:
         return seen
     fixed, moved = (tuple(t for t in seen.known.things if t.furniture == kind) for kind in (True, False))
     found: list[Thing] = []
-    for taken in seen.pictures:
-        query, known = ObjectQuery(wanted=("obstacles",)), (*fixed, *found)
-        said = ask(query, taken.view, known, knowledge, recognised=moved, robot=taken.robot).scene.get("obstacles")
-        found += said.value if said is not None else ()
-    taken_names = {t.name for t in (*seen.known.things, *seen.real.things)}
-    free = (n for k in range(1, 10**6) if (n := f"obstacle_{k}") not in taken_names)
+    for taken in (p for p in seen.pictures if p.still):
+        found += _unexplained(taken, (*fixed, *found), moved, knowledge)
+    kept = tuple(t for t in seen.obstacles if t.name in seen.later)
+    free = _free_names(seen, kept)
     bodies = tuple(replace(t, name=next(free)) for t in found)
-    source = "camera: nothing that is known explains it"
-    before = {t.name for t in seen.obstacles}  # some of them may have been recognised since
+    before = {t.name for t in seen.obstacles if t not in kept}  # some of them may have been recognised since
     estimates = {n: e for n, e in seen.estimates.items() if n not in before}
-    estimates |= {t.name: Estimate(t.pose, SIGMA, source) for t in bodies}
-    return replace(seen, obstacles=bodies, estimates=estimates)
+    estimates |= {t.name: Estimate(t.pose, SIGMA, UNEXPLAINED) for t in bodies}
+    return replace(seen, obstacles=(*bodies, *kept), estimates=estimates)
+
+
+def _free_names(seen: Look, obstacles: Iterable[Thing]) -> Iterator[str]:
+    taken = {t.name for t in (*seen.known.things, *seen.real.things, *obstacles)}
+    return (n for k in range(1, 10**6) if (n := f"obstacle_{k}") not in taken)
+
+
+def _unexplained(taken: Picture, fixed: Iterable[Thing], moved: Iterable[Thing], knowledge: Knowledge) -> tuple[Thing, ...]:
+    """Bodies around what a picture shows, and neither fixed nor recognised things explain; () where no expert says."""
+    if not any("obstacles" in e.outputs for e in knowledge.experts):
+        return ()
+    query = ObjectQuery(wanted=("obstacles",))
+    said = ask(query, taken.view, tuple(fixed), knowledge, recognised=tuple(moved), robot=taken.robot).scene.get("obstacles")
+    return tuple(said.value) if said is not None else ()
 
 
 def _fixtures(taken: Picture, perceived: Perceived, before: Look) -> tuple[tuple[Thing, ...], dict[str, Estimate]]:

@@ -99,6 +99,9 @@ class TaskType(ABC):
     """True for the task that brings a camera to where it sees some places: the engine asks it for pictures."""
     lays_open: ClassVar[str] = ""
     """Role of what it opens, where that hides what lies in it: the engine asks for it where the camera finds nothing elsewhere."""
+    puts_aside: ClassVar[tuple[str, str] | None] = None
+    """Roles of what it takes and of where it puts that, for a task that begins and ends with an empty hand: the engine asks it to put
+    aside what hides something."""
     leads_on: ClassVar[bool] = False
     """True for free motions: their goal, unless given, is where the next task begins."""
     touches: ClassVar[tuple[tuple[str, str], ...] | None] = None

@@ -136,6 +136,15 @@ def test_goals_about_classes_of_things(tmp_path: Path) -> None:
     assert goals[0] == ("tin held",) and {g[0] for g in goals} == {f"{n} held" for n in ("tin", "lowest", "middle", "top")}
 
 
+def test_some_things_of_a_class_but_not_a_certain_one(tmp_path: Path) -> None:
+    """The goal of a scenario is about more things than it has words: a meaning that contradicts itself is passed over."""
+    path = tmp_path / "room.yaml"
+    path.write_text(ROOM.replace("[drawer open]", "[2 of Product on tray, not lowest on tray]") + ON_TRAY + STACK)
+    scenario = read_scenario(path)
+    (goal, *_) = (p.goal for p, _ in ENGINE.plans(scenario, ENGINE.setting(scenario), Trace()))
+    assert goal == ("tin on tray", "middle on tray", "not lowest on tray")
+
+
 @pytest.mark.parametrize(
     ("goal", "says"),
     [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from task_scenarios import attempt
 
@@ -158,3 +160,64 @@ def test_none_is_left_out() -> None:
     shipped = {p.stem for p in (data_folder("scenarios") / "kitchen").glob("*.yaml")}
     every = {*REFUSED, *GOALS, HIDDEN}
     assert shipped == {*every, *(f"{name}_fails" for name in every)}
+
+
+@pytest.mark.heavy
+def test_what_hides_a_box_is_put_aside_to_look_behind_it(engine: Engine) -> None:
+    scenario = read_scenario(find_scenario("kitchen/hidden_behind_camera"))
+    setting = engine.setting(scenario, twins=0)
+    assert setting.look is not None and setting.real is not None
+    names = {n: next((m for m in ("mint_box", "cereal_box") if m in e.source), "") for n, e in setting.look.estimates.items()}
+    front, behind = (next(n for n, m in names.items() if m == model) for model in ("cereal_box", "mint_box"))
+    assert sorted(names.values()) == ["cereal_box", "mint_box"]  # what stuck out before it was recognised is no obstacle any more
+    assert setting.now.thing(front).pose.distance(setting.world.thing(front).pose)[0] > 0.05
+    assert setting.world.thing(behind).pose.distance(setting.real.thing(behind).pose)[0] < 0.01  # nothing was pushed onto it
+    solution = engine.execute(next(engine.resolve(scenario, setting=setting)))
+    assert solution.succeeded, solution.verdict.reason
+    assert [a.task for a in solution.candidate.actions].count("cram:PickAndPlace") == 1
+
+
+@pytest.mark.heavy
+def test_what_is_too_heavy_to_be_put_aside_hides_what_is_behind_it(engine: Engine) -> None:
+    scenario = read_scenario(find_scenario("kitchen/hidden_behind_camera_fails"))
+    setting = engine.setting(scenario, twins=0)
+    assert setting.look is not None and list(setting.look.shut) == ["cerealbox_1"]
+    assert "did not come off" in setting.look.shut["cerealbox_1"]
+    with pytest.raises(UserError, match="in this world there are: none"):
+        next(engine.resolve(scenario, setting=setting))
+
+
+CLOSED_BY_DOOR = """
+  - {name: cabinet, model: cabinet, at: {position: [0.6, 0.25, 0.35], yaw: 180 deg}, with: {size: [0.3 m, 0.3 m, 0.26 m]}}
+  - {name: door, model: door, at: {position: [0.6, 0.25, 0.35], yaw: 180 deg}, with: {parent: cabinet, height: 0.26 m}}
+  - {name: it, model: mint_box, at: {position: [0.68, 0.25, 0.29]}}
+"""
+TASKS = "objects:\n  box: {types: [cram:BoxedProduct]}\ntasks:\n  - {task: PickAndPlace, Locatum: box, Relatum: tray}\n"
+STRANGE = "  - {name: odd, model: block, at: {position: [0.93, 0.16, 0.222]}, with: {size: [60 mm, 60 mm, 60 mm]}}\n"
+
+
+@pytest.mark.heavy
+def test_tasks_look_into_a_drawer_and_beware_of_what_nobody_knows_in_it(engine: Engine, tmp_path: Path) -> None:
+    text = find_scenario(f"kitchen/{HIDDEN}").read_text().partition("# What a seed")[0]
+    path = tmp_path / "strange.yaml"
+    path.write_text(text.replace("goal: [any BoxedProduct on tray]\n", TASKS) + STRANGE)
+    setting = engine.setting(read_scenario(path), twins=0)
+    assert setting.look is not None and setting.real is not None
+    assert [e.source.split()[1] for e in setting.look.estimates.values()] == ["mint_box"]
+    drawer, odd = setting.world.thing("drawer"), setting.real.thing("odd")
+    (body,) = drawer.geoms[len(setting.real.thing("drawer").geoms) :]
+    assert (drawer.pose * body.pose).distance(odd.pose)[0] < 0.03  # where it lay before the drawer was opened
+
+
+@pytest.mark.heavy
+def test_what_is_behind_a_door_is_seen_after_it_was_opened(engine: Engine, tmp_path: Path) -> None:
+    text = find_scenario(f"kitchen/{HIDDEN}").read_text().partition("# What a seed")[0]
+    kept = [line for line in text.splitlines() if not any(f"name: {n}," in line for n in ("cabinet", "drawer", "it"))]
+    path = tmp_path / "door.yaml"
+    path.write_text("\n".join(kept) + CLOSED_BY_DOOR)
+    setting = engine.setting(read_scenario(path), twins=0)
+    assert setting.look is not None and setting.real is not None
+    (seen,) = (n for n, e in setting.look.estimates.items() if "mint_box" in e.source)
+    assert setting.now.thing("door").pose != setting.world.thing("door").pose
+    assert setting.now.thing(seen).pose.distance(setting.world.thing(seen).pose)[0] < 1e-9  # it does not move along
+    assert setting.world.thing(seen).pose.distance(setting.real.thing(seen).pose)[0] < 0.02

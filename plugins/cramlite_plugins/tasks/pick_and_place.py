@@ -15,6 +15,7 @@ class PickAndPlace(TaskType):
     aliases = ("PickPlace", "MoveObject")
     roles = (Role("Locatum"), Role("Relatum", features=("vrps:SurfaceFeature",)))
     places = True
+    puts_aside = ("Locatum", "Relatum")
     summary = "grasp an object, lift it, put it onto a surface"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
