@@ -23,9 +23,10 @@ class Progress:
         self.say(
             f"[{self.total - self.left + self.done}/{self.total}] {result.name}: {result.candidates} candidates, "
             f"{'/'.join(map(str, good))} planned/simulated/executed{'; ' + result.reason if result.reason else ''}; "
-            f"{_clock(passed)} passed, about {_clock(rest)} left"
+            f"{clock(passed)} passed, about {clock(rest)} left"
         )
 
 
-def _clock(seconds: float) -> str:
+def clock(seconds: float) -> str:
+    """Return a time as minutes and seconds."""
     return f"{int(seconds) // 60}:{int(seconds) % 60:02}"

@@ -29,6 +29,8 @@ OPEN = 0.08
 """Between the fingers of the open hand [m]."""
 QUANTUM = 0.25
 """What one action changes of the command of the hand, -1 (open) to 1 (closed): 25 physics steps of 0.01 each (PandaGripper)."""
+SHUT = 0.0019
+"""Between fingers that have closed on nothing when they have hardly moved for half a second [m]: they creep from 2.1 to 1 mm in 1 s."""
 PIXELS = 256
 HAND = "gripper0_right_gripper"
 
@@ -102,7 +104,7 @@ class Judge:
         return {
             "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag,
             "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
-            "fingers": OPEN * QUANTUM / 4 * 1.1, "hesitation": 2 / QUANTUM / RATE + 0.05,
+            "fingers": OPEN * QUANTUM / 4 * 1.1, "closed": SHUT, "hesitation": 2 / QUANTUM / RATE + 0.05,
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:

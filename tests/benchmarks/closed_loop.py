@@ -2,6 +2,7 @@
 
     cramlite resolve hang_onto_hanger --twins 0 --no-report --out DIR
     python tests/benchmarks/closed_loop.py DIR
+    python tests/benchmarks/closed_loop.py DIR --plugin experiments/libero/panda.py    # whose robots the run has
     python tests/benchmarks/closed_loop.py DIR --errors     # with noise, drift, latency, play and zeros of joints that are off
 
 All times are CPU time of this one process. The raw figure is a bare loop of mj_step over the very commands that the
@@ -21,6 +22,8 @@ import numpy as np
 from msgspec import json
 
 from cramlite.model import ErrorModel, Rollout, World, replace
+from cramlite.plugin.catalogue import Knowledge
+from cramlite.plugin.registry import Registry
 from cramlite.scenario.twin import draw_twin
 from cramlite_plugins.robots.arms import robots
 from cramlite_plugins.simulation.controller import controller
@@ -95,12 +98,14 @@ def main() -> None:
     parser.add_argument("run", type=Path, help="run directory of 'cramlite resolve'")
     parser.add_argument("--times", type=int, default=5, help="repetitions; the quickest is reported: others use the machine, too")
     parser.add_argument("--errors", action="store_true", help="of sensor, joints and latency, as twins have them")
+    parser.add_argument("--plugin", type=Path, action="append", default=[], help="a plugin file with the run's robot")
     options = parser.parse_args()
+    ROBOTS.update(Knowledge(Registry(options.plugin)).robots)
     world = json.decode((options.run / "world.json").read_bytes(), type=World)
     if options.errors:
         off = draw_twin(world, (), ROBOTS[world.robots[0].type], ErrorModel(), 1).world.disturbance
         world = replace(world, disturbance=replace(off, links=()))  # links would change the physics
-    text = (options.run / "program.script").read_text()
+    text = next(options.run.glob("program.*")).read_text()
     kept = commands(text, world)
     found = [(run(text, world), raw(world, kept)) for _ in range(options.times)]
     simulated = len(kept) * world.physics.timestep

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, Run
+from msgspec.structs import replace
 
 from cramlite import UserError
 from cramlite.experiment.judged.judge import connect
@@ -15,11 +16,35 @@ from cramlite.experiment.judged.page import explained, page, why
 from cramlite.experiment.judged.play import Trial, play
 from cramlite.experiment.judged.report import markdown
 from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
-from cramlite.experiment.judged.run import results_in
+from cramlite.experiment.judged.run import Order, results_in, run_judged
 from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
 from cramlite.experiment.judged.tables import Rate, tables
 
 SMALL = ROOT / "tests" / "helpers" / "small_judge" / "experiment.yaml"
+
+
+DEADLY = """
+import os, sys
+from pathlib import Path
+from cramlite.experiment.judged.judge import module_of
+
+SmallJudge = module_of(Path("{beside}") / "connection.py").SmallJudge
+
+class Deadly(SmallJudge):
+    def reset(self, suite, task, state):
+        self.what = task, state
+        return super().reset(suite, task, state)
+
+    def setting(self, engine, folder, twins):
+        if self.what == (1, 0):
+            os._exit(1)
+        if self.what == (1, 1):
+            raise ValueError("a bug")
+        return super().setting(engine, folder, twins)
+
+def connect(environment):
+    return Deadly()
+"""
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +73,11 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     assert done.code == 0, done.err
     true, never, wordless = results_in(out, small)
     assert true.proven and true.attempt is not None and true.attempt.outcome == "finished" and true.rest() and not true.failure
-    assert true.goal == ("block_1_main in tray_1_main",) and 0 < (true.attempt.first or 0) < true.attempt.steps < 400
+    assert {"planning", "proof", "planning, until the first program"} <= true.seconds.keys() and true.wall > 0
+    assert true.goal == ("block_1_main in tray_1_main/contain_region",) and 0 < (true.attempt.first or 0) < true.attempt.steps < 400
     assert never.proven and never.attempt is not None and never.attempt.outcome == "finished"  # our proof says so
-    assert never.attempt.first is None and not never.first(unlimited=True) and never.failure == "physics"
+    assert never.attempt.first is None and not never.first(unlimited=True) and never.failure == "goal"
+    assert never.attempt.ours and true.attempt.ours is None  # it is where it should be, for all that we know
     assert not wordless.proven and wordless.attempt is None and wordless.failure == "goal" and "has no words" in wordless.reason
     counted = json.loads((out / "tables.json").read_text())["tables"]
     assert counted["passing_was_right"]["hits"] == 1 and counted["passing_was_right"]["total"] == 2 and counted["refusals"] == 1
@@ -66,8 +93,10 @@ def test_episodes_are_proven_played_and_judged_once(run: Run, tmp_path: Path, sm
     assert len(after) == 3 and {p for p in before if before[p] == after[p]} == {p for p in before if p.parent.name != "table-2-0"}
     done = run(*asked, "--tasks", "1", "--fail")
     assert done.code == 1 and "1 of 1 episodes are not true at rest within their budget: table 1 0 task 1: finished" in done.err
+    done = run("experiment", SMALL, "--out", out)  # the tables of what is there
+    assert done.code == 0 and "1 of 3" in done.out and "judge" not in done.err
     html = (out / "report.html").read_text()
-    assert "failed: physics" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
+    assert "failed: goal" in html and "never true" in html and not re.search(r'(src|href)="(?!data:|#)', html)
 
 
 @pytest.mark.parametrize(
@@ -88,6 +117,7 @@ def test_a_judge_that_goes_before_anything_moved_gives_no_result(
     assert said in str(caught.value) and "\n" not in str(caught.value)
 
 
+@pytest.mark.heavy
 def test_a_judge_that_goes_while_the_robot_moves_is_a_failure(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
 ) -> None:
@@ -98,6 +128,24 @@ def test_a_judge_that_goes_while_the_robot_moves_is_a_failure(
     monkeypatch.delenv("SMALL_JUDGE")
     again = play(Trial(small, Episode("table", 2, 0), tmp_path, pictures=False))  # another process
     assert again.failure == "goal"
+
+
+@pytest.mark.heavy
+def test_what_kills_its_worker_or_breaks_here_is_a_failure_and_the_others_go_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, small: JudgedExperiment
+) -> None:
+    """Episodes of task 2, whose goal has no words: its search takes no time."""
+    folder, said = tmp_path / "deadly", list[str]()
+    folder.mkdir()
+    (folder / "experiment.yaml").write_text(SMALL.read_text().replace("plugins: [../../../", f"plugins: [{ROOT}/"))
+    (folder / "connection.py").write_text(DEADLY.format(beside=SMALL.parent))
+    deadly = read_judged(folder / "experiment.yaml")
+    order = Order(deadly, deadly.episodes("table", "1:3", "0:2"), tmp_path / "out", workers=1)
+    kinds = {(r.task, r.state): (r.failure, r.reason) for r in run_judged(order, said.append)}
+    assert kinds[1, 0] == ("defect", "the process that played it died 2 times (out of memory, or killed)")
+    assert kinds[1, 1] == ("defect", "ValueError: a bug (defect.txt has the traceback)")
+    assert kinds[2, 0][0] == kinds[2, 1][0] == "goal" and sum("begun anew" in line for line in said) == 2
+    assert "raise ValueError" in (tmp_path / "out" / "episodes" / "table-1-1" / "defect.txt").read_text()
 
 
 # Input
@@ -130,7 +178,9 @@ def test_an_environment_that_is_not_installed_is_said_with_its_command(run: Run,
 
 
 @pytest.mark.parametrize(
-    ("text", "said"), [("connect = 3", "has no function 'connect"), ("import nothing_like_it", "No module named"), (None, "There is no")]
+    ("text", "said"),
+    [("connect = 3", "has no function 'connect"), ("import nothing_like_it", "No module named"), (None, "There is no"),
+     ("def connect(): pass", "'connect' failed: TypeError")],
 )
 def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_path: Path) -> None:
     if text is not None:
@@ -143,7 +193,7 @@ def test_a_file_that_is_no_judge_is_explained(text: str | None, said: str, tmp_p
     ("old", "new", "said"),
     [
         ("budget: 400", "budget: 0", "greater than or equal to 1"), ("given:", "known:", "known"),
-        ('"has no', '"(has no', "no regular expression"),
+        ('"has no', '"(has no', "no regular expression"), ("suites: [table]", "suites: [tabel]", "'tabel' is none of the suites"),
     ],
 )  # fmt: skip
 def test_a_wrong_file_is_explained(old: str, new: str, said: str, tmp_path: Path) -> None:
@@ -209,3 +259,17 @@ def test_a_damaged_result_is_named(tmp_path: Path, small: JudgedExperiment) -> N
     path.write_text("{}")
     with pytest.raises(UserError, match=r"result.json' is damaged .* only that episode is played anew"):
         results_in(tmp_path, small)
+
+
+def test_variants_are_held_against_what_they_are_of(small: JudgedExperiment) -> None:
+    """4 of 5 less 5 of 5; Newcombe's interval contains it, and is wider than either rate's error alone."""
+    suites = {**small.spec.suites, "turned": small.spec.suites["table"].model_copy(update={"of": "table"})}
+    both = JudgedExperiment(small.path, small.spec.model_copy(update={"suites": suites}))
+    done = [result(k, first=50, rest=True, steps=90) for k in range(5)]
+    variants = [replace(r, suite="turned") for r in done]
+    assert tables(done, both).difference is None
+    variants[0] = replace(variants[0], attempt=None, failure="path", proven=False)
+    found = tables([*done, *variants], both).difference
+    assert found is not None and found.value == pytest.approx(-0.2) and found.interval[0] < -0.2 < 0 < found.interval[1]
+    text = markdown(tables([*done, *variants], both), both)
+    assert "Variants (turned) less what they are of (table), true at rest: -.20 (-.62 to +.26" in text

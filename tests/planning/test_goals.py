@@ -93,6 +93,9 @@ def test_why_each_task_is_there() -> None:
         ("block poured into shelf", "'block' holds nothing that could be poured"),
         ("block on shelf near shelv", "names 'shelv'; did you mean 'shelf'?"),
         ("block on shelf near block", "must be another thing than 'block' and 'shelf'"),
+        ("block on shelf/tops", "names 'shelf/tops'; did you mean 'shelf/top'?"),
+        ("block on shelf/top near block", "must be another thing"),
+        ("block off shelf/top", "'off' is said of a whole thing: 'shelf'"), ("shelf/top held", "is no goal"),
         ("block off shelf near floor", "'near' chooses a spot on a surface or in a container"),
         ("block on shelf above floor", "may end in 'near', 'left of', 'right of', 'in front of', 'behind' THING"),
     ],
@@ -125,6 +128,12 @@ def test_a_goal_beside_something_becomes_the_place_of_the_task_that_chooses_it()
     assert [(t, w["right_of"]) for t, w in wheres.items()] == [("soma:Placing", "coffee")]
     with pytest.raises(UserError, match="holds already"):  # it stands there: without a side there is nothing to do
         next(plans_in(setting, Goal(("tin on counter",)), ENGINE.knowledge, Trace()))
+
+
+def test_a_region_becomes_the_place_of_the_task_that_chooses_it() -> None:
+    plan = next(plans_in(_setting("place_on_shelf"), Goal(("block on shelf/top",)), ENGINE.knowledge, Trace()))
+    wheres = {a.task: a.parameters["where"] for a in plan.actions if "where" in a.parameters}
+    assert [(t, w["region"]) for t, w in wheres.items()] == [("soma:Placing", "top")]
 
 
 def test_a_goal_beside_something_far_away_is_refused_with_the_distance() -> None:

@@ -71,12 +71,17 @@ def connect(file: Path, environment: Path | None) -> Judge:
         environment: where the judge is installed; None for its usual place.
 
     Raises:
-        UserError: there is no such file, it cannot be imported or has no such function; the judge is not installed.
+        UserError: there is no such file, it cannot be imported, has no such function, or that fails; the judge is not installed.
     """
     function = getattr(module_of(file), CONNECT, None)
     if not callable(function):
         raise UserError(f"'{file}' has no function '{CONNECT}(environment)' that returns the judge of its experiment.")
-    judge: Judge = function(environment)
+    try:
+        judge: Judge = function(environment)
+    except UserError:
+        raise
+    except Exception as error:
+        raise UserError(f"'{file}': its function '{CONNECT}' failed: {type(error).__name__}: {error}.") from error
     return judge
 
 

@@ -30,7 +30,8 @@ def page(tables: Tables, results: Sequence[EpisodeResult], experiment: JudgedExp
     style = (files("cramlite.report") / "page.css").read_text("utf-8")
     return html_template(source).render(
         title=experiment.spec.title, given=experiment.spec.given, tables=tables, style=style, report=report, experiment=experiment,
-        episodes=results, explained=explained(results), why=why, picture=lambda r: _picture(out, r), said=said,
+        episodes=results, explained=explained(results), why=why, said=said,
+        picture=lambda r: _picture(out, r, _name(r)), believed=lambda r: _picture(out, r, r.attempt.believed if r.attempt else ""),
     )  # fmt: skip
 
 
@@ -50,10 +51,11 @@ def why(result: EpisodeResult) -> str:
         return plain_reason(result.reason)
     if attempt.reason:
         return f"the program ended by {attempt.outcome}: {attempt.reason}"
+    ours = "; as cramlite understands the goal, it holds" if attempt.ours else ""
     if attempt.first is None:
-        return "the program ran to its end, and the judge's check was never true"
+        return f"the program ran to its end, and the judge's check was never true{ours}"
     if not attempt.rest:
-        return f"the check was true at action {attempt.first}, and no longer is at rest"
+        return f"the check was true at action {attempt.first}, and no longer is at rest{ours}"
     return f"the check was true at action {attempt.first}, beyond the budget of {result.budget}"
 
 
@@ -67,10 +69,11 @@ def _name(result: EpisodeResult) -> str:
     return shown.picture if shown is not None else ""
 
 
-def _picture(out: Path, result: EpisodeResult) -> str:
+def _picture(out: Path, result: EpisodeResult, name: str) -> str:
     """A picture as a data address; empty if there is none."""
     episode = Episode(result.suite, result.task, result.state)
-    path = out / "episodes" / episode.name / (_name(result) or "none")
+    path = out / "episodes" / episode.name / (name or "none")
     if not path.is_file():
         return ""
-    return "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()
+    kind = "png" if name.endswith(".png") else "jpeg"
+    return f"data:image/{kind};base64," + base64.b64encode(path.read_bytes()).decode()

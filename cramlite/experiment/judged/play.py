@@ -5,7 +5,9 @@ Runs in a worker process. Nothing is searched, tried or reset in the judge's sim
 
 from __future__ import annotations
 
+import os
 import time
+import traceback
 from functools import lru_cache
 from pathlib import Path
 
@@ -20,6 +22,8 @@ from ...engine.solution import Solution
 from ...model.rollout import save_rollout
 from ...model.verdict import ADVICE
 from ...planning.diagnosis import failure_text
+from ...planning.planning_problem import planning_problem
+from ...planning.task_goals import Goal
 from ...planning.trace import Trace
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...scenario.scenario import read_scenario
@@ -27,7 +31,11 @@ from .judge import Judge, connect
 from .results import Attempt, EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
+BEGUN, DEFECT = "begun", "defect"
+"""File of an episode that is under way, and the class of failures that are defects of cramlite."""
 BROKEN_OFF = "broken off"
+PICTURE = (320, 320)
+"""Pixels of a picture of how a proof ended."""
 
 
 class Trial(Value):
@@ -59,6 +67,21 @@ def play(trial: Trial) -> EpisodeResult:
     Raises:
         UserError: it could not begin: the judge is not installed, refuses it, or does not answer as it must.
     """
+    write_whole(trial.folder / BEGUN, str(os.getpid()))  # it stays if this process dies
+    try:
+        return _played(trial)
+    finally:
+        (trial.folder / BEGUN).unlink(missing_ok=True)
+
+
+def died(episode: Episode, budget: int, reason: str) -> EpisodeResult:
+    """Return the result of an episode that a defect of ours ended."""
+    return EpisodeResult(
+        suite=episode.suite, task=episode.task, state=episode.state, name=episode.name, budget=budget, reason=reason, failure=DEFECT
+    )
+
+
+def _played(trial: Trial) -> EpisodeResult:
     judge, episode = _judge(trial.experiment.beside(trial.experiment.spec.judge), trial.environment), trial.episode
     budget = trial.experiment.suite(episode.suite).budget
     try:
@@ -68,6 +91,9 @@ def play(trial: Trial) -> EpisodeResult:
     except UserError:
         _end(judge)
         raise
+    except Exception as error:  # a defect fails its episode, and not the run
+        write_whole(trial.folder / "defect.txt", traceback.format_exc())
+        return died(episode, budget, f"{type(error).__name__}: {error} (defect.txt has the traceback)")
     return replace(result, failure=_failure(result, trial.experiment))
 
 
@@ -99,13 +125,19 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
     except UserError as error:
         judge.check()  # one that no longer answers has not shown a scene that could be refused
         return replace(result, reason=str(error), wall=time.monotonic() - clock)
-    result = replace(result, wall=time.monotonic() - clock, seconds=dict(getattr(trace, "seconds", {})))
+    result = replace(result, wall=time.monotonic() - clock, seconds=_seconds(trace))
     if proven is None:
         result = replace(result, reason=failure_text(trace, engine.registry.faults))
         again = trial.attempt_refused and refused is not None
-        return replace(result, refused=_attempt(trial, judge, refused, "refused")) if again and refused else result
+        return replace(result, refused=_attempt(trial, judge, engine, refused, "refused")) if again and refused else result
     advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
-    return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, proven, "program"))
+    return replace(result, proven=True, advice=advice, attempt=_attempt(trial, judge, engine, proven, "program"))
+
+
+def _seconds(trace: Trace) -> dict[str, float]:
+    """CPU time of the search by stage, and of planning until there was a program."""
+    first = {} if trace.first_program is None else {"planning, until the first program": trace.first_program}
+    return {name: seconds for name, seconds in (trace.seconds | first).items() if seconds or name != "twins"}
 
 
 def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) -> tuple[Solution | None, Solution | None]:
@@ -121,7 +153,7 @@ def _search(engine: Engine, scenario: object, setting: Setting, trace: Trace) ->
     return None, best
 
 
-def _attempt(trial: Trial, judge: Judge, solution: Solution, name: str) -> Attempt:
+def _attempt(trial: Trial, judge: Judge, engine: Engine, solution: Solution, name: str) -> Attempt:
     """A program is played to its end, and judged there and at rest."""
     code = solution.candidate.code
     assert code is not None
@@ -135,19 +167,44 @@ def _attempt(trial: Trial, judge: Judge, solution: Solution, name: str) -> Attem
     except UserError as error:
         _end(judge)
         return Attempt(outcome=BROKEN_OFF, reason=str(error))
-    picture = _picture(trial, judge, name) if trial.pictures else ""
+    ours = None if rested.success else _holds_here(judge, engine, trial)
+    seen, believed = (judge.picture(), _believed(engine, solution)) if trial.pictures else (b"", b"")
     return Attempt(
-        outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, picture=picture
-    )
+        outcome=rollout.outcome, reason=rollout.reason, first=rested.first, rest=rested.success, steps=ended.steps, ours=ours,
+        picture=_kept(trial.folder / f"{name}.png", seen), believed=_kept(trial.folder / f"{name}_believed.jpg", believed),
+    )  # fmt: skip
 
 
-def _picture(trial: Trial, judge: Judge, name: str) -> str:
-    """The judge's picture as a file beside the program."""
-    seen = judge.picture()
-    if not seen:
-        return ""
-    write_whole(trial.folder / f"{name}.png", seen)
-    return f"{name}.png"
+def _holds_here(judge: Judge, engine: Engine, trial: Trial) -> bool | None:
+    """Whether the goal as it is understood here holds in the judge's world as it is now; None where that cannot be told."""
+    try:
+        path, setting = judge.setting(engine, trial.folder / "end", 0)
+        goal = Goal(tuple(map(str, read_scenario(path).spec.goal or ())))
+        problem = planning_problem(goal, setting.symbolic(engine.knowledge.taxonomy), engine.knowledge)
+        return problem.wanted.met(problem.facts)
+    except UserError:
+        return None
+
+
+def _kept(path: Path, picture: bytes) -> str:
+    """A picture as a file; its name, or "" where there is none."""
+    if picture:
+        write_whole(path, picture)
+    return path.name if picture else ""
+
+
+def _believed(engine: Engine, solution: Solution) -> bytes:
+    """How the proof ended."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    rollout, knowledge, buffer = solution.candidate.rollout, engine.knowledge, BytesIO()
+    if rollout is None:
+        return b""
+    pixels = knowledge.simulator.picture(rollout, len(rollout.times) - 1, knowledge.robots_of(rollout.world), PICTURE)
+    Image.fromarray(pixels).save(buffer, "JPEG", quality=70)
+    return buffer.getvalue()
 
 
 def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
@@ -159,4 +216,6 @@ def _failure(result: EpisodeResult, experiment: JudgedExperiment) -> str:
         return experiment.failure(plain_reason(result.reason), "goal" if not result.goal else "path")
     if result.rest(unlimited=True):
         return "time"
-    return experiment.failure(attempt.reason, "physics") if attempt.reason else "physics"
+    if attempt.reason:
+        return experiment.failure(attempt.reason, "physics")
+    return "goal" if attempt.ours else "physics"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from .spec import JudgedExperiment
-from .tables import Rate, Row, Spread, Tables
+from .tables import Difference, Rate, Row, Spread, Tables, digits
 
 WITHIN = (
     "Within the budget means that the judge's check was true for the first time within it; unlimited, at any time. At rest: still true "
@@ -23,6 +23,7 @@ def markdown(tables: Tables, experiment: JudgedExperiment) -> str:
         f"# {spec.title}", "", f"Given: {spec.given}. {WITHIN}", "",
         "## What the proof was worth", "", *worth(tables), "",
         "## Suites", "", *grid(("suite", "about", "budget", *HEAD), suite_rows(tables, experiment)), "",
+        *([difference(tables.difference), ""] if tables.difference else []),
         "## Tasks", "", *grid(("suite", "task", "name", *HEAD), task_rows(tables)), "",
         "## Failures", "", *failures(tables), "",
         "## Time", "", *grid(("time [s]", "median", "95 % under", "longest", "episodes"), times(tables.seconds)), "",
@@ -43,6 +44,20 @@ def suite_rows(tables: Tables, experiment: JudgedExperiment) -> list[list[str]]:
     """Return a row for each suite, and one for all."""
     rows = [[r.suite, experiment.spec.suites[r.suite].about, str(r.budget), *_counts(r)] for r in tables.suites]
     return [*rows, ["all", "", "", *_counts(tables.whole)]] if len(rows) > 1 else rows
+
+
+def difference(found: Difference) -> str:
+    """Return how much less often variants are true at rest than what they are of, in a sentence."""
+    low, high = found.interval
+    return (
+        f"Variants ({', '.join(found.variants)}) less what they are of ({', '.join(found.bases)}), true at rest: {signed(found.value)} "
+        f"({signed(low)} to {signed(high)}, Newcombe): {found.rate.text} less {found.base_rate.text}."
+    )
+
+
+def signed(value: float) -> str:
+    """Return a difference of rates with its sign, "-.04"."""
+    return f"{'-' if round(value, 2) < 0 else '+'}{digits(abs(value))}"
 
 
 def task_rows(tables: Tables) -> list[list[str]]:

@@ -16,7 +16,10 @@ class Attempt(Value, kw_only=True):
         first: the action after which the judge's check was true for the first time, from 1; None for never.
         rest: whether it is true when things are at rest after the program's end.
         steps: actions until the program's end.
+        ours: where it is not true at rest: whether the goal as cramlite understands it holds in the judge's world all the same; None
+            where that was not asked or cannot be told.
         picture: name of the file with what the judge's camera saw at the end; "" for none.
+        believed: name of the file with how the proof ended; "" for none.
     """
 
     outcome: str
@@ -24,7 +27,9 @@ class Attempt(Value, kw_only=True):
     first: int | None = None
     rest: bool = False
     steps: int = 0
+    ours: bool | None = None
     picture: str = ""
+    believed: str = ""
 
 
 class EpisodeResult(Value, kw_only=True):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -19,14 +20,17 @@ from ...base.value import Value
 from ...plugin.registry import Registry
 from ...plugin.selection import INSTALLED, PluginChoice
 from ...version import VERSION
+from ..progress import clock
 from ..store import code_key, locked
 from ..worker_pool import worker_pool
 from .judge import connect
-from .play import Trial, play
+from .play import BEGUN, Trial, died, play
 from .results import EpisodeResult, plain_reason
 from .spec import Episode, JudgedExperiment
 
 RESULT = "result.json"
+DEATHS = 2
+"""An episode that was under way when workers died so often is given up, and counts as failed."""
 MOST_LOST = 3
 """Episodes that could not begin, after which the others are not tried."""
 
@@ -113,7 +117,28 @@ def run_key(order: Order) -> dict[str, Any]:
 
 
 def _play_all(order: Order, left: Sequence[Episode], say: Callable[[str], None]) -> None:
-    """Hand out the episodes; a result is written as soon as it is there."""
+    """Hand out the episodes until each has a result; those that kill their worker get one, too.
+
+    Raises:
+        UserError: some could not begin.
+    """
+    deaths, missing = Counter[Episode](), list(left)
+    while missing:
+        for episode in missing:  # marks of a run that was killed
+            (folder_of(order.out, episode) / BEGUN).unlink(missing_ok=True)
+        if lost := _round(order, missing, say):
+            raise UserError(f"{len(lost)} of {len(missing)} episodes could not begin, the first one: {lost[0]} What is finished is kept in "
+                            f"'{order.out}'; start the same command again for the rest.")  # fmt: skip
+        missing = [e for e in missing if not (folder_of(order.out, e) / RESULT).exists()]
+        deaths.update(e for e in missing if (folder_of(order.out, e) / BEGUN).exists())
+        for episode in [e for e in missing if deaths[e] >= DEATHS]:
+            missing.remove(episode)
+            budget = order.experiment.suite(episode.suite).budget
+            say(_keep(order, died(episode, budget, f"the process that played it died {DEATHS} times (out of memory, or killed)")))
+
+
+def _round(order: Order, left: Sequence[Episode], say: Callable[[str], None]) -> list[str]:
+    """Hand out episodes, until all have ended or a worker dies; gives why some could not begin."""
     begin, lost = time.monotonic(), list[str]()
     pool = worker_pool(min(order.workers, len(left)))
     try:
@@ -125,12 +150,10 @@ def _play_all(order: Order, left: Sequence[Episode], say: Callable[[str], None])
             if len(lost) == MOST_LOST:
                 break
     except BrokenProcessPool:
-        lost.append("a worker process died (out of memory, or killed)")
+        say("a worker process died; what it was at is begun anew")
     finally:
         _stop(pool)
-    if lost:
-        raise UserError(f"{len(lost)} of {len(left)} episodes could not begin or end, the first one: {lost[0]} What is finished is kept "
-                        f"in '{order.out}'; start the same command again for the rest.")  # fmt: skip
+    return lost
 
 
 def _finished(order: Order, episode: Episode, future: Future[EpisodeResult], lost: list[str]) -> str:
@@ -140,7 +163,12 @@ def _finished(order: Order, episode: Episode, future: Future[EpisodeResult], los
     except UserError as error:
         lost.append(str(error))
         return f"{episode.name}: not begun: {error}"
-    write_whole(folder_of(order.out, episode) / RESULT, as_json(result))
+    return _keep(order, result)
+
+
+def _keep(order: Order, result: EpisodeResult) -> str:
+    """Write the result of an episode, and say it in a line."""
+    write_whole(folder_of(order.out, Episode(result.suite, result.task, result.state)) / RESULT, as_json(result))
     return said(result)
 
 
@@ -152,11 +180,6 @@ def said(result: EpisodeResult) -> str:
     a = result.attempt
     truth = f"first at {a.first}, {'true' if a.rest else 'not true'} at rest" if a.first is not None else "never true"
     return f"{name}: {a.outcome} after {a.steps} of {result.budget} steps, {truth}{f' ({result.failure})' if result.failure else ''}"
-
-
-def clock(seconds: float) -> str:
-    """Return a time as minutes and seconds."""
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
 
 
 def _read(path: Path) -> EpisodeResult:

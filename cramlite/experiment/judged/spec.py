@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from ...base.errors import UserError, nearest
 from ...base.value import Value
@@ -19,12 +19,14 @@ class _Spec(BaseModel):
 
 
 class SuiteSpec(_Spec):
-    """Suite of tasks, numbered from 0, and the actions that an episode of it may take in the published protocol."""
+    """Suite of tasks, numbered from 0, and the actions that an episode of it may take in the published protocol; ``of`` is the suite
+    that it is a variant of."""
 
     tasks: int = Field(ge=1)
     states: int = Field(ge=1)
     budget: int = Field(ge=1)
     about: str = ""
+    of: str = ""
 
 
 class FailureSpec(_Spec):
@@ -68,6 +70,13 @@ class JudgedSpec(_Spec):
     suites: dict[str, SuiteSpec] = Field(min_length=1)
     failures: tuple[FailureSpec, ...] = ()
     published: tuple[PublishedSpec, ...] = ()
+
+    @model_validator(mode="after")
+    def _known_suites(self) -> JudgedSpec:
+        named = {s.of for s in self.suites.values() if s.of}.union(*(p.suites for p in self.published))
+        if wrong := sorted(named - set(self.suites)):
+            raise ValueError(f"'{wrong[0]}' is none of the suites: {', '.join(self.suites)}")
+        return self
 
 
 class Episode(Value):

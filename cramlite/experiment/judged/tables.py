@@ -10,7 +10,7 @@ from typing import Any
 from msgspec.structs import asdict
 
 from ...base.value import Value
-from ...base.wilson import wilson_interval
+from ...base.wilson import newcombe_interval, wilson_interval
 from .results import EpisodeResult, in_time, plain_reason
 from .spec import JudgedExperiment, PublishedSpec
 
@@ -89,6 +89,24 @@ class PublishedRate(Value):
     ours: Rate
 
 
+class Difference(Value):
+    """Difference between variants and the suites that they are of, true at rest within the budget.
+
+    Args:
+        variants, bases: names of suites of both, of which some episode was played.
+        rate, base_rate: of the variants and of the bases.
+        value: the first less the second.
+        interval: bounds of its 95 % interval (Newcombe).
+    """
+
+    variants: tuple[str, ...]
+    bases: tuple[str, ...]
+    rate: Rate
+    base_rate: Rate
+    value: float
+    interval: tuple[float, float]
+
+
 class Tables(Value):
     """Tables of a judged experiment.
 
@@ -100,6 +118,7 @@ class Tables(Value):
         seconds: spreads of CPU time by stage, and of the time until a program was there.
         failures: class -> episodes that are not true at rest within the budget.
         refused_for: reason -> how many refusals name it first.
+        difference: between variants of suites and those suites; None where not both were played.
         published: of the suites that were played.
     """
 
@@ -112,6 +131,7 @@ class Tables(Value):
     seconds: dict[str, Spread]
     failures: dict[str, int]
     refused_for: dict[str, int]
+    difference: Difference | None
     published: tuple[PublishedRate, ...]
 
 
@@ -130,6 +150,7 @@ def tables(results: Episodes, experiment: JudgedExperiment) -> Tables:
         seconds=_seconds(results),
         failures=dict(Counter(r.failure for r in results if r.failure).most_common()),
         refused_for=dict(Counter(plain_reason(r.reason) for r in results if not r.proven).most_common()),
+        difference=_difference(results, experiment),
         published=tuple(_beside(p, results) for p in experiment.spec.published if set(p.suites) & set(suites)),
     )
 
@@ -178,14 +199,28 @@ def _seconds(results: Episodes) -> dict[str, Spread]:
     """Spreads of all times, by name."""
     named: dict[str, list[float]] = {}
     for r in results:
-        for name, value in {**r.seconds, "until a program was proven or refused (wall)": r.wall}.items():
-            named.setdefault(name, []).append(value)
+        for name, value in r.seconds.items():
+            named.setdefault(f"{name} (CPU)", []).append(value)
+        named.setdefault("until a program was proven or refused (wall)", []).append(r.wall)
     return {name: _spread(values) for name, values in named.items()}
 
 
 def _spread(values: list[float]) -> Spread:
     high = quantiles(values, n=20, method="inclusive")[-1] if len(values) > 1 else values[0]
     return Spread(median(values), high, max(values), len(values))
+
+
+def _difference(results: Episodes, experiment: JudgedExperiment) -> Difference | None:
+    """Of all variants at once, and of the suites that these are of."""
+    of = {name: spec.of for name, spec in experiment.spec.suites.items() if spec.of}
+    played = {r.suite for r in results}
+    variants = tuple(name for name in of if name in played and of[name] in played)
+    bases = tuple(dict.fromkeys(of[name] for name in variants))
+    if not variants:
+        return None
+    theirs, ours = (rate((r for r in results if r.suite in some), lambda r: r.rest()) for some in (variants, bases))
+    interval = newcombe_interval(theirs.hits, theirs.total, ours.hits, ours.total)
+    return Difference(variants, bases, theirs, ours, theirs.rate - ours.rate, interval)
 
 
 def _beside(published: PublishedSpec, results: Episodes) -> PublishedRate:

@@ -27,6 +27,7 @@ HANDLE = "cram:Handle"
 NEAR_HANDLE = 0.020  # a pinch point this near to a handle's middle is on it [m]
 SLACK = 0.010  # wider than the object when approaching, both sides together [m]
 WIDE = 0.03  # and so much wider if it can be: a hand that is 10 mm off does not push it [m]
+ENOUGH = 0.015  # with more than this a hand is hardly ever off by half of it [m]
 LEAST_SLACK = 0.004  # a thing that leaves less than this does not go between the pads of a known pose [m]
 PARALLEL = math.radians(1)
 """Of contact normals: faces that lean no more are parallel, and need no friction to stay between the pads."""
@@ -66,7 +67,7 @@ class Grip(Value):
     def cost(self) -> float:
         """Return the cost [m]: the lever; a pad that is hardly covered, a slanted contact or fingers close to the thing on their way
         count as some lever more."""
-        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant + 0.3 * (WIDE - self.slack)
+        return self.lever + 0.03 * max(0.0, 0.6 - self.coverage) + 0.02 * self.slant + 0.3 * max(0.0, ENOUGH - self.slack)
 
     @property
     def likeness(self) -> tuple[float, ...]:

@@ -104,7 +104,7 @@ def _lines(
     found = antipodal.pinches(shape, hands)
     fits = (found.width > 0) & (found.width + slack <= gripper.opening[1]) & (found.slant <= cone)
     rows = np.flatnonzero(fits)
-    middles = hands.positions[rows] + ((found.low + found.width / 2)[rows, None]) * ways[rows]
+    middles = hands.positions[rows] + (found.low[rows] + found.width[rows] / 2)[:, None] * ways[rows]
     return [_line(m, ways[k], float(found.width[k]), float(found.slant[k]), centre) for m, k in zip(middles, rows, strict=True)]
 
 

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
+from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
 from .free_area import Offset, beside, free_area, positions
@@ -195,9 +196,9 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
     found = _opening(thing, pose, region) if into else [(s, 0.0) for s in surfaces(thing, pose, region)]
     if not found:
         what = "cavity to put anything in" if into else "level face that looks upwards, to put anything on"
-        raise Unresolvable(f"'{entity}' has no {what}", (location.of or "",), blocking=())
+        raise Unresolvable(f"'{entity}' has no {what}{f', called {region!r}' if region else ''}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
-    opened = make_scene(belief, context, () if into else (entity,), context.robot.gripper.opening[1], 0.0)
+    opened = make_scene(belief, context, () if into else (entity,), release_opening(belief, context), 0.0)
     bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
     if not into:
         level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]

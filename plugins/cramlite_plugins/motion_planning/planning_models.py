@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
 
 from cramlite.model import Floats, Robot, World
 
+from ..shapes.itself import Itself
 from ..simulation.model.build import Carried
 from ..simulation.model.compile import Compiled, compile_world
 from .inflated import Inflated, inflated
@@ -20,25 +20,6 @@ MODELS = 16
 """That are kept: one for each thing in the hand at each grasp, and the empty hand; of a scene of 200 hulls some 2 MB each."""
 LEVELS = 4
 """Inflated copies of each."""
-
-
-class Itself:
-    """An object as a key: equal to itself alone, so that a world of thousands of corners is not compared.
-
-    Args:
-        it: the object; it lives as long as the key.
-    """
-
-    __slots__ = ("it",)
-
-    def __init__(self, it: Any) -> None:
-        self.it = it
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Itself) and self.it is other.it
-
-    def __hash__(self) -> int:
-        return id(self.it)
 
 
 def planning_model(world: World, robots: Mapping[str, Robot], carried: Mapping[str, Carried]) -> Compiled:
@@ -55,7 +36,8 @@ def planning_model(world: World, robots: Mapping[str, Robot], carried: Mapping[s
 
 
 @lru_cache(maxsize=MODELS)
-def _model(world: Itself, robots: tuple[tuple[str, Itself], ...], carried: tuple[tuple[str, Carried], ...]) -> Compiled:
+def _model(
+    world: Itself[World], robots: tuple[tuple[str, Itself[Robot]], ...], carried: tuple[tuple[str, Carried], ...]) -> Compiled:
     return compile_world(world.it, {t: r.it for t, r in robots}, planning=True, carried=dict(carried))
 
 
@@ -65,7 +47,7 @@ def moved_geoms(compiled: Compiled, mount: str) -> Floats:
 
 
 @lru_cache(maxsize=MODELS)
-def _movers(compiled: Itself, mount: str) -> Floats:
+def _movers(compiled: Itself[Compiled], mount: str) -> Floats:
     return movers(compiled.it, compiled.it.robots[mount])
 
 
@@ -75,5 +57,5 @@ def inflated_model(compiled: Compiled, mount: str, distance: float) -> Inflated:
 
 
 @lru_cache(maxsize=LEVELS * MODELS)
-def _inflated(compiled: Itself, mount: str, distance: float) -> Inflated:
+def _inflated(compiled: Itself[Compiled], mount: str, distance: float) -> Inflated:
     return inflated(compiled.it.model, moved_geoms(compiled.it, mount), distance)

@@ -34,6 +34,7 @@ from .ontology_limits import adapted, known, noted
 
 Found = Iterator[Grounding]
 Kind = Callable[[Motion, Belief, Context], Found]
+DEEPER = 0.01  # than it is expected to touch, counted from the surface below a place [m]: two sigma of a 5 mm estimate
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 STIFF = 0.15, 0.35  # deviation limits of the other axes [m, rad]: documented, the controller stops beyond them
 ON_THE_SPOT = 0.001  # [m]: what goes no further only turns
@@ -169,7 +170,8 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     corner = motion.parameters.get("corner")
     target = place.pose if corner is None else place.path[corner]
     way: Any = np.array(target.position) - np.array(here.position)
-    distance = float(np.linalg.norm(way)) + value(motion, "beyond_m")
+    beyond = max(value(motion, "beyond_m"), place.values.get("height_m", 0.0) + DEEPER) if corner is None else value(motion, "beyond_m")
+    distance = float(np.linalg.norm(way)) + beyond
     x, y, z = way / np.linalg.norm(way)
     points = line(motion, belief, context, [target])
     speed, force = value(motion, "speed_m_s"), value(motion, "force_n")

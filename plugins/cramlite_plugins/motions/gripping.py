@@ -14,6 +14,7 @@ from cramlite.model import (
     Gripper,
     Held,
     Motion,
+    Place,
     Pose,
     SetGripper,
     SetPayload,
@@ -72,9 +73,10 @@ def _names_of(thing: str, context: Context) -> tuple[str, ...]:
 
 
 def _open(motion: Motion, belief: Belief, context: Context) -> Found:
-    """Open all the way ("open"), shut on nothing ("shut"), or as wide as a place asks ("place")."""
+    """Open all the way, or as wide as a grasp was gone about with ("open"), shut on nothing ("shut"), or as wide as a place asks
+    ("place")."""
     gripper = context.robot.gripper
-    opening = _opening(motion, context)
+    opening = _opening(motion, belief, context)
     if belief.held is None and abs(belief.opening - opening) < 1e-6:
         yield Grounding((), f"{1000 * opening:.0f} mm open already", key="there")
         return
@@ -89,11 +91,19 @@ def _speed(gripper: Gripper) -> float:
     return min(max(PADS_SPEED, low), high)
 
 
-def _opening(motion: Motion, context: Context) -> float:
+def release_opening(belief: Belief, context: Context) -> float:
+    """Return how wide fingers open to let go [m]: as wide as they were on the way to what they hold, where that had room for them; a
+    finger in a bowl would else push against its other side."""
+    held = belief.held.thing if belief.held else ""
+    grasps = [v for v in context.bindings.values() if isinstance(v, Place) and v.thing == held and "width_m" in v.values]
+    return grasps[-1].opening or context.robot.gripper.opening[1] if grasps else context.robot.gripper.opening[1]
+
+
+def _opening(motion: Motion, belief: Belief, context: Context) -> float:
     from .free_motion import place_of
 
-    low, high = context.robot.gripper.opening
-    fixed = {"open": high, "shut": low}
+    fixed = {"open": release_opening(belief, context), "shut": context.robot.gripper.opening[0]}
+    high = context.robot.gripper.opening[1]
     to = motion.parameters["to"]
     return fixed[to] if to in fixed else place_of(motion, context).opening or high
 

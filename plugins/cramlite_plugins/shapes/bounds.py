@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +17,10 @@ from numpy.typing import ArrayLike
 from cramlite.model import Floats, Geom, Pose, Thing, Vector3
 
 from .convex import hull_volume
+from .itself import Itself
+
+FLAT_FACED = frozenset({"box", "convex"})
+"""Shapes that are the hulls of their corners."""
 
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 """Of the box whose half side lengths are 1."""
@@ -24,7 +29,17 @@ _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 def support(thing: Thing, pose: Pose, way: ArrayLike) -> float:
     """Support of a thing at a pose along a unit vector (3,) of the frame of the pose [m], from that frame's origin."""
     direction = np.asarray(way, dtype=float)
-    return max(_support(geom, pose, direction) for geom in thing.geoms)
+    points, round_ = _parts(Itself(thing.geoms))
+    along = [float((points @ (pose.rotation.T @ direction)).max() + np.asarray(pose.position) @ direction)] if len(points) else []
+    return max([*along, *(_support(geom, pose, direction) for geom in round_)])
+
+
+@lru_cache(maxsize=256)
+def _parts(geoms: Itself[tuple[Geom, ...]]) -> tuple[Floats, tuple[Geom, ...]]:
+    """Corners (n, 3) of all boxes and hulls of a thing in its frame [m], and what it has beside these."""
+    flat = [g for g in geoms.it if g.shape in FLAT_FACED]
+    points = np.concatenate([_corners(g, Pose()) for g in flat]) if flat else np.zeros((0, 3))
+    return points, tuple(g for g in geoms.it if g.shape not in FLAT_FACED)
 
 
 def lowest(thing: Thing, pose: Pose) -> float:
@@ -82,8 +97,7 @@ def volume(geom: Geom) -> float:
 
 
 def _support(geom: Geom, pose: Pose, way: Floats) -> float:
-    if geom.shape == "convex":
-        return float((pose.apply(geom.pose.apply(geom.corners)) @ way).max())
+    """Support of a primitive, of no hull."""
     there = pose * geom.pose
     return float(np.asarray(there.position) @ way + _reach(geom, there.rotation.T @ way))
 

@@ -17,8 +17,9 @@ import shapely
 
 from cramlite.model import Feature, Floats, Geom, Pose, Thing, Value, Vector3
 
-from .bounds import centre_of_mass, corners, lowest
+from .bounds import FLAT_FACED, centre_of_mass, corners, lowest
 from .convex import hull_planes
+from .itself import Itself
 
 FLAT = 0.002
 """Faces of one surface lie in one plane within this, and this near to its lowest point a thing touches what is under it [m]."""
@@ -27,6 +28,9 @@ LEVEL = math.radians(5.0)
 EDGE = 0.005
 """How far a centre of mass is inside of what supports it [m]."""
 SURFACE = "vrps:SurfaceFeature"
+FINE, HEIGHT = 4, 5
+"""Decimals to which it is told apart how a thing leans, and between which heights it is looked at [m]: 0.01 mm at the far end of a thing
+of 0.2 m. Surfaces lean by as much, so that what is turned on one does not quite lean as before."""
 _ROUND = 8
 """Points of a quarter of a circle."""
 
@@ -151,13 +155,55 @@ def footprint(thing: Thing, pose: Pose, low: float = -math.inf, high: float = ma
     Args:
         pose: of the thing in the frame that it is seen in, along z.
     """
+    if not _turns_alike(Itself(thing.geoms)):
+        return _footprint(thing.geoms, pose, low, high)
+    up, z = _up(pose), pose.position[2]
+    outline = _leaning_footprint(Itself(thing.geoms), up, round(low - z, HEIGHT), round(high - z, HEIGHT))
+    return _turned(outline, pose, up)
+
+
+def _footprint(geoms: tuple[Geom, ...], pose: Pose, low: float, high: float) -> Area:
     parts = []
-    for geom in thing.geoms:
+    for geom in geoms:
         there = pose * geom.pose
         points = corners(Thing("", "", Pose(), (geom,)), pose)
         if points[:, 2].max() > low and points[:, 2].min() < high:
             parts.append(_outline(geom, there, _between(points, low, high)))
     return shapely.union_all(parts) if parts else shapely.Polygon()
+
+
+@lru_cache(maxsize=512)
+def _turns_alike(geoms: Itself[tuple[Geom, ...]]) -> bool:
+    """Whether outlines of a body only turn when it does about the vertical: a polygon in place of a circle would not."""
+    return all(g.shape in FLAT_FACED for g in geoms.it)
+
+
+def _up(pose: Pose) -> Vector3:
+    """How a thing leans: the vertical in its frame, rounded; the same however it is turned about that."""
+    x, y, z = (pose.rotation[2] + 0.0).round(FINE).tolist()
+    return (x, y, z)
+
+
+@lru_cache(maxsize=512)
+def _leaning(up: Vector3) -> Pose:
+    """The shortest turn that makes a direction vertical, or half a turn about x where that points down."""
+    x, y, z = up
+    sine = math.hypot(x, y)
+    if sine == 0.0:
+        return Pose((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0) if z > 0 else (0.0, 1.0, 0.0, 0.0))
+    angle = math.atan2(sine, z)
+    return Pose.from_rotvec((0.0, 0.0, 0.0), (angle * y / sine, -angle * x / sine, 0.0))
+
+
+@lru_cache(maxsize=512)
+def _leaning_footprint(geoms: Itself[tuple[Geom, ...]], up: Vector3, low: float, high: float) -> Area:
+    return _footprint(geoms.it, _leaning(up), low, high)
+
+
+def _turned(area: Area, pose: Pose, up: Vector3) -> Area:
+    """What was found of a thing that leans as it does at a pose, there."""
+    turn = pose.rotation @ _leaning(up).rotation.T
+    return shapely.transform(area, lambda points: points @ turn[:2, :2].T + np.asarray(pose.position[:2]))
 
 
 def _between(points: Floats, low: float, high: float) -> Floats:
@@ -183,10 +229,23 @@ def _outline(geom: Geom, there: Pose, points: Floats) -> Area:
 
 def standing(thing: Thing, pose: Pose) -> Standing:
     """Return what of a thing touches what is under it, at a pose in the frame of a surface."""
-    low = lowest(thing, pose) + pose.position[2]
-    touching = [_level_lowest(g, pose, low) for g in thing.geoms]
-    area = shapely.union_all([t for t in touching if t is not None] or [shapely.Polygon()]).convex_hull
-    return Standing(area, shapely.Point(pose.apply(centre_of_mass(thing))[:2]))
+    centre = shapely.Point(pose.apply(centre_of_mass(thing))[:2])
+    if not _turns_alike(Itself(thing.geoms)):
+        return Standing(_under(thing.geoms, pose), centre)
+    up = _up(pose)
+    return Standing(_turned(_leaning_under(Itself(thing.geoms), up), pose, up), centre)
+
+
+@lru_cache(maxsize=512)
+def _leaning_under(geoms: Itself[tuple[Geom, ...]], up: Vector3) -> Area:
+    return _under(geoms.it, _leaning(up))
+
+
+def _under(geoms: tuple[Geom, ...], pose: Pose) -> Area:
+    """Hull of the points of a body within ``FLAT`` of its lowest."""
+    low = lowest(Thing("", "", Pose(), geoms), pose) + pose.position[2]
+    touching = [_level_lowest(g, pose, low) for g in geoms]
+    return shapely.union_all([t for t in touching if t is not None] or [shapely.Polygon()]).convex_hull
 
 
 def _level_lowest(geom: Geom, pose: Pose, low: float) -> Area | None:

@@ -107,9 +107,10 @@ def _watched(thing: Thing, *, hanging: bool) -> Floats:
 
 def _carriers(rollout: Rollout, thing: Thing, sample: int, moved: Moved) -> list[str]:
     """What tasks move that bears the thing at a sample, itself or through others: a drawer bears what is in a bowl in it."""
-    found, new = list[str](), [thing.name]
+    found, new, names = list[str](), [thing.name], {t.name for t in rollout.world.things}  # a hand bears things, too
     while new:
-        new = [o for n in new if rollout.world.thing(n).movable for o in borne_by(rollout, n, sample) if o not in found]
+        borne = [o for n in new if rollout.world.thing(n).movable for o in borne_by(rollout, n, sample)]
+        new = [o for o in borne if o in names and o not in found]
         found += dict.fromkeys(new)
     return [other for other in found if any(moved.get(other, ()))]
 

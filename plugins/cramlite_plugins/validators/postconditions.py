@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from cramlite.model import (
     Action,
     EntityName,
+    Feature,
     Pose,
     Relation,
     Rollout,
@@ -79,10 +80,12 @@ def _last_about(candidate: Candidate, thing: str) -> str:
 
 
 def _not_in(rollout: Rollout, thing: str, container: Thing) -> str:
-    """Empty when the thing's centre is inside the container's cavity."""
-    cavity = container.feature("cram:Cavity")
-    if cavity is None:
-        return f"'{container.name}' has no cavity"
+    """Empty when the thing's centre is inside a cavity of the container; which one of several is the goal's to say."""
+    found = [_beside(rollout, thing, container, f) for f in container.features if f.type == "cram:Cavity"]
+    return "" if "" in found else next(iter(found), f"'{container.name}' has no cavity")
+
+
+def _beside(rollout: Rollout, thing: str, container: Thing, cavity: Feature) -> str:
     row = rollout.poses[thing][-1]
     x, y, z = (container.pose * cavity.pose).inverse().apply(row[:3])
     width, depth, height = (cavity.size[k] for k in ("width", "depth", "height"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
@@ -42,6 +43,24 @@ def test_the_redundant_joint_is_swept() -> None:
     last = sorted({round(q[-1], 3) for q in found})
     assert last[-1] - last[0] > 1.0
     assert list(found) == sorted(found, key=lambda q: max(abs(a - b) for a, b in zip(q, FR3.home, strict=True)))
+
+
+def test_what_is_found_numerically_is_found_in_closed_form_too() -> None:
+    """Where the last joint is at a value of the grid."""
+    values, count = numeric_inverse.grid(FR3.limits[-1], k.STEPS[0]), 0
+    for q in positions(6):
+        pose = k.forward(FR3, q)
+        exact = partial(k.refine, FR3, pose)
+        swept = numeric_inverse.solutions(FR3, pose * FR3.gripper.tcp.inverse(), lambda near, held, exact=exact: exact(near, 8, held))
+        on_grid = [s for s in swept if min(abs(s[-1] - v) for v in values) < 1e-9]
+        found, count = k.inverse(FR3, pose), count + len(on_grid)
+        assert all(min(math.dist(s, other) for other in found) < 1e-4 for s in on_grid)
+    assert count > 10
+
+
+def test_between_the_values_of_the_coarse_grid_the_fine_one_finds_a_solution() -> None:
+    q = next(q for q in positions(200) if not list(k._locked(FR3, k.forward(FR3, q), numeric_inverse.grid(FR3.limits[-1], k.STEPS[0]))))
+    assert k._many(FR3, k.forward(FR3, q))
 
 
 def test_the_same_pose_has_the_same_solutions_from_scratch() -> None:

@@ -518,3 +518,45 @@ def test_what_is_put_on_a_plate_may_stick_out_over_its_rim() -> None:
         wanted = replace(wanted, obstacles=set_down._obstacles(wanted, _context(belief)))
         assert any(o.name == "plate" for o in wanted.obstacles)
         assert (clear(above, wanted) == "") == fits
+
+
+# On what is not level, and in regions
+
+DISH = Thing(
+    "box", "soma:Plate", Pose((0.45, -0.35, 0.165)), (
+        Geom("box", (0.028, 0.028, 0.004)), *(Geom("box", (0.004, 0.032, 0.01), Pose((s * 0.032, 0, 0.006))) for s in (-1, 1)),
+        *(Geom("box", (0.032, 0.004, 0.01), Pose((0, s * 0.032, 0.006))) for s in (-1, 1)),
+    ), mass=0.3,
+)  # fmt: skip
+"""A floor of 56 mm within a rim: the foot of a block of 40 mm, turned by 30 deg, comes within 1 mm of it."""
+
+
+def test_what_can_be_moved_carries_things_within_its_rim() -> None:
+    (middle,) = first(1, on("box"), _belief(DISH))
+    assert isinstance(middle.value, Place) and "mm from its middle" not in middle.key
+
+
+def test_not_where_something_else_stands_within_the_rim() -> None:
+    pin = block("pin", Pose((0.45, -0.35, 0.199)), (0.02, 0.02, 0.06))
+    found, ended = answers(on("box"), _belief(DISH, pin))
+    assert not any(isinstance(a, Grounding) for a in found) and ended is not None and "'pin'" in ended.reason
+
+
+@pytest.mark.parametrize(("region", "least", "most"), [("left", 0.05, 0.15), ("right", -0.15, -0.05)])
+def test_an_area_narrows_where_things_are_put(region: str, least: float, most: float) -> None:
+    sides = (("left", 0.1), ("right", -0.1))
+    areas = [Feature(n, "vrps:SurfaceFeature", Pose((0, y, 0.01)), {"width": 0.1, "depth": 0.1}) for n, y in sides]
+    desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
+    belief = _belief(replace(desk, features=(*desk.features, *areas)))
+    for found in first(5, on("box", region=region), belief):
+        assert isinstance(found.value, Place)
+        y = float((found.value.pose * HELD.tcp_to_thing).position[1]) + 0.35
+        assert least < y < most
+
+
+def test_a_region_that_is_too_small_is_refused() -> None:
+    desk = table("box", Pose((0.45, -0.35, 0.25)), (0.3, 0.35, 0.02))
+    strip = Feature("strip", "vrps:SurfaceFeature", Pose((0, 0, 0.01)), {"width": 0.1, "depth": 0.012})
+    found, ended = answers(on("box", region="strip"), _belief(replace(desk, features=(*desk.features, strip))))
+    assert not any(isinstance(a, Grounding) for a in found) and ended is not None
+    assert "not in its region" in ended.reason and "10 mm inside is needed" in ended.reason

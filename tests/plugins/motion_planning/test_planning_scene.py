@@ -220,3 +220,18 @@ def test_bad_input_is_refused() -> None:
         make(TABLE, held={"cup": Pose()})
     with pytest.raises(KeyError):
         scene(world(TABLE), ROBOTS, "arm9")
+
+
+def test_a_model_that_was_kept_says_of_moved_things_what_one_of_its_own_says() -> None:
+    cell, held = world(TABLE, BLOCK, ROD), {"rod": Pose((0, 0, 0.05))}
+    aside = Pose((0.3, -0.3, 0.1), (0.9, 0.1, 0.2, 0.3))
+    first = scene(cell, ROBOTS, "arm1", held=held)
+    kept = scene(cell, ROBOTS, "arm1", poses={"block": aside}, held=held)
+    own = scene(cell.moved({"block": aside}), ROBOTS, "arm1", held=held)
+    assert kept.compiled.model is first.compiled.model is not own.compiled.model
+    assert kept.compiled.world == own.compiled.world
+    positions = np.random.default_rng(4).uniform(-3, 3, (200, 6))
+    assert [kept.clearance(q) for q in positions] == [own.clearance(q) for q in positions]
+    assert any(first.clearance(q) != own.clearance(q) for q in positions)
+    elsewhere = scene(cell, ROBOTS, "arm1", held={"rod": Pose((0, 0, 0.06))})
+    assert elsewhere.compiled.model is not first.compiled.model

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from properties import examples
 
 from cramlite.model import Belief, Geom, Pose, Thing, World, initial_belief
+from cramlite_plugins.shapes.bounds import corners
 from cramlite_plugins.shapes.carried_along import carried_along
 from cramlite_plugins.shapes.surfaces import footprint, inset, resting_height, standing, surfaces
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
@@ -154,3 +155,26 @@ def test_slices_of_a_box_make_up_its_outline(half: tuple[float, ...], turn: tupl
     whole, parts = footprint(box, pose), [footprint(box, pose, a, b) for a, b in ((-1, low), (low, low + thick), (low + thick, 1))]
     assert shapely.union_all(parts).area == pytest.approx(whole.area, rel=1e-6)
     assert all(p.is_empty or whole.buffer(1e-9).covers(p) for p in parts)
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3), st.floats(-3, 3), st.floats(-0.05, 0.1))
+@examples(40)
+def test_an_outline_turns_and_moves_with_its_thing(lean: float, turn: float, further: float, height: float) -> None:
+    """Seen from above: what is worked out once for how a thing leans is what it is at each turn and place."""
+    thing = Thing("it", "t:it", Pose(), (
+        Geom("box", (0.1, 0.05, 0.02)), Geom("box", (0.02, 0.02, 0.1), Pose((0.05, 0.0, 0.1))),
+    ))  # fmt: skip
+    leaning = Pose.from_rotvec((0, 0, 0), (0, 0, turn)) * Pose.from_rotvec((0, 0, 0), (lean, 0, 0))
+    there = Pose.from_rotvec((0.3, -0.2, 0.5), (0, 0, further))
+    one = footprint(thing, leaning, high=height)
+    other = footprint(thing, there * leaning, high=0.5 + height)
+    by = there.rotation[:2, :2]
+    moved = shapely.transform(one, lambda points: points @ by.T + (0.3, -0.2))
+    assert moved.symmetric_difference(other).area < 1e-5
+    direct = shapely.MultiPoint(_points(thing, leaning)).convex_hull
+    assert footprint(thing, leaning).convex_hull.symmetric_difference(direct).area < 1e-5
+
+
+def _points(thing: Thing, pose: Pose) -> list[tuple[float, float]]:
+    """Corners from above."""
+    return [tuple(p[:2]) for p in corners(thing, pose).tolist()]

@@ -147,3 +147,32 @@ def test_a_million_triangles_are_refused_with_what_to_do(tmp_path: Path) -> None
     with pytest.raises(UserError, match=r"scene.xml:2: .*faces.*simplify") as refused:
         read_scene(path, {}, "")
     assert "\n" not in str(refused.value)
+
+
+RACK = """
+<geom type="box" size=".1 .1 .005" pos="0 0 .005"/><geom type="box" size=".1 .1 .005" pos="0 0 {top}"/>
+<geom type="box" size=".1 .005 .08" pos="0 .095 .08"/><geom type="box" size=".1 .005 .08" pos="0 -.095 .08"/>
+<site name="rack_lower_region" type="box" size=".08 .08 .05" pos="0 0 .07"/>"""
+
+
+@pytest.mark.parametrize(("top", "type_", "height"), [(0.155, "vrps:SurfaceFeature", 0.0101), (0.005, "cram:Cavity", 0.12)])
+def test_a_site_under_a_roof_is_the_area_below_with_the_room_over_it(tmp_path: Path, top: float, type_: str, height: float) -> None:
+    body = f'<body name="rack">{RACK.format(top=top)}</body>'
+    region = next(f for f in _thing(_scene(tmp_path, body), "rack").features if f.name == "lower_region")
+    assert region.type == type_ and region.pose.position[2] == pytest.approx(height, abs=1e-3)
+    assert region.size["height"] == pytest.approx(0.11 if type_ != "cram:Cavity" else 0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize(("name", "class_"), [("tray_left_region", "soma:DesignedContainer"), ("tray_mark", "soma:DesignedFurniture")])
+def test_what_has_cavities_that_sites_mark_is_a_container(tmp_path: Path, name: str, class_: str) -> None:
+    site = f'<site name="{name}" type="box" size=".08 .08 .02" pos="0 0 .03"/>'
+    assert _thing(_scene(tmp_path, f'<body name="organiser">{TRAY}{site}</body>'), "organiser").type == class_
+
+
+def test_a_hollow_without_a_level_face_carries_on_its_floor(tmp_path: Path) -> None:
+    slopes = ((".056 0 .05", "0 -45 0"), ("-.056 0 .05", "0 45 0"), ("0 .056 .05", "45 0 0"), ("0 -.056 .05", "-45 0 0"))
+    walls = "".join(f'<geom type="box" size=".08 .08 .004" pos="{at}" euler="{turn}"/>' for at, turn in slopes)
+    bowl = _thing(_scene(tmp_path, f'<body name="funnel" pos="0 0 1"><freejoint/>{walls}</body>'), "funnel")
+    cavity, floor = bowl.feature("cram:Cavity"), bowl.feature("vrps:SurfaceFeature")
+    assert cavity is not None and floor is not None and floor.name == "floor"
+    assert floor.pose.position[2] == pytest.approx(cavity.pose.position[2] - cavity.size["height"], abs=1e-6)

@@ -11,12 +11,12 @@ from settled import IN, TWO, opened, settled
 
 from cramlite import Engine
 from cramlite.interpretation.fluents import symbolic_world
-from cramlite.model import Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
+from cramlite.model import Feature, Finding, Plan, Pose, RobotMount, Rollout, Thing, Touch
 from cramlite.planning.goal_literals import literals_of_goals
 from cramlite.plugin import Candidate
 from cramlite_plugins.simulation.objects.controls import knob
 from cramlite_plugins.simulation.objects.furniture import cabinet, drawer
-from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product
+from cramlite_plugins.simulation.objects.products_and_fixtures import basket, block, hanger, hung, product, table
 from cramlite_plugins.simulation.objects.vessels import bottle, bowl, jug
 from cramlite_plugins.validators.goal import Goal, _measured, _recorded
 
@@ -317,3 +317,28 @@ def test_what_is_denied_must_not_hold() -> None:
     still = settled(*IN)
     out, inside = judged(still, "not tin on floor", "not tin in basket")
     assert out.passed and not inside.passed and "not in_cavity(tin, basket)" in inside.reason
+
+
+def test_in_which_region_of_a_thing_another_lies_is_seen() -> None:
+    """Two halves of a basket: by the origin of what lies in one of them."""
+    (cavity,) = (f for f in IN[0].features if f.type == "cram:Cavity")
+    wide = cavity.size["width"] / 2
+    halves = tuple(
+        replace(cavity, name=n, pose=cavity.pose * Pose((s * wide / 2, 0, 0)), size={**cavity.size, "width": wide})
+        for n, s in (("fore", 1), ("aft", -1))
+    )
+    tin = replace(IN[1], pose=IN[0].pose * Pose((wide / 2, 0, 0.04)))
+    still = settled(replace(IN[0], features=(*IN[0].features, *halves)), tin)
+    fore, aft, other = judged(still, "tin in basket/fore", "tin in basket/aft", "tin on basket/fore")
+    assert fore.passed and other.passed
+    assert not aft.passed and "in_region(tin, basket/aft)" in aft.reason
+
+
+def test_an_area_of_a_surface_is_a_region() -> None:
+    desk = table("desk", Pose((0.5, 0.1, 0.1)), size=(0.4, 0.4, 0.02))
+    left = Feature("left", "vrps:SurfaceFeature", Pose((0, 0.1, 0.01)), {"width": 0.1, "depth": 0.1})
+    desk = replace(desk, features=(*desk.features, left))
+    for by, there in ((0.0, True), (0.04, True), (0.06, False)):
+        tin = block("tin", Pose((0.5, 0.2 + by, 0.131)))
+        (finding,) = judged(settled(desk, tin), "tin on desk/left")
+        assert finding.passed is there, finding.reason

@@ -43,6 +43,7 @@ class StreamedArm(CommandedArm):
         self.hello, self.step, self.state = hello, step, State(joints=hello.joints, opening=hello.opening, wrench=hello.wrench)
         self.gripper = GripperOrder(robot.gripper)
         self.gripper.tolerance = hello.fingers or self.gripper.tolerance
+        self.gripper.closed = self.gripper.tolerance if hello.closed is None else hello.closed
         self.gripper.patience = hello.hesitation
         self.gripper.opening = self.gripper.goal = self.gripper.command = hello.opening
         self.force_gain = min(1.0, CYCLE / self.period)

@@ -49,6 +49,8 @@ class Hello(State, kw_only=True):
         most: largest delta that it takes at once, translation [m] and rotation [rad]; None for no limit.
         tolerance: how near to a target it comes to rest, translation [m] and rotation [rad].
         fingers: how near they come to an opening [m]; None for 1.2 % of their stroke.
+        closed: what they still are apart when they have closed on nothing [m]: what keeps them wider is held, however thin; None for
+            ``fingers``.
         hesitation: how long they may stand still before they move [s]; those that rest longer have been stopped.
     """
 
@@ -60,6 +62,7 @@ class Hello(State, kw_only=True):
     most: tuple[float, float] | None = None
     tolerance: tuple[float, float] = (0.002, 0.01)
     fingers: float | None = None
+    closed: float | None = None
     hesitation: float = 0.08
 
 

@@ -27,6 +27,7 @@ class GripperOrder:
         self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
         self.still = 0.0
         self.tolerance, self.patience = TOLERANCE * self.stroke, PATIENCE
+        self.closed = self.tolerance
 
     def move(self, opening: float, speed: float, force: float) -> None:
         """Order an opening [m] at a speed [m/s] with a grip force [N], each clamped to the gripper's range."""
@@ -46,11 +47,16 @@ class GripperOrder:
     def state(self) -> State:
         """Return whether the fingers move, have arrived, or were stopped by an object."""
         rest = self.opening - self.goal
-        if abs(rest) <= self.tolerance:
+        if abs(rest) <= self._near:
             return "there"
         if self.still < self.patience:
             return "moving"
         return "stopped closing" if rest > 0 else "stopped opening"
+
+    @property
+    def _near(self) -> float:
+        """How far from the order counts as there [m]: fingers that close wholly on a thin thing are not far from it."""
+        return self.closed if self.goal <= self.gripper.opening[0] else self.tolerance
 
     def follow(self, opening: float, period: float) -> None:
         """Take a measured opening [m], a control cycle after the last one, and move the command on."""
@@ -59,5 +65,5 @@ class GripperOrder:
         step = self.speed * period
         self.command += max(-step, min(step, self.goal - self.command))
         # The order has to be well ahead of the fingers before their rest means anything.
-        ahead = abs(self.command - self.opening) > self.tolerance
+        ahead = abs(self.command - self.opening) > self._near
         self.still = self.still + period if ahead and not fast else 0.0

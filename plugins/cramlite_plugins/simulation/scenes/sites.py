@@ -62,10 +62,20 @@ def _place(thing: Thing, site: tuple[Pose, Floats] | None, name: str) -> Feature
     top, middle = np.asarray(pose.apply((0.0, 0.0, z - OVER))), np.asarray(pose.position)
     size = {"width": round(2 * float(x), 5), "depth": round(2 * float(y), 5)}
     if 2 * z >= DEEP and ((low < middle) & (middle < high) & (low < top + OVER) & (top - OVER < high)).all() and _hollow(thing, middle):
-        return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, float(z))), {**size, "height": round(2 * float(z), 5)})
+        return _within(thing, pose, float(z), name, size)
     if 4 * x * y < LARGE or 2 * min(x, y) < NARROW:
         return None
     return _upon(thing, pose, float(z), name, size)
+
+
+def _within(thing: Thing, pose: Pose, half: float, name: str, size: dict[str, float]) -> Feature:
+    """The cavity that a site fills; of one with a roof, which nothing comes into from above, the area below, with the room over it."""
+    middle, up = np.asarray(pose.position), np.asarray(pose.rotate((0.0, 0.0, 1.0)))
+    met = ([low for low, _, _ in rays.spans(rays.body(thing.geoms), middle, way) if low >= 0] for way in (up, -up))
+    roof, floor = (min(m, default=None) for m in met)
+    if roof is None or floor is None:
+        return Feature(name, "cram:Cavity", pose * Pose((0.0, 0.0, half)), {**size, "height": round(2 * half, 5)})
+    return Feature(name, "vrps:SurfaceFeature", pose * Pose((0.0, 0.0, -floor)), {**size, "height": round(floor + half, 5)})
 
 
 def _hollow(thing: Thing, point: Floats) -> bool:

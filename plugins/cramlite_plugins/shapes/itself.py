@@ -1,0 +1,26 @@
+"""Objects as keys of what is remembered of them, where comparing them would take as long as finding it out again."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+
+class Itself(Generic[T]):
+    """An object as a key: equal to itself alone, so that no world of thousands of corners is compared.
+
+    Args:
+        it: the object, which must not change; it lives as long as the key.
+    """
+
+    __slots__ = ("it",)
+
+    def __init__(self, it: T) -> None:
+        self.it = it
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Itself) and self.it is other.it
+
+    def __hash__(self) -> int:
+        return id(self.it)

@@ -1,0 +1,40 @@
+"""When fingers have closed on something: a thin wall is not nothing, and nothing is not a thin wall."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+from cramlite_plugins.robots.franka_hand import FRANKA_HAND
+from cramlite_plugins.simulation.controller.gripper_order import GripperOrder
+
+# a soft hand that closes on nothing, 20 times a second [mm]: friction stops it short of 0
+EMPTY = (39.77, 34.99, 27.92, 19.57, 12.09, 7.66, 5.16, 3.77, 2.99, 2.55, 2.31, 2.17, 2.08, 1.99, 1.9, 1.82, 1.74, 1.67, 1.6)
+
+
+def closed_on(thickness: float | None, closed: float | None) -> str:
+    """The state in which fingers come to rest on something as thick [mm], of a hand that is this near to closed on nothing [m]."""
+    order = GripperOrder(FRANKA_HAND)
+    order.tolerance, order.patience, order.opening = 0.0055, 0.45, EMPTY[0] / 1000
+    order.closed = order.tolerance if closed is None else closed
+    order.move(0.0, 0.1, 20.0)
+    for opening in itertools.chain(EMPTY, itertools.repeat(EMPTY[-1], 60)):
+        order.follow(max(opening, thickness or 0.0) / 1000, 0.05)
+        if order.state() != "moving":
+            return order.state()
+    return "moving"
+
+
+@pytest.mark.parametrize("thickness", [2.1, 3.0, 6.0])
+def test_a_thin_wall_stops_the_fingers(thickness: float) -> None:
+    assert closed_on(thickness, 0.0019) == "stopped closing"
+
+
+def test_nothing_does_not_stop_them() -> None:
+    assert closed_on(None, 0.0019) == "there"
+
+
+def test_what_is_thinner_than_a_hand_tells_is_taken_for_nothing() -> None:
+    assert closed_on(3.0, None) == "there"
+    assert closed_on(6.0, None) == "stopped closing"
