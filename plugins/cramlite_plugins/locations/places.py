@@ -36,7 +36,9 @@ def _retreat(location: Location, belief: Belief, context: Context) -> Found:
     from ..motion_planning.reach import shift, tcp
 
     here = tcp(belief, context)
-    ways = [("back", here.rotate((0, 0, -1))), ("up", np.array([0.0, 0.0, 1.0]))]
+    ways = [("back", here.rotate((0, 0, -1)))]
+    if not location.parameters.get("straight"):  # fingers around a bar come off it in no other way
+        ways.append(("up", np.array([0.0, 0.0, 1.0])))
     yield from _reachable(
         [(f"{d * 1000:.0f} mm {way}", shift(here, v * d)) for way, v in ways for d in BACK], belief, context
     )

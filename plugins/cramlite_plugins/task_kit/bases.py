@@ -36,7 +36,7 @@ class ByHandle(TaskType):
         patient, handle, way = action.roles["Patient"], self.begins_at(action), self.way(action)
         limits = {k: self.parameter(action, k) for k in ("speed_m_s", "force_limit_n")}
         close = {"to": "closed", "expect": "object", "force_n": self.parameter(action, "force_n")}
-        touch, back = (patient.name,), Location(action.inside("away"), "retreat")
+        touch, back = (patient.name,), Location(action.inside("away"), "retreat", None, {"straight": True})
         steps = (
             handle,
             Motion(action.inside("open"), "gripper", handle, {"to": "place"}, reason="wider than the handle"),

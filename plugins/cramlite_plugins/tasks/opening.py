@@ -17,7 +17,7 @@ class Opening(ByHandle):
     aliases = ("Open", "OpenContainer")
     summary = "open a drawer or a door by its handle, or draw a drawer out by pressing on it"
     parameters = (
-        SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.97, or 0.9 or 0.8 where no more is free"), *FORCES,
+        SPEED, Parameter("share", 0.0, "of the joint's range; 0: 0.95, or 0.9 or 0.8 where no more is free"), *FORCES,
         Parameter("press_n", 12.0, "friction of 0.5 then draws 6 N, what damping of 50 N s/m takes at 0.12 m/s"),
     )  # fmt: skip
     stroke = "pull"
