@@ -34,8 +34,8 @@ from .ontology_limits import adapted, known, noted
 
 Found = Iterator[Grounding]
 Kind = Callable[[Motion, Belief, Context], Found]
-DEEPER = 0.01  # than it is expected to touch, counted from the surface below a place [m]: two sigma of a 5 mm estimate
-GUARDED = 0.015  # before a contact is expected a motion is slow [m]: three sigma of a 5 mm estimate
+DEEPER = 0.01  # than the surface below a place it goes, where that is more than ``beyond_m`` [m]: two sigma of a 5 mm estimate
+GUARDED = 0.015  # before it expects to touch something a motion is slow [m]: three sigma of a 5 mm estimate
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 STIFF = 0.15, 0.35  # deviation limits of the other axes [m, rad]: documented, the controller stops beyond them
 ON_THE_SPOT = 0.001  # [m]: what goes no further only turns
@@ -172,11 +172,11 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     target = place.pose if corner is None else place.path[corner]
     way: Any = np.array(target.position) - np.array(here.position)
     long, (x, y, z) = float(np.linalg.norm(way)), way / np.linalg.norm(way)
-    free = max(long - GUARDED, 0.0) if value(motion, "free_m_s") else 0.0
+    deeper = place.values.get("height_m", 0.0) if corner is None else 0.0
+    free = max(long + min(deeper - GUARDED, 0.0), 0.0) if value(motion, "free_m_s") else 0.0
     points = line(motion, belief, context, [target])
     before = (_in_the_air(motion, belief, context, target, free * way / long),) if free > GUARDED else ()
-    beyond = max(value(motion, "beyond_m"), place.values.get("height_m", 0.0) + DEEPER) if corner is None else value(motion, "beyond_m")
-    distance = long - (free if before else 0.0) + beyond
+    distance = long - (free if before else 0.0) + max(value(motion, "beyond_m"), deeper + DEEPER if deeper else 0.0)
     speed, force = value(motion, "speed_m_s"), value(motion, "force_n")
     step = MoveUntilContact(
         (float(x), float(y), float(z)), speed, force, distance, timeout(distance, speed),
