@@ -175,7 +175,7 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     deeper = place.values.get("height_m", 0.0) if corner is None else 0.0
     free = max(long + min(deeper - GUARDED, 0.0), 0.0) if value(motion, "free_m_s") else 0.0
     points = line(motion, belief, context, [target])
-    before = (_in_the_air(motion, belief, context, target, free * way / long),) if free > GUARDED else ()
+    before = _in_the_air(motion, belief, context, target, free * way / long) if free > GUARDED else ()
     distance = long - (free if before else 0.0) + max(value(motion, "beyond_m"), deeper + DEEPER if deeper else 0.0)
     speed, force = value(motion, "speed_m_s"), value(motion, "force_n")
     step = MoveUntilContact(
@@ -186,14 +186,18 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     yield Grounding((*before, step), reason, 0.0, belief.moved(points[-1]), key="until contact")
 
 
-def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> MoveLinear:
-    """The part of a guarded motion's way on which nothing can be touched yet."""
+def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> tuple[MoveLinear, ...]:
+    """The part of a guarded motion's way on which nothing is touched yet; none where hand or thing is so near to something already."""
     from ..motion_planning.cartesian import line
     from ..motion_planning.reach import tcp
 
     there = replace(target, position=tuple(np.add(tcp(belief, context).position, way).tolist()))
-    end, comment, pace = line(motion, belief, context, [there])[-1], f"{motion.reason}, the part in the air", context.robot.pace
-    return MoveLinear(there, pace * value(motion, "free_m_s"), pace * CORRECTION, end, origin=motion.name, comment=comment)
+    try:
+        end = line(replace(motion, may_touch=()), belief, context, [there])[-1]
+    except Unresolvable:
+        return ()
+    pace, comment = context.robot.pace, f"{motion.reason}, the part in the air"
+    return (MoveLinear(there, pace * value(motion, "free_m_s"), pace * CORRECTION, end, origin=motion.name, comment=comment),)
 
 
 def _zero(motion: Motion, belief: Belief, context: Context) -> Found:
