@@ -37,8 +37,8 @@ KINDS: Mapping[str, tuple[str, ...]] = {
 """Motion kinds that the motion plugins of cramlite resolve (``Motion.kind``), each with the parameters that it knows."""
 
 RELATIONS = (
-    "home", "retreat", "lift", "slide", "grasp", "in", "on", "extract", "insert", "handle", "opened", "closed", "push",
-    "pushed", "pour", "touch", "near", "view", "stand",
+    "home", "retreat", "lift", "slide", "grasp", "in", "on", "extract", "insert", "handle", "opened", "closed",
+    "stop", "front", "atop", "push", "pushed", "pour", "touch", "near", "view", "stand",
 )  # fmt: skip
 """Relations of places that the experts of cramlite answer (``Location.relation``)."""
 

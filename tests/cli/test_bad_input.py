@@ -114,9 +114,9 @@ def test_an_unreachable_goal_is_no_solution(run: Run, spoiled: Callable[..., Pat
 
 
 def test_no_solution_of_a_process_ends_with_its_reasons(process: Run, tmp_path: Path) -> None:
-    text = find_scenario("tasks/closing").read_text().replace("type: ur5e", "type: fr3_2f85, at: {position: [0.1, 0, 0]}")
-    (tmp_path / "closing.yaml").write_text(text)
-    ran = process("resolve", tmp_path / "closing.yaml", "--no-report", "--out", tmp_path / "run")
+    text = find_scenario("tasks/opening_blocked").read_text().replace("type: ur5e", "type: fr3_2f85, at: {position: [0.1, 0, 0]}")
+    (tmp_path / "opening.yaml").write_text(text)
+    ran = process("resolve", tmp_path / "opening.yaml", "--no-report", "--out", tmp_path / "run")
     _is_clear(ran, 1, "No solution", "Nearest miss")
     assert "cramlite explain" in ran.err.splitlines()[-1]  # a library printed what it had not cleaned up
 

@@ -76,7 +76,7 @@ def test_a_carried_block_that_knocks_a_bystander_over_is_an_objection() -> None:
     good = proven("placing")
     assert good.code is not None
     said = against(good, good.code.text, with_bystander(good, 0.53, -0.05, 0.25))
-    assert "'block' hit 'bystander'" in said["collision"] or "'bystander' hit 'block'" in said["collision"]
+    assert "'bystander' hit 'shelf'" in said["collision"]  # it falls onto it, harder than it was hit
     assert "limit 2 N by default" in said["collision"] and "3.Placing/PuttingDown" in said["collision"]
     assert "'bystander', which no task moved then, got" in said["bystanders"]
     assert "limit 5 mm by default" in said["bystanders"]
@@ -103,14 +103,14 @@ def test_limits_are_the_scenarios_and_are_kept_to_the_last_digit(name: str) -> N
     assert "of the scenario" in objections(replace(ran, limits=outside))[judge]
 
 
-LOWER, MOVE = "0.09, 0.01, 3.0, 21.0", "movej(placing_3_putting_down_transfer_joints, a=1.4, v=1.05)"
+LOWER, MOVE = "0.03, 0.01, 3.0, 9.0", "movej(placing_3_putting_down_transfer_joints, a=1.4, v=1.05)"
 
 
 @pytest.mark.parametrize(
     ("judge", "old", "inside", "outside", "says"),
     [
-        ("execution", LOWER, "0.08, 0.01, 3.0, 21.0", "0.05, 0.01, 3.0, 21.0", "3.Placing/PuttingDown/lower: no contact within 0.05 m"),
-        ("force_peak", LOWER, "0.09, 0.01, 35.0, 21.0", "0.09, 0.01, 55.0, 21.0", "limit 60 N of robot 'ur5e'"),
+        ("execution", LOWER, "0.025, 0.01, 3.0, 9.0", "0.01, 0.01, 3.0, 9.0", "3.Placing/PuttingDown/lower: no contact within 0.01 m"),
+        ("force_peak", LOWER, "0.03, 0.01, 35.0, 9.0", "0.03, 0.01, 55.0, 9.0", "limit 60 N of robot 'ur5e'"),
         ("joint_speeds", MOVE, MOVE.replace("1.4, v=1.05", "5.0, v=3.1"), MOVE.replace("1.4, v=1.05", "8.0, v=3.1"), "of 3.14 rad/s"),
     ],
 )
