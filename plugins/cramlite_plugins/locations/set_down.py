@@ -39,6 +39,10 @@ NESTED = ((0.02, 0.06), (0.035, 0.045))
 more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
+SLANTS = (180.0, 90.0, -90.0, 0.0)
+"""Sides from which something is brought under what hangs over its place, in the base frame, the robot's own first [deg]."""
+BETWEEN = (1.0, 0.67, 0.33)
+"""Parts of the way down at which that is looked at before the whole of it is."""
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 PALM_UP = math.sin(math.radians(20.0))
@@ -128,23 +132,43 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
-    """The lowest height at which all is free; from a stand-off that is blocked no other height is tried."""
+    """The lowest height at which all is free; from a stand-off that is blocked no other height is tried, but from aside."""
     cheap, blocked, wanted = len(CHEAP[relation]), None, _settled(wanted, now, yaw)
+    reason: Refused | None = None
     for k, (height, above) in enumerate(_heights(wanted, now, relation)):
         spot = _spot(wanted, now, offset, yaw, height, above)
-        if blocked is not None and blocked.distance(spot.before)[0] < SAME:
-            continue
-        reason = _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
+        again = blocked is not None and blocked.distance(spot.before)[0] < SAME
+        reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
+        if relation == "in" and reason is not None and ABOVE_IT in reason.reason:
+            aside = next((s for s in _aslant(spot, wanted, above) if _refusal(s, wanted, DEAR) is None), None)
+            spot, reason = (aside, None) if aside else (spot, reason)
         if reason is None:
-            values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
-            place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
-            cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
-            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
+            yield _standing(spot, wanted, yaw, PER_HEIGHT * k)
             return
-        yield replace(reason, value=spot.name)
+        if not again:
+            yield replace(reason, value=spot.name)
         blocked = spot.before if ABOVE_IT in reason.reason else None
         if reason.passed < cheap:
             return  # no height changes what is seen from above
+
+
+def _standing(spot: Spot, wanted: Wanted, yaw: float, cost: float) -> Grounding:
+    values = {"height_m": spot.height, TURNED: float(bool(wanted.where.get("attitude")))}
+    place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
+    turn = abs(math.radians(math.remainder(yaw, 360.0)))
+    return Grounding(place, f"'{wanted.entity}', {spot.name}", PER_TURN * turn + cost, key=spot.name, anew=True)
+
+
+def _aslant(spot: Spot, wanted: Wanted, above: float) -> Iterator[Spot]:
+    """The same placement, brought there at 45 deg from aside: a drawer under another one has no room above, and some before it."""
+    from ..motion_planning.reach import collision_free_ik, shift
+    from ..motion_planning.space import Refusal
+
+    for angle in SLANTS:
+        way = above * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 1.0])
+        between = (collision_free_ik(wanted.scene, wanted.context, shift(spot.pose, p * way), wanted.belief.joints) for p in BETWEEN)
+        if not any(isinstance(found, Refusal) for found in between):
+            yield replace(spot, name=f"{spot.name}, from aside at {angle:.0f} deg", before=shift(spot.pose, way))
 
 
 def _settled(wanted: Wanted, now: Pose, yaw: float) -> Wanted:
