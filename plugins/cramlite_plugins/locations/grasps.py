@@ -21,6 +21,7 @@ from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
 from . import antipodal
+from .from_aside import is_free, slants
 from .grips import AGAIN, SLACK, WIDE, Grip, ranked, varied, why_none
 from .hand_room import HandRoom
 
@@ -29,10 +30,8 @@ if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
-ASIDE = (0.0, 180.0, 90.0, -90.0)
-"""Directions from which a hand comes in under what hangs over a thing, at 45 deg from above, in the base frame [deg]."""
 ALONG = (1.0, 0.75, 0.5, 0.25)
-"""Parts of that way at which it may not touch the thing itself; the rest is as far as open fingers are from what is between them."""
+"""Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open fingers are apart from it."""
 LIFTED = 0.10  # most things that are grasped are then picked up by so much [m]
 WIDER = (math.inf, WIDE)
 """And by so much, or as the fingers open at all, where nothing is in the way: a thing that is 4 mm from where it is believed to be, and
@@ -116,15 +115,14 @@ def _aslant(
     from ..motion_planning.space import Refusal
 
     there = collision_free_ik(near, context, grasp.at, belief.joints)
-    for angle in ASIDE if not isinstance(there, Refusal) else ():
-        way = STANDOFF * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 1.0])
-        on_the_way = (shift(grasp.at, part * way) for part in ALONG)
-        if any(isinstance(collision_free_ik(free, context, p, there), Refusal) for p in on_the_way):
-            continue
-        said = f"{grasp.name}, from above and aside at {angle:.0f} deg"
-        place = _place(grasp, shift(grasp.at, way), near.opening, thing)
-        yield Grounding(place, _says(replace(grasp, name=said)), cost, key=said, anew=True)
+    if isinstance(there, Refusal):
         return
+    for side, way in slants(STANDOFF):
+        if is_free(free, context, grasp.at, way, ALONG, there):
+            said = f"{grasp.name}, from above and {side}"
+            place = _place(grasp, shift(grasp.at, way), near.opening, thing)
+            yield Grounding(place, _says(replace(grasp, name=said)), cost, key=said, anew=True)
+            return
 
 
 def _says(grasp: Grasp) -> str:

@@ -131,7 +131,8 @@ def inside(spot: Spot, wanted: Wanted) -> str:
     if wanted.target.area.buffer(-gap).covers(outline):
         return ""
     if wanted.target.area.covers(outline):
-        return f"only {1000 * wanted.target.area.boundary.distance(outline):.0f} mm from the walls of '{wanted.entity}', {1000 * gap:.0f} mm is needed"
+        least = 1000 * wanted.target.area.boundary.distance(outline)
+        return f"only {least:.0f} mm from the walls of '{wanted.entity}', {1000 * gap:.0f} mm is needed"
     out, across, room, side = max(
         (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
     )

@@ -10,9 +10,11 @@ import numpy as np
 from cramlite.model import Belief, Collision, Location, Place, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
+from .from_aside import slants
+
 Found = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
-DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, or of a slanting lift, in the base frame [deg]
+DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
 
 
 @hookimpl
@@ -50,9 +52,8 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
     height, here = float(location.parameters["height_m"]), tcp(belief, context)
     heights = (height, 0.6 * height)  # a lower lift, where the full one is out of reach
     ways = [(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights]
-    for angle in DIRECTIONS if height > 0 else ():  # under what hangs over it, such as the handle of an open drawer, at 45 deg out of there
-        aside = (height * math.cos(math.radians(angle)), height * math.sin(math.radians(angle)), height)
-        ways.append((f"{height * 1000:.0f} mm up, and as much aside at {angle:.0f} deg", shift(here, aside)))
+    slanting = slants(height) if height > 0 else ()  # out from under what hangs over it
+    ways += [(f"{height * 1000:.0f} mm up, and as much {side}", shift(here, way)) for side, way in slanting]
     yield from _reachable(ways, belief, context)
 
 

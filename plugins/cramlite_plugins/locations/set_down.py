@@ -21,6 +21,7 @@ from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
 from .free_area import Offset, beside, free_area, positions
+from .from_aside import is_free, slants
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Obstacle, Spot, Wanted
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
@@ -39,10 +40,7 @@ NESTED = ((0.02, 0.06), (0.035, 0.045))
 more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
-SLANTS = (180.0, 90.0, -90.0, 0.0)
-"""Sides from which something is brought under what hangs over its place, in the base frame, the robot's own first [deg]."""
-BETWEEN = (1.0, 0.67, 0.33)
-"""Parts of the way down at which that is looked at before the whole of it is."""
+BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 PALM_UP = math.sin(math.radians(20.0))
@@ -139,11 +137,13 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
         spot = _spot(wanted, now, offset, yaw, height, above)
         again = blocked is not None and blocked.distance(spot.before)[0] < SAME
         reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
-        if relation == "in" and reason is not None and ABOVE_IT in reason.reason:
-            aside = next((s for s in _aslant(spot, wanted, above) if _refusal(s, wanted, DEAR) is None), None)
-            spot, reason = (aside, None) if aside else (spot, reason)
+        if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
+            spot, reason = aside, None
         if reason is None:
-            yield _standing(spot, wanted, yaw, PER_HEIGHT * k)
+            values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
+            place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
+            cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
+            yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return
         if not again:
             yield replace(reason, value=spot.name)
@@ -152,23 +152,16 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
             return  # no height changes what is seen from above
 
 
-def _standing(spot: Spot, wanted: Wanted, yaw: float, cost: float) -> Grounding:
-    values = {"height_m": spot.height, TURNED: float(bool(wanted.where.get("attitude")))}
-    place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
-    turn = abs(math.radians(math.remainder(yaw, 360.0)))
-    return Grounding(place, f"'{wanted.entity}', {spot.name}", PER_TURN * turn + cost, key=spot.name, anew=True)
+def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
+    """The same placement, brought there from aside: a drawer under another one has no room above, and some before it."""
+    from ..motion_planning.reach import shift
 
-
-def _aslant(spot: Spot, wanted: Wanted, above: float) -> Iterator[Spot]:
-    """The same placement, brought there at 45 deg from aside: a drawer under another one has no room above, and some before it."""
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
-
-    for angle in SLANTS:
-        way = above * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 1.0])
-        between = (collision_free_ik(wanted.scene, wanted.context, shift(spot.pose, p * way), wanted.belief.joints) for p in BETWEEN)
-        if not any(isinstance(found, Refusal) for found in between):
-            yield replace(spot, name=f"{spot.name}, from aside at {angle:.0f} deg", before=shift(spot.pose, way))
+    for side, way in slants(above):
+        aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))
+        free = is_free(wanted.scene, wanted.context, spot.pose, way, BETWEEN, wanted.belief.joints)
+        if free and _refusal(aside, wanted, DEAR) is None:
+            return aside
+    return None
 
 
 def _settled(wanted: Wanted, now: Pose, yaw: float) -> Wanted:

@@ -12,7 +12,7 @@ from cramlite.plugin import Decomposition, Parameter, TaskType, hookimpl
 from ..task_kit.bases import FORCES, SPEED, ByHandle
 
 LEAST = 0.8
-"""Share of the range that something is opened to where neither way of opening it further is free."""
+"""Share of the range that something is opened to by its handle where no grip of that opens it further."""
 TOUCH = {"speed_m_s": 0.02, "force_n": 3.0, "beyond_m": 0.03}
 
 
@@ -28,14 +28,11 @@ class Opening(ByHandle):
     lays_open = "Patient"
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
-        yield from self._ways(action, belief)
-        if not self.parameter(action, "share"):  # what others count as open is more than this, so that it comes last
-            less = replace(action, parameters={**action.parameters, "share": LEAST})
-            for way in self._ways(less, belief):
-                yield replace(way, reason=f"{way.reason}; to {LEAST:g} of the range alone", cost=way.cost + 2.0)
-
-    def _ways(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         yield from super().decompose(action, belief)
+        if not self.parameter(action, "share"):  # what others count as open is more than this, so that no other grip shall do before
+            less = replace(action, parameters={**action.parameters, "share": LEAST})
+            for way in super().decompose(less, belief):
+                yield replace(way, reason=f"{way.reason}; to {LEAST:g} of the range alone", cost=0.5)
         yield self._pressing(action)
 
     def _pressing(self, action: Action) -> Decomposition:
