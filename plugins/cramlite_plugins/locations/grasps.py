@@ -21,6 +21,7 @@ from ..motions import grip_force
 from ..shapes import ray_casting as rays
 from ..shapes.bounds import centre_of_mass
 from . import antipodal
+from .from_aside import is_free, slants
 from .grips import AGAIN, SLACK, WIDE, Grip, ranked, varied, why_none
 from .hand_room import HandRoom
 
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
 
 STANDOFF = 0.10  # pre-grasp distance [m]: the longest finger pad and the tab of a product fit in between
+ALONG = (1.0, 0.75, 0.5, 0.25)
+"""Parts of a way in from aside at which the hand may not touch the thing; the rest is as long as open fingers are apart from it."""
 LIFTED = 0.10  # most things that are grasped are then picked up by so much [m]
 WIDER = (math.inf, WIDE)
 """And by so much, or as the fingers open at all, where nothing is in the way: a thing that is 4 mm from where it is believed to be, and
@@ -87,11 +90,39 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         reached = _reached(grasp, near.opened(grasp.opening), free.opened(grasp.opening), belief, context)
         if isinstance(reached, Refusal):
             yield reached.refused(grasp.name)
+            opening = next(_openings(grasp, thing, gripper), grasp.opening)
+            yield from _aslant(grasp, thing.name, cost, near.opened(opening), free.opened(opening), belief, context)
             continue
         wide = (o for o in _openings(grasp, thing, gripper) if _as_wide(reached, near.opened(o), free.opened(o)))
-        values, at = {"width_m": grasp.grip.width}, grasp.at
-        place = Place(at, grasp.before, next(wide, grasp.opening), tuple(at.rotate((0, 0, 1))), thing=thing.name, values=values)
+        place = _place(grasp, grasp.before, next(wide, grasp.opening), thing.name)
         yield Grounding(place, _says(grasp), cost, key=grasp.name, anew=True)
+
+
+def _place(grasp: Grasp, before: Pose, opening: float, thing: str) -> Place:
+    values = {"width_m": grasp.grip.width}
+    return Place(grasp.at, before, opening, tuple(grasp.at.rotate((0, 0, 1))), thing=thing, values=values)
+
+
+def _aslant(
+    grasp: Grasp, thing: str, cost: float, near: PlanningScene, free: PlanningScene, belief: Belief, context: Context
+) -> Iterator[Grounding]:
+    """A grasp for which there is no room straight before it: under what hangs over the thing the open hand comes in from aside.
+
+    Args:
+        near, free: as open as the hand can be around the thing, in which the hand may touch it, and may not.
+    """
+    from ..motion_planning.reach import collision_free_ik, shift
+    from ..motion_planning.space import Refusal
+
+    there = collision_free_ik(near, context, grasp.at, belief.joints)
+    if isinstance(there, Refusal):
+        return
+    for side, way in slants(STANDOFF):
+        if is_free(free, context, grasp.at, way, ALONG, there):
+            said = f"{grasp.name}, from above and {side}"
+            place = _place(grasp, shift(grasp.at, way), near.opening, thing)
+            yield Grounding(place, _says(replace(grasp, name=said)), cost, key=said, anew=True)
+            return
 
 
 def _says(grasp: Grasp) -> str:

@@ -23,7 +23,7 @@ CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge 
 TURN = math.radians(45)  # and turns no further [rad]
 CLOSED, AJAR = 0.005, 0.08
 """Shares of the range that a joint is closed to: by its handle, all but what friction leaves; pushed, so far that the rest is felt."""
-OPENED = (0.95, 0.9, 0.8)
+OPENED = (0.95, 0.9)
 """Shares of the range that something is opened to: as far as the arm comes, short of the stop."""
 TURNED = (0.97, 0.6, 0.4)
 """Shares that a knob is turned on to: as far as the wrist turns; from a fifth on it counts as on."""

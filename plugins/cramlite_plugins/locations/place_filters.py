@@ -27,6 +27,8 @@ SIDES: Mapping[str, tuple[int, float]] = {
     "left_of": (1, 1.0), "right_of": (1, -1.0), "behind": (0, 1.0), "in_front_of": (0, -1.0)
 }  # fmt: skip
 """Axis of the robot's base and the sign of what lies on that side: x leads forwards, y to the left."""
+OFF_WALLS = 0.008
+"""Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
 ABOVE_IT = "above it"  # where a refusal says that the stand-off is to blame
 SEEN = 0.5  # share of a thing that others may not hide
@@ -119,13 +121,18 @@ def clear(spot: Spot, wanted: Wanted) -> str:
 
 
 def inside(spot: Spot, wanted: Wanted) -> str:
-    """Check that all of it is over the container's opening."""
+    """Check that all of it is over the container's opening, and apart from its walls as far as there is room: what meets one on its way
+    down leans."""
     from ..shapes.surfaces import footprint
 
     outline = footprint(wanted.thing, wanted.target.pose.inverse() * spot.thing)
-    if wanted.target.area.covers(outline):
-        return ""
     (low, left, high, right), (x, y, x1, y1) = outline.bounds, wanted.target.area.bounds
+    gap = min(OFF_WALLS, max(0.0, min(x1 - x - high + low, y1 - y - right + left) / 4))  # with half of the room to choose from
+    if wanted.target.area.buffer(-gap).covers(outline):
+        return ""
+    if wanted.target.area.covers(outline):
+        least = 1000 * wanted.target.area.boundary.distance(outline)
+        return f"only {least:.0f} mm from the walls of '{wanted.entity}', {1000 * gap:.0f} mm is needed"
     out, across, room, side = max(
         (max(x - low, high - x1), high - low, x1 - x, "width"), (max(y - left, right - y1), right - left, y1 - y, "depth")
     )

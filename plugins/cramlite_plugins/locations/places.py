@@ -10,6 +10,8 @@ import numpy as np
 from cramlite.model import Belief, Collision, Location, Place, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
+from .from_aside import slants
+
 Found = Iterator[Grounding | Refused]
 BACK = (0.12, 0.08, 0.05)  # retreat distances that are tried [m]: the longest frees the pads of a 2F-85, 38 mm long
 DIRECTIONS = (0.0, 180.0, 90.0, -90.0)  # of a slide, in the base frame [deg]
@@ -49,7 +51,10 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
 
     height, here = float(location.parameters["height_m"]), tcp(belief, context)
     heights = (height, 0.6 * height)  # a lower lift, where the full one is out of reach
-    yield from _reachable([(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights], belief, context)
+    ways = [(f"{h * 1000:.0f} mm up", shift(here, (0, 0, h))) for h in heights]
+    slanting = slants(height) if height > 0 else ()  # out from under what hangs over it
+    ways += [(f"{height * 1000:.0f} mm up, and as much {side}", shift(here, way)) for side, way in slanting]
+    yield from _reachable(ways, belief, context)
 
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context) -> Found:

@@ -21,6 +21,7 @@ from ..motions.gripping import release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
 from .free_area import Offset, beside, free_area, positions
+from .from_aside import is_free, slants
 from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Obstacle, Spot, Wanted
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
@@ -39,6 +40,7 @@ NESTED = ((0.02, 0.06), (0.035, 0.045))
 more."""
 OFF_FLOOR, RISE = 0.01, 0.03  # lowest point above a container's floor when let go, and steps up from there [m]
 ABOVE = 0.06  # stand-off above a rim [m]
+BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
 PALM_UP = math.sin(math.radians(20.0))
@@ -128,23 +130,38 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
 
 
 def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str) -> Iterator[Grounding | Refused]:
-    """The lowest height at which all is free; from a stand-off that is blocked no other height is tried."""
+    """The lowest height at which all is free; from a stand-off that is blocked no other height is tried, but from aside."""
     cheap, blocked, wanted = len(CHEAP[relation]), None, _settled(wanted, now, yaw)
+    reason: Refused | None = None
     for k, (height, above) in enumerate(_heights(wanted, now, relation)):
         spot = _spot(wanted, now, offset, yaw, height, above)
-        if blocked is not None and blocked.distance(spot.before)[0] < SAME:
-            continue
-        reason = _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
+        again = blocked is not None and blocked.distance(spot.before)[0] < SAME
+        reason = reason if again else _refusal(spot, wanted, {**CHEAP[relation], **DEAR})
+        if relation == "in" and reason is not None and ABOVE_IT in reason.reason and (aside := _from_aside(spot, wanted, above)):
+            spot, reason = aside, None
         if reason is None:
             values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
             return
-        yield replace(reason, value=spot.name)
+        if not again:
+            yield replace(reason, value=spot.name)
         blocked = spot.before if ABOVE_IT in reason.reason else None
         if reason.passed < cheap:
             return  # no height changes what is seen from above
+
+
+def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
+    """The same placement, brought there from aside: a drawer under another one has no room above, and some before it."""
+    from ..motion_planning.reach import shift
+
+    for side, way in slants(above):
+        aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))
+        free = is_free(wanted.scene, wanted.context, spot.pose, way, BETWEEN, wanted.belief.joints)
+        if free and _refusal(aside, wanted, DEAR) is None:
+            return aside
+    return None
 
 
 def _settled(wanted: Wanted, now: Pose, yaw: float) -> Wanted:

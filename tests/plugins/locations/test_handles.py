@@ -21,7 +21,7 @@ def _opened(folder: Path, task: str, more: str) -> float | None:
     path.write_text(head.replace("Patient: drawer", f"Patient: drawer{task}") + "things:\n" + more + things.partition("#")[0])
     scenario = read_scenario(path)
     setting = ENGINE.setting(scenario, twins=0)
-    found = next(ENGINE.resolve(scenario, setting=setting, budget=Budget(expansions=200)), None)
+    found = next(ENGINE.resolve(scenario, setting=setting, budget=Budget(expansions=400)), None)
     if found is None:
         return None
     closed, there = (b.poses["drawer"].pose for b in (setting.belief(), found.candidate.belief))

@@ -1,0 +1,36 @@
+"""Ways from above and aside, at 45 deg: to and from what something hangs over, such as a thing under the handle of an open drawer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from cramlite.model import Floats, Pose
+from cramlite.plugin import Context
+
+if TYPE_CHECKING:
+    from ..motion_planning.planning_scene import PlanningScene
+
+ANGLES = (180.0, 90.0, -90.0, 0.0)
+"""Sides, in the base frame, the robot's own first [deg]."""
+
+
+def slants(rise: float) -> Iterator[tuple[str, Floats]]:
+    """Generate ways that lead up by ``rise`` [m] and as far aside, with what they are called."""
+    for angle in ANGLES:
+        way: Floats = rise * np.array([math.cos(math.radians(angle)), math.sin(math.radians(angle)), 1.0])
+        yield f"aside at {angle:.0f} deg", way
+
+
+def is_free(
+    scene: PlanningScene, context: Context, at: Pose, way: Floats, parts: Sequence[float], seed: tuple[float, ...]
+) -> bool:
+    """Check whether the arm is free at parts of a way from a TCP pose in the base frame."""
+    from ..motion_planning.reach import collision_free_ik, shift
+    from ..motion_planning.space import Refusal
+
+    there = (collision_free_ik(scene, context, shift(at, part * way), seed) for part in parts)
+    return not any(isinstance(found, Refusal) for found in there)
