@@ -72,6 +72,7 @@ class Wanted(Value):
         obstacles: what stands there.
         depth: of a cavity [m].
         under: what it comes to rest on in its middle, where that is not level.
+    lowered: the scene in which the held thing may touch that, and the hand may not.
     """
 
     thing: Thing
@@ -85,6 +86,7 @@ class Wanted(Value):
     depth: float = 0.0
     opened: Any = None
     under: Thing | None = None
+    lowered: Any = None
 
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]
@@ -210,6 +212,18 @@ def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
     return replace(there, reason=f"with open fingers {there.reason}") if isinstance(there, Refusal) else ""
 
 
+def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that the thing comes to rest on what is not level before the hand meets that: fingers around a bowl's side reach below the rim
+    of another one that it is put into."""
+    from ..motion_planning.reach import collision_free_ik, shift
+    from ..motion_planning.space import Refusal
+
+    if wanted.lowered is None:
+        return ""
+    there = collision_free_ik(wanted.lowered, wanted.context, shift(spot.pose, (0.0, 0.0, -spot.height)), wanted.belief.joints)
+    return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refusal) else ""
+
+
 def visible(spot: Spot, wanted: Wanted) -> str:
     """Check that other things hide no more than half of it, and a camera looks its way."""
     asked = wanted.where.get("visible_from")
@@ -269,6 +283,7 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {
-    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open
+    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open,
+    "let down by the thing alone": hand_off,
 }  # fmt: skip
 """Asked of the arm and the camera, in this order."""

@@ -210,13 +210,16 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
 
 def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
     """The middle of what can be moved itself and whose own shape, such as a plate's rim, stands about its largest surface; else None."""
+    from ..motion_planning.reach import make_scene
+
     if thing.furniture or first.where.get("region") or not any(o.name == thing.name for o in first.obstacles):
         return None
     others = tuple(o for o in first.obstacles if o.name != thing.name)
     hollow = thing.feature("cram:Cavity")
     x, y, _ = (pose * hollow.pose if hollow else first.target.pose).position
     middle = replace(first.target, pose=Pose((x, y, first.target.pose.position[2])))
-    return replace(first, target=middle, obstacles=others, under=thing)
+    lowered = make_scene(first.belief, first.context, (first.entity,), clearance=0.0, hand=False)
+    return replace(first, target=middle, obstacles=others, under=thing, lowered=lowered)
 
 
 def _opening(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:
