@@ -16,7 +16,7 @@ from cramlite.model import Belief, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import box_around, support
+from ..shapes.bounds import box_around, centre_of_mass, support
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -67,7 +67,7 @@ class Wanted(Value):
         entity: what it is put on or in.
         target: the surface, or the opening of the cavity, in the base frame.
         scene: the planning scene.
-        opened: the same with the fingers open, as they are when they have let go.
+        opened: the same with the fingers open, as they are when they have let go, the widest first.
         where: further constraints, by name (the keys of ``where`` in scenario files).
         obstacles: what stands there.
         depth: of a cavity [m].
@@ -84,7 +84,7 @@ class Wanted(Value):
     where: Mapping[str, Any]
     obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
-    opened: Any = None
+    opened: tuple[Any, ...] = ()
     under: Thing | None = None
     lowered: Any = None
 
@@ -99,12 +99,23 @@ def supported(spot: Spot, wanted: Wanted) -> str:
 
     local = wanted.target.pose.inverse() * spot.thing
     inside, least = inset(standing(wanted.thing, local), wanted.target.area)
-    if inside >= least:
+    if inside >= least or _sunk(spot, wanted):
         return ""
     if not math.isfinite(inside):
         return f"nothing of '{wanted.entity}' would be under what it stands on"
     side = f"{-1000 * inside:.0f} mm beyond" if inside < 0 else f"only {1000 * inside:.0f} mm from"
     return f"its centre of mass would be {side} the edge of '{wanted.entity}'; {1000 * least:.0f} mm inside is needed"
+
+
+def _sunk(spot: Spot, wanted: Wanted) -> bool:
+    """Whether its centre of mass comes to rest below the rim of a hollow: however it lies there, it does not fall out."""
+    hollow = wanted.under.feature("cram:Cavity") if wanted.under else None
+    if wanted.under is None or hollow is None:
+        return False
+    centre = spot.thing.apply(centre_of_mass(wanted.thing)) - np.array([0.0, 0.0, spot.height])
+    x, y, z = (wanted.belief.pose(wanted.under.name) * hollow.pose).inverse().apply(centre)
+    half = [hollow.size.get("radius", hollow.size.get(name, 0.0) / 2) for name in ("width", "depth")]
+    return bool(z < 0 and abs(x) < half[0] / 2 and abs(y) < half[1] / 2)
 
 
 def clear(spot: Spot, wanted: Wanted) -> str:
@@ -202,14 +213,21 @@ def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
 def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that the fingers can open where they let go: beside them there may be less room than around what they hold. What is put onto
     something is lowered before."""
+    _, blocked = opened(spot, wanted)
+    return replace(blocked, reason=f"with open fingers {blocked.reason}") if blocked else ""
+
+
+def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refusal | None]:
+    """Return the first of the scenes with open fingers in which they have room; or None with what is in the way of the last."""
     from ..motion_planning.reach import collision_free_ik, shift
     from ..motion_planning.space import Refusal
 
-    if wanted.opened is None:
-        return ""
-    low = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height))
-    there = collision_free_ik(wanted.opened, wanted.context, low, wanted.belief.joints)
-    return replace(there, reason=f"with open fingers {there.reason}") if isinstance(there, Refusal) else ""
+    low, there = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height)), None
+    for scene in wanted.opened:
+        there = collision_free_ik(scene, wanted.context, low, wanted.belief.joints)
+        if not isinstance(there, Refusal):
+            return scene, None
+    return None, there
 
 
 def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
