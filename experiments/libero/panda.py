@@ -26,7 +26,8 @@ ELBOW = 0.2
 turn of the wrist than planned, and with an elbow bent more: folded near its base it ended at the stop, 21 mm from a tool pose that the
 plan reached with the elbow 0.006 rad before it."""
 LIMITS = (
-    (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718 + ELBOW, -0.0698), (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
+    (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718 + ELBOW, -0.0698),
+    (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
 )  # fmt: skip
 TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
 JAWS = Jaws(

@@ -222,12 +222,13 @@ def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refusal | None]:
     from ..motion_planning.reach import collision_free_ik, shift
     from ..motion_planning.space import Refusal
 
-    low, there = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height)), None
+    low, blocked = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height)), None
     for scene in wanted.opened:
         there = collision_free_ik(scene, wanted.context, low, wanted.belief.joints)
         if not isinstance(there, Refusal):
             return scene, None
-    return None, there
+        blocked = there
+    return None, blocked
 
 
 def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
