@@ -17,13 +17,14 @@ from msgspec.structs import replace
 from properties import examples
 
 from cramlite import Engine
-from cramlite.model import Belief, Feature, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import Belief, Feature, Geom, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.place_filters import Spot, Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.motion_planning.space import Refusal
+from cramlite_plugins.motions.gripping import OPEN, release_opening
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.surfaces import Surface, surfaces
@@ -272,3 +273,15 @@ def test_what_sinks_into_a_hollow_needs_no_level_support(height: float, stays: b
     assert (place_filters.supported(_spot((0.45, -0.35, 0.24)), wanted) == "") == stays
     assert place_filters.supported(_spot((0.45, -0.35, 0.24)), replace(wanted, under=None))
     assert place_filters.supported(_spot((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
+
+
+def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:
+    belief = _belief()
+    grasp = Place(Pose(), Pose(), 0.06, thing="it", values={"width_m": 0.04})
+    narrow, elsewhere = (replace(grasp, opening=None, thing=name, values={OPEN: 0.05}) for name in ("it", "tin"))
+
+    def wide(*places: Place) -> float:
+        return release_opening(belief, replace(_context(belief), bindings={str(k): p for k, p in enumerate(places)}))
+
+    assert (wide(), wide(grasp), wide(grasp, narrow), wide(grasp, elsewhere)) == (0.085, 0.06, 0.05, 0.06)
+    assert wide(narrow, grasp) == 0.06  # it was put down there before, and grasped again
