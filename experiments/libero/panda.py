@@ -21,8 +21,13 @@ from cramlite_plugins.robots.franka_hand import HEIGHT, TURN
 from cramlite_plugins.robots.parallel_gripper import Jaws, beside, finger
 
 FLANGE, SITE = 0.1065, 0.097
+ELBOW = 0.2
+"""Kept from the elbow's stop [rad]. The controller moves the tool and leaves the elbow to itself, so that the arm gets there with another
+turn of the wrist than planned, and with an elbow bent more: folded near its base it ended at the stop, 21 mm from a tool pose that the
+plan reached with the elbow 0.006 rad before it."""
 LIMITS = (
-    (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718, -0.0698), (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
+    (-2.8973, 2.8973), (-1.7628, 1.7628), (-2.8973, 2.8973), (-3.0718 + ELBOW, -0.0698),
+    (-2.8973, 2.8973), (-0.0175, 3.7525), (-2.8973, 2.8973),
 )  # fmt: skip
 TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
 JAWS = Jaws(

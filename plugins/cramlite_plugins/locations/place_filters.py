@@ -16,7 +16,7 @@ from cramlite.model import Belief, Floats, Pose, Thing, Value
 from cramlite.plugin import Context
 
 from ..shapes import ray_casting as rays
-from ..shapes.bounds import box_around, support
+from ..shapes.bounds import box_around, centre_of_mass, support
 
 if TYPE_CHECKING:
     from ..motion_planning.space import Refusal
@@ -69,11 +69,12 @@ class Wanted(Value):
         entity: what it is put on or in.
         target: the surface, or the opening of the cavity, in the base frame.
         scene: the planning scene.
-        opened: the same with the fingers open, as they are when they have let go.
+        opened: the same with the fingers open, as they are when they have let go, the widest first.
         where: further constraints, by name (the keys of ``where`` in scenario files).
         obstacles: what stands there.
         depth: of a cavity [m].
         under: what it comes to rest on in its middle, where that is not level.
+    lowered: the scene in which the held thing may touch that, and the hand may not.
     """
 
     thing: Thing
@@ -85,8 +86,9 @@ class Wanted(Value):
     where: Mapping[str, Any]
     obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
-    opened: Any = None
+    opened: tuple[Any, ...] = ()
     under: Thing | None = None
+    lowered: Any = None
 
 
 Filter = Callable[[Spot, Wanted], "str | Refusal"]
@@ -99,12 +101,23 @@ def supported(spot: Spot, wanted: Wanted) -> str:
 
     local = wanted.target.pose.inverse() * spot.thing
     inside, least = inset(standing(wanted.thing, local), wanted.target.area)
-    if inside >= least:
+    if inside >= least or _sunk(spot, wanted):
         return ""
     if not math.isfinite(inside):
         return f"nothing of '{wanted.entity}' would be under what it stands on"
     side = f"{-1000 * inside:.0f} mm beyond" if inside < 0 else f"only {1000 * inside:.0f} mm from"
     return f"its centre of mass would be {side} the edge of '{wanted.entity}'; {1000 * least:.0f} mm inside is needed"
+
+
+def _sunk(spot: Spot, wanted: Wanted) -> bool:
+    """Whether its centre of mass comes to rest below the rim of a hollow: however it lies there, it does not fall out."""
+    hollow = wanted.under.feature("cram:Cavity") if wanted.under else None
+    if wanted.under is None or hollow is None:
+        return False
+    centre = spot.thing.apply(centre_of_mass(wanted.thing)) - np.array([0.0, 0.0, spot.height])
+    x, y, z = (wanted.belief.pose(wanted.under.name) * hollow.pose).inverse().apply(centre)
+    half = [hollow.size.get("radius", hollow.size.get(name, 0.0) / 2) for name in ("width", "depth")]
+    return bool(z < 0 and abs(x) < half[0] / 2 and abs(y) < half[1] / 2)
 
 
 def clear(spot: Spot, wanted: Wanted) -> str:
@@ -207,14 +220,34 @@ def collision_free(spot: Spot, wanted: Wanted) -> str | Refusal:
 def room_to_open(spot: Spot, wanted: Wanted) -> str | Refusal:
     """Check that the fingers can open where they let go: beside them there may be less room than around what they hold. What is put onto
     something is lowered before."""
+    _, blocked = opened(spot, wanted)
+    return replace(blocked, reason=f"with open fingers {blocked.reason}") if blocked else ""
+
+
+def opened(spot: Spot, wanted: Wanted) -> tuple[Any, Refusal | None]:
+    """Return the first of the scenes with open fingers in which they have room; or None with what is in the way of the last."""
     from ..motion_planning.reach import collision_free_ik, shift
     from ..motion_planning.space import Refusal
 
-    if wanted.opened is None:
+    low, blocked = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height)), None
+    for scene in wanted.opened:
+        there = collision_free_ik(scene, wanted.context, low, wanted.belief.joints)
+        if not isinstance(there, Refusal):
+            return scene, None
+        blocked = there
+    return None, blocked
+
+
+def hand_off(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that the thing comes to rest on what is not level before the hand meets that: fingers around a bowl's side reach below the rim
+    of another one that it is put into."""
+    from ..motion_planning.reach import collision_free_ik, shift
+    from ..motion_planning.space import Refusal
+
+    if wanted.lowered is None:
         return ""
-    low = spot.pose if wanted.depth else shift(spot.pose, (0.0, 0.0, -spot.height))
-    there = collision_free_ik(wanted.opened, wanted.context, low, wanted.belief.joints)
-    return replace(there, reason=f"with open fingers {there.reason}") if isinstance(there, Refusal) else ""
+    there = collision_free_ik(wanted.lowered, wanted.context, shift(spot.pose, (0.0, 0.0, -spot.height)), wanted.belief.joints)
+    return replace(there, reason=f"lowered {there.reason}") if isinstance(there, Refusal) else ""
 
 
 def visible(spot: Spot, wanted: Wanted) -> str:
@@ -276,6 +309,7 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {
-    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open
+    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open,
+    "let down by the thing alone": hand_off,
 }  # fmt: skip
 """Asked of the arm and the camera, in this order."""

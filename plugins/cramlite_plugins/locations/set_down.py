@@ -17,12 +17,13 @@ from msgspec.structs import replace
 from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
-from ..motions.gripping import release_opening
+from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
-from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Obstacle, Spot, Wanted
+from .grips import SLACK, WIDE
+from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -141,6 +142,8 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
             spot, reason = aside, None
         if reason is None:
             values = {"height_m": height, TURNED: float(bool(wanted.where.get("attitude")))}
+            if wanted.under:
+                values[OPEN] = opened(spot, wanted)[0].opening
             place = Place(spot.pose, spot.before, approach=(0, 0, -1), thing=wanted.thing.name, values=values)
             cost = PER_TURN * abs(math.radians(math.remainder(yaw, 360.0))) + PER_HEIGHT * k
             yield Grounding(place, f"'{wanted.entity}', {spot.name}", cost, key=spot.name, anew=True)
@@ -216,24 +219,37 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         raise Unresolvable(f"'{entity}' has no {what}{f', called {region!r}' if region else ''}", (location.of or "",), blocking=())
     held, scene = belief.world.thing(belief.held.thing), make_scene(belief, context)
     opened = make_scene(belief, context, () if into else (entity,), release_opening(belief, context), 0.0)
-    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=opened) for s, d in found]
+    bare = [Wanted(held, entity, s, belief, context, scene, location.parameters, depth=d, opened=(opened,)) for s, d in found]
     if not into:
         level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
         middle = _uneven(level[0], thing, pose)
-        return [middle, *(w for w in level[:1] if not _free(w, held_now(belief, context), location).is_empty)] if middle else level
+        return [middle, *(w for w in level[:1] if _fits(w, location))] if middle else level
     beside_it = [replace(w, obstacles=_lying_in(w)) for w in bare]
     return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there, or over it
 
 
 def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
     """The middle of what can be moved itself and whose own shape, such as a plate's rim, stands about its largest surface; else None."""
+    from ..motion_planning.reach import make_scene
+
     if thing.furniture or first.where.get("region") or not any(o.name == thing.name for o in first.obstacles):
         return None
     others = tuple(o for o in first.obstacles if o.name != thing.name)
     hollow = thing.feature("cram:Cavity")
     x, y, _ = (pose * hollow.pose if hollow else first.target.pose).position
     middle = replace(first.target, pose=Pose((x, y, first.target.pose.position[2])))
-    return replace(first, target=middle, obstacles=others, under=thing)
+    held, widest = first.belief.held, release_opening(first.belief, first.context)
+    wide = (first.belief.opening, widest, *(min(widest, held.opening + more) for more in (WIDE, SLACK) if held))
+    lowered, *opened = (make_scene(first.belief, first.context, (first.entity,), w, 0.0, hand=False) for w in wide)
+    return replace(first, target=middle, obstacles=others, under=thing, lowered=lowered, opened=tuple(opened))
+
+
+def _fits(wanted: Wanted, location: Location) -> bool:
+    """Whether there is room beside what stands on a surface, and within what stands about it, in its middle at some turn."""
+    now = held_now(wanted.belief, wanted.context)
+    own = replace(wanted, obstacles=tuple(o for o in wanted.obstacles if o.name == thing_of(wanted.entity)))
+    within = any(not clear(_spot(own, now, (0.0, 0.0), yaw, *ONTO[0]), own) for yaw in YAWS)
+    return within and not _free(wanted, now, location).is_empty
 
 
 def _opening(thing: Thing, pose: Pose, region: str = "") -> list[tuple[Any, float]]:

@@ -77,11 +77,16 @@ def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
     return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 
+STEADY = 0.8
+"""Share of a joint's speed limit that motions are planned with."""
+
+
 def _pace(motion: Motion, context: Context) -> tuple[float, float]:
-    """Speed and acceleration of the leading axis that no joint's limit forbids, whichever joint leads."""
+    """Speed and acceleration of the leading axis that no joint's limit forbids, whichever joint leads; with a share kept from the limits of
+    speed, as an arm that is streamed to catches up in steps: at 2.17 rad/s it was seen at 2.63 rad/s."""
     pace = context.robot.pace
     speed, acceleration = pace * value(motion, "speed_rad_s"), pace * value(motion, "acceleration_rad_s2")
-    return min(speed, *context.robot.velocity), min(acceleration, *context.robot.acceleration)
+    return min(speed, *(STEADY * v for v in context.robot.velocity)), min(acceleration, *context.robot.acceleration)
 
 
 def _goals(motion: Motion, place: Place, belief: Belief, context: Context, scene: Any) -> list[Any]:

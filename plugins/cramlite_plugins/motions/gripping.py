@@ -28,6 +28,8 @@ from .motion_kinds import value
 
 Found = Iterator[Grounding]
 PADS_SPEED = 0.10  # of the gripper's pads [m/s]: mid-range of the 2F-85's 20 to 150 mm/s, the most of a Franka Hand
+OPEN = "open_m"
+"""Value of a place: how wide the fingers have room to open there [m]."""
 LET_GO, DROPPED = 0.005, 0.1  # standard deviation of where a released thing is, in place and fallen [m]
 
 
@@ -92,11 +94,14 @@ def _speed(gripper: Gripper) -> float:
 
 
 def release_opening(belief: Belief, context: Context) -> float:
-    """Return how wide fingers open to let go [m]: as wide as they were on the way to what they hold, where that had room for them; a
-    finger in a bowl would else push against its other side."""
-    held = belief.held.thing if belief.held else ""
-    grasps = [v for v in context.bindings.values() if isinstance(v, Place) and v.thing == held and "width_m" in v.values]
-    return grasps[-1].opening or context.robot.gripper.opening[1] if grasps else context.robot.gripper.opening[1]
+    """Return how wide fingers open to let go [m]: as their place has room for them; else as wide as they were on the way to what they hold,
+    where that had; a finger in a bowl would else push against its other side."""
+    held, most = belief.held.thing if belief.held else "", context.robot.gripper.opening[1]
+    said = [
+        v.values.get(OPEN, v.opening) for v in context.bindings.values()
+        if isinstance(v, Place) and v.thing == held and {"width_m", OPEN} & set(v.values)
+    ]  # fmt: skip
+    return said[-1] or most if said else most
 
 
 def _opening(motion: Motion, belief: Belief, context: Context) -> float:

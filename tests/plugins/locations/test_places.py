@@ -17,13 +17,14 @@ from msgspec.structs import replace
 from properties import examples
 
 from cramlite import Engine
-from cramlite.model import Belief, Geom, Held, Location, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import Belief, Feature, Geom, Held, Location, Place, Pose, RobotMount, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import inverse
 from cramlite_plugins.locations import place_filters, set_down
 from cramlite_plugins.locations.place_filters import Spot, Wanted
 from cramlite_plugins.motion_planning.reach import make_scene
 from cramlite_plugins.motion_planning.space import Refusal
+from cramlite_plugins.motions.gripping import OPEN, release_opening
 from cramlite_plugins.robots.ur5e import UR5E
 from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.surfaces import Surface, surfaces
@@ -221,3 +222,66 @@ def test_where_in_a_scenario(where: str, code: int, words: tuple[str, ...], run:
     assert ran.code == code, ran.err
     assert "Traceback" not in ran.err
     assert all(w in ran.err for w in words), ran.err
+
+
+# Into what is not level
+
+
+def pot(height: float, gap: float = 0.005) -> Thing:
+    """Four walls of 10 mm around the block with a gap, on a floor of 10 mm; its origin is the floor's upper side."""
+    inner = 0.02 + gap
+    walls = (
+        Geom("box", (w, d, height / 2), Pose((x, y, height / 2)))
+        for x, y, w, d in ((inner + 0.005, 0, 0.005, inner + 0.01), (-inner - 0.005, 0, 0.005, inner + 0.01),
+                           (0, inner + 0.005, inner, 0.005), (0, -inner - 0.005, inner, 0.005))
+    )  # fmt: skip
+    floor = Geom("box", (inner, inner, 0.005), Pose((0, 0, -0.005)))
+    hollow = Feature("cavity", "cram:Cavity", Pose((0, 0, height)), {"width": 2 * inner, "depth": 2 * inner, "height": height})
+    return Thing("pot", "soma:Bowl", Pose((0.45, -0.35, 0.17)), (floor, *walls), (hollow,), mass=0.3)
+
+
+def into_pot(height: float, gap: float = 0.005, *openings: float) -> Wanted:
+    belief = _belief(pot(height, gap))
+    scenes = [make_scene(belief, _context(belief), ("pot",), w, 0.0, hand=False) for w in (0.04, *openings)]
+    found = replace(_wanted(belief, "shelf"), entity="pot", under=belief.world.thing("pot"), lowered=scenes[0])
+    return replace(found, opened=tuple(scenes[1:]))
+
+
+@pytest.mark.parametrize(("height", "meets"), [(0.03, False), (0.09, True)])
+def test_the_hand_may_not_be_the_first_to_meet_what_a_thing_is_put_into(height: float, meets: bool) -> None:
+    refused = place_filters.hand_off(_spot((0.45, -0.35, 0.24)), into_pot(height))
+    assert (isinstance(refused, Refusal) and "'pot'" in refused.reason) == meets
+    assert not place_filters.hand_off(_spot((0.45, -0.35, 0.24)), replace(into_pot(height), lowered=None))
+
+
+def test_fingers_open_as_wide_as_there_is_room() -> None:
+    wide, narrow = into_pot(0.09, 0.04, 0.085, 0.05), into_pot(0.09, 0.04, 0.085)
+    at = _spot((0.45, -0.35, 0.24))
+    scene, blocked = place_filters.opened(at, wide)
+    assert blocked is None and scene.opening == 0.05
+    assert place_filters.opened(at, narrow)[0] is None
+    refused = place_filters.room_to_open(at, narrow)
+    assert isinstance(refused, Refusal) and refused.reason.startswith("with open fingers")
+
+
+@pytest.mark.parametrize(("height", "stays"), [(0.06, True), (0.04, False)])
+def test_what_sinks_into_a_hollow_needs_no_level_support(height: float, stays: bool) -> None:
+    """Its centre of mass, 50 mm over its lowest point, is below the rim or above it."""
+    belief = _belief(pot(height))
+    slope = Surface(Pose((0.45, -0.35, 0.17)), shapely.box(0.03, -0.01, 0.04, 0.01))  # it touches on one side alone
+    wanted = replace(_wanted(belief, "shelf"), entity="pot", target=slope, under=belief.world.thing("pot"))
+    assert (place_filters.supported(_spot((0.45, -0.35, 0.24)), wanted) == "") == stays
+    assert place_filters.supported(_spot((0.45, -0.35, 0.24)), replace(wanted, under=None))
+    assert place_filters.supported(_spot((0.45 + 0.02, -0.35, 0.24)), wanted)  # beside its middle
+
+
+def test_a_place_says_how_wide_the_fingers_open_when_they_let_go() -> None:
+    belief = _belief()
+    grasp = Place(Pose(), Pose(), 0.06, thing="it", values={"width_m": 0.04})
+    narrow, elsewhere = (replace(grasp, opening=None, thing=name, values={OPEN: 0.05}) for name in ("it", "tin"))
+
+    def wide(*places: Place) -> float:
+        return release_opening(belief, replace(_context(belief), bindings={str(k): p for k, p in enumerate(places)}))
+
+    assert (wide(), wide(grasp), wide(grasp, narrow), wide(grasp, elsewhere)) == (0.085, 0.06, 0.05, 0.06)
+    assert wide(narrow, grasp) == 0.06  # it was put down there before, and grasped again
