@@ -14,6 +14,7 @@ from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
 from ..motion_planning.cartesian import line, near, why_no_straight_line
+from ..shapes.carried_along import pushed_along
 from .motion_kinds import value
 from .ontology_limits import adapted, noted
 
@@ -121,7 +122,8 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
     speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
     step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
     reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="line")
+    after = pushed_along(belief, place).moved(points[-1])
+    yield Grounding((step,), reason, 0.0, after, key="line")
 
 
 def place_of(motion: Motion, context: Context) -> Place:
