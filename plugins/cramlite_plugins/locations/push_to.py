@@ -1,4 +1,4 @@
-"""Pushing to a region: open fingers low behind a flat thing, seen from there, and the straight way that brings it into the region."""
+"""Pushing to a region: fingers low behind a flat thing, seen from there, and the straight way that brings it into the region."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from .antipodal import FINGER
 
 ABOVE, GAP = 0.06, 0.01  # over the place behind a thing at the stand-off, and from there to the thing [m]
 LOW = 1 / 3  # finger tips over what carries a thing, as a share of its height: under a plate's rim, that they meet
-APART = 0.6  # between the fingers, as a share of the thing's width: two touch it, so that it does not turn away
 LIFT, CLEAR = 0.003, 0.002  # while its way is checked, above what it slides along, and from all else [m]
 SHARES = (0.0, 0.35, 0.6)
 """Of a region's half sides, towards the thing, from its middle: ends of the way; the rest is left for how far it slips."""
@@ -37,7 +36,7 @@ def resolve_location(location: Location, belief: Belief, context: Context) -> An
 
 
 def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Open fingers on the side of a thing that is opposite to the region that it shall go to; to the region's middle first."""
+    """Fingers on the side of a thing that is opposite to the region that it shall go to; to the region's middle first."""
     from ..motion_planning.reach import bound, collision_free_ik, make_scene, reference_pose, shift
     from ..motion_planning.space import Refusal
 
@@ -48,7 +47,7 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
     for k, (share, turn) in enumerate(itertools.product(SHARES, TURNS)):
         way = _towards(pose, area, frame, share)
-        at, opening, gap = _against(thing, pose, way, turn, context.robot.gripper)
+        at, opening, gap = _against(thing, pose, way, turn, context.robot.gripper, float(location.parameters.get("apart", 0.0)))
         name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand turned {turn:.0f} deg"
         scene, before = make_scene(belief, context, (), opening), shift(at, ABOVE * UP)
         off = collision_free_ik(scene, context, before, belief.joints)
@@ -106,14 +105,18 @@ def _towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
 
 
-def _against(thing: Thing, pose: Pose, way: Floats, turn: float, gripper: Gripper) -> tuple[Pose, float, float]:
-    """The TCP of fingers behind a thing, how far these are open, and how far they go until they meet it [m]."""
+def _against(thing: Thing, pose: Pose, way: Floats, turn: float, gripper: Gripper, apart: float) -> tuple[Pose, float, float]:
+    """The TCP of fingers behind a thing, how far these are open, and how far they go until they meet it [m].
+
+    Args:
+        apart: how far they shall be open, as a share of the thing's width.
+    """
     ahead = way / float(np.linalg.norm(way))
     across = np.cross(UP, ahead)
     hand = Pose.from_axes((0, 0, 0), -UP, ahead) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
     low, back, left, right = (support(thing, pose, v) for v in (-UP, -ahead, across, -across))
     height = -low + LOW * (support(thing, pose, UP) + low)
-    opening = min(gripper.opening[1], APART * (left + right))
+    opening = min(gripper.opening[1], max(gripper.opening[0], apart * (left + right)))
     start = -(back + GAP + gripper.pad[0] / 2) * ahead + (left - right) / 2 * across + height * UP
     tips = [start + gripper.pad[0] / 2 * ahead + s * a * across + z * UP for s in (-1.0, 1.0)
             for a in np.linspace(opening / 2, opening / 2 + FINGER, 5) for z in np.linspace(0.0, gripper.pad[1], 11)]  # fmt: skip
