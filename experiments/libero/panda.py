@@ -55,8 +55,9 @@ HAND = replace(
     force=(5.0, 20.0),
 )  # fmt: skip
 PANDA = replace(
-    FR3, type="libero_panda", dh=TABLE, limits=LIMITS, velocity=(2.175,) * 4 + (2.61,) * 3, gripper=HAND, mjcf=mjcf, backend="stream"
-)
+    FR3, type="libero_panda", dh=TABLE, limits=LIMITS, velocity=(2.175,) * 4 + (2.61,) * 3, gripper=HAND, mjcf=mjcf, backend="stream",
+    pace=2.5,
+)  # fmt: skip
 
 
 @hookimpl

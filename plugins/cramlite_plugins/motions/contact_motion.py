@@ -34,7 +34,8 @@ from .ontology_limits import adapted, known, noted
 
 Found = Iterator[Grounding]
 Kind = Callable[[Motion, Belief, Context], Found]
-DEEPER = 0.01  # than it is expected to touch, counted from the surface below a place [m]: two sigma of a 5 mm estimate
+DEEPER = 0.01  # than the surface below a place it goes, where that is more than ``beyond_m`` [m]: two sigma of a 5 mm estimate
+GUARDED = 0.015  # before it expects to touch something a motion is slow [m]: three sigma of a 5 mm estimate
 COMPLIANT_SPEED = 0.02  # of compliant axes [m/s]; faster oscillates against a stiff peg in simulation
 STIFF = 0.15, 0.35  # deviation limits of the other axes [m, rad]: documented, the controller stops beyond them
 ON_THE_SPOT = 0.001  # [m]: what goes no further only turns
@@ -170,17 +171,33 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     corner = motion.parameters.get("corner")
     target = place.pose if corner is None else place.path[corner]
     way: Any = np.array(target.position) - np.array(here.position)
-    beyond = max(value(motion, "beyond_m"), place.values.get("height_m", 0.0) + DEEPER) if corner is None else value(motion, "beyond_m")
-    distance = float(np.linalg.norm(way)) + beyond
-    x, y, z = way / np.linalg.norm(way)
+    long, (x, y, z) = float(np.linalg.norm(way)), way / np.linalg.norm(way)
+    deeper = place.values.get("height_m", 0.0) if corner is None else 0.0
+    free = max(long + min(deeper - GUARDED, 0.0), 0.0) if value(motion, "free_m_s") else 0.0
     points = line(motion, belief, context, [target])
+    before = _in_the_air(motion, belief, context, target, free * way / long) if free > GUARDED else ()
+    distance = long - (free if before else 0.0) + max(value(motion, "beyond_m"), deeper + DEEPER if deeper else 0.0)
     speed, force = value(motion, "speed_m_s"), value(motion, "force_n")
     step = MoveUntilContact(
         (float(x), float(y), float(z)), speed, force, distance, timeout(distance, speed),
         motion.parameters.get("expect", "contact"), points[-1], origin=motion.name, comment=motion.reason,
     )  # fmt: skip
     reason = f"at most {1000 * distance:.0f} mm at {1000 * speed:.0f} mm/s until {force:.0f} N"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="until contact")
+    yield Grounding((*before, step), reason, 0.0, belief.moved(points[-1]), key="until contact")
+
+
+def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, way: Any) -> tuple[MoveLinear, ...]:
+    """The part of a guarded motion's way on which nothing is touched yet; none where hand or thing is so near to something already."""
+    from ..motion_planning.cartesian import line
+    from ..motion_planning.reach import tcp
+
+    there = replace(target, position=tuple(np.add(tcp(belief, context).position, way).tolist()))
+    try:
+        end = line(replace(motion, may_touch=()), belief, context, [there])[-1]
+    except Unresolvable:
+        return ()
+    pace, comment = context.robot.pace, f"{motion.reason}, the part in the air"
+    return (MoveLinear(there, pace * value(motion, "free_m_s"), pace * CORRECTION, end, origin=motion.name, comment=comment),)
 
 
 def _zero(motion: Motion, belief: Belief, context: Context) -> Found:

@@ -80,7 +80,8 @@ def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
 
 def _pace(motion: Motion, context: Context) -> tuple[float, float]:
     """Speed and acceleration of the leading axis that no joint's limit forbids, whichever joint leads."""
-    speed, acceleration = value(motion, "speed_rad_s"), value(motion, "acceleration_rad_s2")
+    pace = context.robot.pace
+    speed, acceleration = pace * value(motion, "speed_rad_s"), pace * value(motion, "acceleration_rad_s2")
     return min(speed, *context.robot.velocity), min(acceleration, *context.robot.acceleration)
 
 
@@ -119,7 +120,8 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
         yield Grounding((), "the tool is there already", key="there")
         return
     points = line(motion, belief, context, [target])
-    speed, acceleration = value(motion, "speed_m_s"), value(motion, "acceleration_m_s2")
+    pace = context.robot.pace if "speed_m_s" not in motion.parameters or value(motion, "paced") else 1.0
+    speed, acceleration = pace * value(motion, "speed_m_s"), pace * value(motion, "acceleration_m_s2")
     step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
     reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
     after = pushed_along(belief, place).moved(points[-1])

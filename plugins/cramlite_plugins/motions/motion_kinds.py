@@ -54,6 +54,7 @@ KINDS: Mapping[str, MotionKind] = {
             (
                 Parameter("speed_m_s", 0.10, "under half of URScript's default 0.25"),
                 Parameter("acceleration_m_s2", 0.5, "under half of URScript's default 1.2"),
+                Parameter("paced", 0.0, "a speed that is said is kept; 1: times the robot's pace, as speeds that nobody says"),
             ),
         ),
         MotionKind(
@@ -70,6 +71,7 @@ KINDS: Mapping[str, MotionKind] = {
                 Parameter("speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),
                 Parameter("force_n", 3.0, "above sensor noise and the inertia of slow motion"),
                 Parameter("beyond_m", 0.03, "six sigma of a 5 mm estimate"),
+                Parameter("free_m_s", 0.0, "no part of the way is gone faster"),
             ),
             ("no contact within # m", "no contact within # s"), SHIFT / 2,
         ),

@@ -63,9 +63,9 @@ def is_thing(scene: SymbolicWorld, entity: str) -> bool:
 
 
 def is_flat(scene: SymbolicWorld, entity: str) -> bool:
-    """Evaluate flat(Thing) in a symbolic world."""
+    """Evaluate flat(Thing) in a symbolic world: of what can be moved."""
     thing = scene.world.thing(entity) if is_thing(scene, entity) else None
-    return thing is not None and bool(thing.geoms) and low(np.ptp(corners(thing, thing.pose), axis=0))
+    return thing is not None and thing.movable and bool(thing.geoms) and low(np.ptp(corners(thing, thing.pose), axis=0))
 
 
 def low(size: Floats) -> bool:

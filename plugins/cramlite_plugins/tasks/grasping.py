@@ -38,7 +38,7 @@ class Grasping(TaskType):
                 action.inside("approach"),
                 "linear",
                 grasp,
-                {"stage": "pose", "speed_m_s": speed},
+                {"stage": "pose", "speed_m_s": speed, "paced": 1.0},
                 (patient,),
                 "to the grasp",
             ),

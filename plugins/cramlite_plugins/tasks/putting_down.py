@@ -19,13 +19,14 @@ class PuttingDown(TaskType):
     parameters = (
         Parameter("speed_m_s", 0.01, "a guarded approach at 10 mm/s peaks at 9 N in simulation"),
         Parameter("force_n", 3.0, "above sensor noise, below what tips a light object"),
+        Parameter("free_m_s", 0.1, "as things are lifted; the last 15 mm are gone at speed_m_s"),
         Parameter("duration_s", 0.3, "a block that was lowered at 10 mm/s bounced for 0.02 s; detection calls 0.06 s a state"),
     )
 
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         what_is_held(belief, "put down")
         place, surface = self.begins_at(action), action.roles["Relatum"]
-        guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n")}
+        guard = {k: self.parameter(action, k) for k in ("speed_m_s", "force_n", "free_m_s")}
         rest = {"duration_s": self.parameter(action, "duration_s")}
         steps = (
             place,
