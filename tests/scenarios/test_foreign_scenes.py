@@ -88,7 +88,7 @@ def test_its_drawer_opens_beside_another_by_fingers_that_open_no_wider(kitchen: 
     assert code == 0 and "joint_rises" in said, said
 
 
-def test_its_drawer_stays_closed_where_the_counter_leaves_the_hand_no_room_along_its_way(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_its_drawer_stays_closed_where_the_hand_has_no_room_along_its_way(kitchen: Path, capsys: pytest.CaptureFixture[str]) -> None:
     _bar(kitchen, 0.022)
     code, said = _resolve(kitchen, "  - {task: Opening, Patient: drawer_1}", capsys)
     assert code == 1 and "1.Opening" in said and "inside 'kitchen_counter'" in said, said

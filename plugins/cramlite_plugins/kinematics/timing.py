@@ -18,6 +18,8 @@ import math
 from collections.abc import Sequence
 from itertools import pairwise
 
+import numpy as np
+
 from cramlite.model import Floats, Robot
 
 
@@ -107,3 +109,21 @@ def joint_speed_excess(robot: Robot, path: Sequence[Sequence[float]], ways: Sequ
             if rate / limit > worst:
                 worst, clause = rate / limit, f"joint '{name}' at {rate:.2f} rad/s > {limit:.2f} rad/s"
     return clause
+
+
+STEADY = 0.8
+"""Share of a joint's speed limit that motions are planned with: an arm that is streamed to catches up in steps, and was seen at 2.63 rad/s
+where 2.17 rad/s were asked."""
+
+
+def steady_speed(robot: Robot, path: Sequence[Sequence[float]], way: float, speed: float, least: float) -> float:
+    """Compute the speed of a straight tcp motion at which no joint comes near its limit.
+
+    Args:
+        path: joint positions at even distances along the line, start included [rad].
+        way: of the tcp [m].
+        speed: that is wanted [m/s].
+        least: that is not gone below [m/s].
+    """
+    most = float(np.max(np.abs(np.diff(np.array(path), axis=0)) / np.array(robot.velocity), initial=1e-9))
+    return max(least, min(speed, STEADY * way / (len(path) - 1) / most))

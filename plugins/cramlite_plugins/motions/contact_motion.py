@@ -28,6 +28,7 @@ from cramlite.model import (
 )
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
+from ..kinematics.timing import steady_speed
 from ..shapes.carried_along import carried_along
 from .motion_kinds import KINDS, value
 from .ontology_limits import adapted, known, noted
@@ -193,11 +194,13 @@ def _in_the_air(motion: Motion, belief: Belief, context: Context, target: Pose, 
 
     there = replace(target, position=tuple(np.add(tcp(belief, context).position, way).tolist()))
     try:
-        end = line(replace(motion, may_touch=()), belief, context, [there])[-1]
+        points = line(replace(motion, may_touch=()), belief, context, [there])
     except Unresolvable:
         return ()
-    pace, comment = context.robot.pace, f"{motion.reason}, the part in the air"
-    return (MoveLinear(there, pace * value(motion, "free_m_s"), pace * CORRECTION, end, origin=motion.name, comment=comment),)
+    pace, slow, length = context.robot.pace, value(motion, "free_m_s"), float(np.linalg.norm(way))
+    speed = steady_speed(context.robot, points, length, pace * slow, slow)
+    comment = f"{motion.reason}, the part in the air"
+    return (MoveLinear(there, speed, pace * CORRECTION, points[-1], origin=motion.name, comment=comment),)
 
 
 def _zero(motion: Motion, belief: Belief, context: Context) -> Found:

@@ -13,7 +13,9 @@ from msgspec.structs import replace
 from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place
 from cramlite.plugin import Answers, Context, Grounding, Unresolvable, hookimpl
 
+from ..kinematics.timing import STEADY, steady_speed
 from ..motion_planning.cartesian import line, near, why_no_straight_line
+from ..shapes.carried_along import pushed_along
 from .motion_kinds import value
 from .ontology_limits import adapted, noted
 
@@ -77,10 +79,6 @@ def _turned(one: Sequence[float], other: Sequence[float]) -> bool:
     return all(abs(math.remainder(a - b, 2 * math.pi)) < 0.1 for a, b in zip(one, other, strict=True))
 
 
-STEADY = 0.8
-"""Share of a joint's speed limit that motions are planned with."""
-
-
 def _pace(motion: Motion, context: Context) -> tuple[float, float]:
     """Speed and acceleration of the leading axis that no joint's limit forbids, whichever joint leads; with a share kept from the limits of
     speed, as an arm that is streamed to catches up in steps: at 2.17 rad/s it was seen at 2.63 rad/s."""
@@ -125,10 +123,12 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
         return
     points = line(motion, belief, context, [target])
     pace = context.robot.pace if "speed_m_s" not in motion.parameters or value(motion, "paced") else 1.0
-    speed, acceleration = pace * value(motion, "speed_m_s"), pace * value(motion, "acceleration_m_s2")
+    slow, acceleration = value(motion, "speed_m_s"), pace * value(motion, "acceleration_m_s2")
+    speed = steady_speed(context.robot, points, here.distance(target)[0], pace * slow, slow)
     step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
     reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"
-    yield Grounding((step,), reason, 0.0, belief.moved(points[-1]), key="line")
+    after = pushed_along(belief, place).moved(points[-1])
+    yield Grounding((step,), reason, 0.0, after, key="line")
 
 
 def place_of(motion: Motion, context: Context) -> Place:

@@ -41,6 +41,8 @@ ON, IN, AT = "supports", "in_or_above", "touches"
 """The relations that say where a thing is: what carries it, what it is over, and the peg that it touches."""
 OPEN = 0.2
 """Share of a joint's range from which a thing is open: the rule of opening asks for as much."""
+FLAT = 0.25
+"""Height of what is flat, as a share of its shorter side: a plate has 0.13, a carton that lies 0.4 and more."""
 EXACT = 0.05
 """Share of a joint's range by which what was opened by an amount may be off: 10 mm of a drawer's 200."""
 CONTROL = "cram:Control"
@@ -58,6 +60,17 @@ def is_effector(_scene: SymbolicWorld, entity: str) -> bool:
 def is_thing(scene: SymbolicWorld, entity: str) -> bool:
     """Evaluate thing(X) in a symbolic world."""
     return entity in scene.types and entity == thing_of(entity)
+
+
+def is_flat(scene: SymbolicWorld, entity: str) -> bool:
+    """Evaluate flat(Thing) in a symbolic world: of what can be moved."""
+    thing = scene.world.thing(entity) if is_thing(scene, entity) else None
+    return thing is not None and thing.movable and bool(thing.geoms) and low(np.ptp(corners(thing, thing.pose), axis=0))
+
+
+def low(size: Floats) -> bool:
+    """Check whether sides (3,) [m] are those of something flat: so low fingers get no hold of it from the side."""
+    return float(size[2]) <= FLAT * float(min(size[:2]))
 
 
 def is_a(scene: SymbolicWorld, entity: str, class_: str) -> bool:

@@ -71,6 +71,10 @@ def all_predicates() -> tuple[Predicate, ...]:
         Predicate(
             "recedes", 2, recedes, frozenset({"run"}), cost=6, doc="A thing moves by 50 mm, and comes no nearer to another."
         ),
+        Predicate(
+            "flat", 1, flat, cost=4, doc="A thing is at least four times as wide as it is high, in its own frame.",
+            timeless=True, complete=True, static=fluents.is_flat, unknown=unknowns.no_box,
+        ),
         Predicate("stands_at", 2, stands_at, cost=5, doc="Seen from above, two things are within 0.6 m of each other."),
         Predicate(
             "in_view",
@@ -105,6 +109,14 @@ def all_predicates() -> tuple[Predicate, ...]:
 def thing(phase: Phase, _name: str | None) -> Iterator[Row]:
     """Evaluate thing(X)."""
     yield from ((name,) for name in things(phase))
+
+
+def flat(phase: Phase, name: str | None) -> Iterator[Row]:
+    """Evaluate flat(Thing), by its box."""
+    for one in [name] if name is not None else things(phase):
+        box = box_of(phase, one)
+        if box is not None and fluents.low(np.subtract(box[1], box[0])):
+            yield (one,)
 
 
 def approaches(phase: Phase, name: str | None) -> Iterator[Row]:

@@ -8,12 +8,14 @@ from collections.abc import Iterator
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, Estimate, Thing, thing_of
+from cramlite.model import Belief, Estimate, Place, Pose, Thing, thing_of
 
 from .bounds import lowest
 from .contents import within
 from .surfaces import SUNK, resting_height
 
+PUSHED = "pushed_m"
+"""Value of a place: how far its thing comes along with fingers that go straight to it [m]."""
 AT = ("on", "in", "hangs_on")
 """Relations of a belief that tie a thing to a place."""
 
@@ -29,6 +31,19 @@ def carried_along(belief: Belief, name: str) -> dict[str, Estimate]:
         new = [n for below in new for n in _directly(belief, below) if n not in (name, *found)]
         found += dict.fromkeys(new)
     return {n: replace(belief.poses[n], pose=there * belief.poses[n].pose) for n in found}
+
+
+def pushed_along(belief: Belief, place: Place) -> Belief:
+    """Return a belief in which the thing of a place that says so (``PUSHED``) has come along straight to it, with what is in it."""
+    way, name = place.values.get(PUSHED, 0.0), place.thing
+    if not way:
+        return belief
+    known, with_it = belief.poses[name], carried_along(belief, name)
+    x, y, z = (np.asarray(known.pose.position) + way * np.asarray(place.approach)).tolist()
+    there = Pose((x, y, z), known.pose.quaternion)
+    poses = {name: replace(known, pose=there, source="predicted: pushed")}
+    poses |= {one: replace(e, pose=there * e.pose) for one, e in with_it.items()}
+    return replace(belief, poses={**belief.poses, **poses})
 
 
 def _directly(belief: Belief, name: str) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""soma:Pushing: closed fingers touch a thing and move it along its support."""
+"""soma:Pushing: closed fingers touch a thing and move it along its support, or open fingers push a flat thing to a region of that."""
 
 from __future__ import annotations
 
@@ -9,13 +9,23 @@ from msgspec.structs import replace
 from cramlite.model import Action, Belief, Location, Motion
 from cramlite.plugin import Decomposition, Parameter, Role, TaskType, Unresolvable, hookimpl
 
+APART = 0.6
+"""Between open fingers, as a share of the thing's width: two that touch it keep it from turning away."""
+PRESSED = 0.6
+"""Friction of a thing [N] from which two open fingers that push it look as if they held it: it presses on each with more than 0.3 N,
+and lasting 0.6 N count as a grip (episodes/detection/grasped.py). Closed fingers push that."""
+GRAVITY = 9.81
+SLIPS = 0.005
+"""Of a thing on the fingers that push it to a region [m]."""
+
 
 class Pushing(TaskType):
     task = "soma:Pushing"
     aliases = ("Push",)
     roles = (Role("Patient"),)
-    summary = "touch a thing with closed fingers and push it along"
+    summary = "touch a thing with closed fingers and push it along, or push a flat one to a region"
     moves = ("Patient",)
+    places = True
     parameters = (
         Parameter("distance_m", 0.06, "five times what rules call displaced, and more than the play at the start"),
         Parameter("speed_m_s", 0.02, "at 30 mm/s a pushed block runs ahead of the fingers in simulation"),
@@ -25,6 +35,14 @@ class Pushing(TaskType):
     def decompose(self, action: Action, belief: Belief) -> Iterable[Decomposition]:
         if belief.held is not None:
             raise Unresolvable.because_of_earlier_tasks(f"the gripper holds '{belief.held.thing}'; empty fingers push")
+        if action.parameters.get("where"):
+            heavy = _resists(belief, action.roles["Patient"].entity or "") > PRESSED
+            yield self._to_region(action, 0.0 if heavy else APART, 0.0)
+            yield self._to_region(action, APART if heavy else 0.0, 1.0)
+        else:
+            yield self._along(action)
+
+    def _along(self, action: Action) -> Decomposition:
         patient, beside = action.roles["Patient"], self.begins_at(action)
         far = Location(
             action.inside("far"), "pushed", patient.name, {"distance_m": self.parameter(action, "distance_m")}
@@ -42,18 +60,44 @@ class Pushing(TaskType):
             far,
             Motion(action.inside("push"), "linear", far, push, touch, f"{patient.entity} moves along"),
         )
-        yield Decomposition(steps, "touch, then straight on")
+        return Decomposition(steps, "touch, then straight on")
+
+    def _to_region(self, action: Action, apart: float, cost: float) -> Decomposition:
+        patient, touch, begin = action.roles["Patient"], (action.roles["Patient"].name,), self.begins_at(action)
+        behind = replace(begin, parameters={**begin.parameters, "apart": apart})
+        says = "with open fingers" if apart else "with closed fingers"
+        there, push = Location(action.inside("far"), "pushed_to", patient.name), {"speed_m_s": self.parameter(action, "speed_m_s")}
+        steps = (
+            behind,
+            Motion(action.inside("fingers"), "gripper", behind, {"to": "place" if apart else "shut", "expect": "none"}, reason=says),
+            Motion(action.inside("transfer"), "transfer", behind, reason=f"over the place behind {patient.entity}"),
+            Motion(action.inside("down"), "linear", behind, {"stage": "pose"}, touch, f"behind {patient.entity}"),
+            there,
+            Motion(action.inside("push"), "linear", there, {"stage": "pose", **push}, touch, f"{patient.entity} moves along"),
+        )
+        return Decomposition(steps, f"from behind {says}, straight to its region", cost)
 
     def effects(self, action: Action, belief: Belief) -> Belief:
-        """Return the belief with the thing somewhere within the stroke."""
+        """Return the belief with the thing somewhere within the stroke; to a region it stays before the fingers."""
         thing = action.roles["Patient"].entity or ""
         known = belief.poses[thing]
-        spread = known.sigma + self.parameter(action, "distance_m")
+        spread = known.sigma + (SLIPS if action.parameters.get("where") else self.parameter(action, "distance_m"))
         return replace(belief, poses={**belief.poses, thing: replace(known, sigma=spread, source="predicted: pushed")})
 
     def begins_at(self, action: Action) -> Location:
-        patient = action.roles["Patient"].name
-        return Location(f"push({patient})", "push", patient)
+        patient, where = action.roles["Patient"].name, action.parameters.get("where")
+        if not where:
+            return Location(f"push({patient})", "push", patient)
+        if set(where) - {"region", "within"}:
+            raise Unresolvable("flat things are pushed to regions only, not to a side of something or near it", (patient,))
+        return Location(f"behind({patient})", "behind", patient, where)
+
+
+def _resists(belief: Belief, name: str) -> float:
+    """Friction of a thing on what is as rough as it is [N]."""
+    thing = belief.thing(name)
+    rough = max((g.friction for g in thing.geoms if g.friction is not None), default=thing.friction)
+    return GRAVITY * (thing.mass or 0.0) * rough
 
 
 @hookimpl
