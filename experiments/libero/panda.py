@@ -61,7 +61,7 @@ HAND = replace(
 )  # fmt: skip
 PANDA = replace(
     FR3, type="libero_panda", dh=TABLE, limits=LIMITS, velocity=(2.175,) * 4 + (2.61,) * 3, gripper=HAND, mjcf=mjcf, backend="stream",
-    pace=2.0,
+    pace=2.5,
 )  # fmt: skip
 
 

@@ -19,20 +19,21 @@ class HandAround:
 
     def __init__(self, belief: Belief, context: Context, thing: Thing) -> None:
         self.belief, self.context, self.thing = belief, context, thing
-        self.scenes: dict[float, tuple[PlanningScene, PlanningScene, PlanningScene]] = {}
+        self.scenes: dict[tuple[float, float], tuple[PlanningScene, PlanningScene, PlanningScene]] = {}
 
-    def around(self, at: Pose, width: float) -> Place | Refusal:
+    def around(self, at: Pose, width: float, room: float = 0.0) -> Place | Refusal:
         """Find the widest opening at which the hand, not closed yet, touches nothing at a pose and before it.
 
         Args:
             at: of the TCP, in the base frame.
             width: of what is to be between the fingers [m].
+            room: about the hand that must be free there [m].
         """
         refused = Refusal(f"the bar is {1000 * width:.0f} mm thick, as wide as the hand opens")
         before = at * Pose((0, 0, -STANDOFF))
         most = self.context.robot.gripper.opening[1]
         for opening in dict.fromkeys(round(min(width + s, most), 4) for s in SLACK if width + SLACK[-1] <= most):
-            near, free, bare = self._scenes(opening)
+            near, free, bare = self._scenes(opening, room)
             there = collision_free_ik(near, self.context, at, self.belief.joints)
             if not isinstance(there, Refusal) and not bare.free(there):
                 there = Refusal(bare.why(there), collision=bare.collision(there))
@@ -42,10 +43,10 @@ class HandAround:
             refused = off
         return refused
 
-    def _scenes(self, opening: float) -> tuple[PlanningScene, PlanningScene, PlanningScene]:
-        """Where the thing may be touched; where nothing may; and where nothing is, without any clearance."""
-        if opening not in self.scenes:
+    def _scenes(self, opening: float, room: float) -> tuple[PlanningScene, PlanningScene, PlanningScene]:
+        """Where the thing may be touched; where nothing may; and where nothing is, with so much room."""
+        if (opening, room) not in self.scenes:
             belief, context = self.belief, self.context
             near, free = make_scene(belief, context, [self.thing.name], opening), make_scene(belief, context, (), opening)
-            self.scenes[opening] = near, free, make_scene(belief, context, (), opening, clearance=0.0)
-        return self.scenes[opening]
+            self.scenes[opening, room] = near, free, make_scene(belief, context, (), opening, clearance=room)
+        return self.scenes[opening, room]

@@ -17,6 +17,7 @@ from ..shapes.bounds import box_around
 from .antipodal import Hands, pinches
 
 TIPS = 0.006  # how much farther out the pads also take it, where their ends come too near to the front behind [m]
+ROOM = 0.006  # about the hand, without which a grip comes last [m]: streamed arms come to rest within 4 mm
 TILTS = (0.0, 30.0, -30.0, 45.0, -45.0, 60.0, -60.0)
 """Turns of the hand about the bar [deg]: a low drawer is reached from above, a door beside a wall from its free side."""
 CHORD = 0.001  # between a corner and the next a path is off the arc of a hinge by so much at most [m]: the arm gives way sideways
@@ -47,18 +48,25 @@ def _grasps(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if handle is None or thing.joint is None:
         lacks = "cram:Handle to hold it by" if handle is None else "joint to open it by"
         raise Unresolvable(f"'{entity}' has no {lacks}", (location.of or "",), blocking=())
-    hand = HandAround(belief, context, thing)
-    for k, (tilt, turn, back) in enumerate(itertools.product(TILTS, (0.0, 180.0), (0.0, TIPS))):
+    hand, ways = HandAround(belief, context, thing), list(itertools.product(TILTS, (0.0, 180.0), (0.0, TIPS)))
+    late = list[Grounding | Refused]()
+    for k, (tilt, turn, back) in enumerate(ways):
         across = _across(thing.joint, handle, tilt, turn)
         width = 2 * handle.size["radius"] if tilt == 0.0 else _thickness(thing, across)
         tilted, tips = f", tilted {tilt:+.0f} deg" if tilt else "", ", by the tips" if back else ""
-        name = f"across the handle, turned {turn:.0f} deg{tilted}{tips}"
-        found = hand.around(belief.pose(thing.name) * across * Pose((0, 0, -back)), width)
+        name, at = f"across the handle, turned {turn:.0f} deg{tilted}{tips}", belief.pose(thing.name) * across * Pose((0, 0, -back))
+        found = hand.around(at, width, ROOM)
         if isinstance(found, Place):
-            said = f"{name}: {1000 * width:.0f} mm wide, open {1000 * (found.opening or 0.0):.0f} mm"
-            yield Grounding(found, said, 0.1 * k, key=name)
-        else:
-            yield found.refused(name)
+            yield _held(name, found, 0.1 * k)
+            continue
+        found = hand.around(at, width)
+        late.append(_held(name, found, 0.1 * (k + len(ways))) if isinstance(found, Place) else found.refused(name))
+    yield from late
+
+
+def _held(name: str, place: Place, cost: float) -> Grounding:
+    said = f"{name}: {1000 * place.values['width_m']:.0f} mm wide, open {1000 * (place.opening or 0.0):.0f} mm"
+    return Grounding(place, said, cost, key=name)
 
 
 def _across(joint: Joint, handle: Feature, tilt: float, turn: float) -> Pose:

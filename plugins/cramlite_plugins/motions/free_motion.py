@@ -122,8 +122,9 @@ def _linear(motion: Motion, belief: Belief, context: Context) -> Found:
         yield Grounding((), "the tool is there already", key="there")
         return
     points = line(motion, belief, context, [target])
-    pace = context.robot.pace if "speed_m_s" not in motion.parameters or value(motion, "paced") else 1.0
-    slow, acceleration = value(motion, "speed_m_s"), pace * value(motion, "acceleration_m_s2")
+    bare = "speed_m_s" not in motion.parameters
+    pace, brakes = context.robot.pace if bare or value(motion, "paced") else 1.0, context.robot.pace if bare else 1.0
+    slow, acceleration = value(motion, "speed_m_s"), brakes * value(motion, "acceleration_m_s2")  # who brakes hard goes too far
     speed = steady_speed(context.robot, points, here.distance(target)[0], pace * slow, slow)
     step = MoveLinear(target, speed, acceleration, points[-1], origin=motion.name, comment=motion.reason)
     reason = f"straight {1000 * here.distance(target)[0]:.0f} mm, free of collision{noted(motion)}"

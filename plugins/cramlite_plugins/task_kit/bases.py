@@ -11,6 +11,7 @@ from cramlite.plugin import Decomposition, Parameter, Role, TaskType
 
 from .preconditions import empty_hand
 
+APPROACH = 0.1  # of a hand to a handle [m/s]: as straight lines are by default; a faster robot brakes too late for what is behind it
 SPEED = Parameter("speed_m_s", 0.08, "stops within a millimetre; ISO 10218 reduced speed is 0.25")
 FORCES = (
     Parameter("force_n", 0.0, "0: what bears a pull of force_limit_n on the friction of pads and handle, as far as the hand can"),
@@ -41,7 +42,7 @@ class ByHandle(TaskType):
             handle,
             Motion(action.inside("open"), "gripper", handle, {"to": "place"}, reason="wider than the handle"),
             Motion(action.inside("transfer"), "transfer", handle, reason="in front of the handle"),
-            Motion(action.inside("approach"), "linear", handle, {"stage": "pose"}, touch, "around the handle"),
+            Motion(action.inside("approach"), "linear", handle, {"stage": "pose", "speed_m_s": APPROACH}, touch, "around the handle"),
             Motion(action.inside("close"), "gripper", handle, close, reason="hold the handle"),
             way,
             Motion(action.inside(self.stroke), "force_path", way, limits, touch, f"the way that {patient.entity} moves"),

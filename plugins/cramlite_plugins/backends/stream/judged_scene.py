@@ -14,7 +14,7 @@ from cramlite.model import Thing
 
 from .messages import Hello
 
-SEARCH = {"sequences": 3, "proofs": 4}
+SEARCH = {"sequences": 3, "proofs": 4, "seconds": 60}
 """Work that an episode's search may take: less than usual (12 and 8), so that a refusal takes a minute or two."""
 
 
