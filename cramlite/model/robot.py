@@ -99,8 +99,8 @@ class Robot(Value):
         force_limit: protective limit on the TCP force of its programs, unless a scenario sets another [N], up to
             ``HIGHEST_FORCE_LIMIT``.
         sensor_errors: of its force-torque sensor: what proofs under doubt reckon with.
-        pace: how many times as fast as by default it moves where it touches nothing; 2.5 is 0.25 m/s on straight lines, the
-            reduced speed of ISO 10218.
+        pace: how many times as fast as by default it moves where it touches nothing, and lowers what it holds; 2.5 is 0.25 m/s on
+            straight lines, the reduced speed of ISO 10218, and 25 mm/s until contact.
 
     Raises:
         ValueError: ``axis_zeros`` is not a finite angle for each joint, or ``force_limit`` or ``pace`` is out of its range.

@@ -178,7 +178,7 @@ def _until_contact(motion: Motion, belief: Belief, context: Context) -> Found:
     points = line(motion, belief, context, [target])
     before = _in_the_air(motion, belief, context, target, free * way / long) if free > GUARDED else ()
     distance = long - (free if before else 0.0) + max(value(motion, "beyond_m"), deeper + DEEPER if deeper else 0.0)
-    speed, force = value(motion, "speed_m_s"), value(motion, "force_n")
+    speed, force = value(motion, "speed_m_s") * (context.robot.pace if value(motion, "free_m_s") else 1.0), value(motion, "force_n")
     step = MoveUntilContact(
         (float(x), float(y), float(z)), speed, force, distance, timeout(distance, speed),
         motion.parameters.get("expect", "contact"), points[-1], origin=motion.name, comment=motion.reason,
