@@ -104,12 +104,13 @@ def _implied(
     needs: frozenset[Fact], denies: frozenset[Fact], after: frozenset[Fact], gone: frozenset[Fact], fluents: Mapping[str, Fluent]
 ) -> frozenset[Fact]:
     """What ends because its denial is meant by another's, and what begins, having been denied, because another implies it; what
-    ends because another begins that excludes it, and that."""
+    ends because another begins that excludes it, and that: what excludes it was denied before, or it was needed."""
     meant = {str(p[0]) for f in gone for p in fluents.get(f[0], PLAIN).denial}
     denied = {f[0] for f in denies}
     of = {f: fluents.get(f[0], PLAIN) for f in after}
     follows = {(p, *f[1:]) for f, fluent in of.items() for p in (*fluent.implies, *fluent.implies_when_carried)}
-    turned = {((p, *f[1:]), f) for f, fluent in of.items() for p in fluent.excludes if (p, *f[1:]) in needs}
+    over = {(f, (p, *f[1:])) for f, fluent in of.items() for p in fluent.excludes}
+    turned = {t for t in over if t[1] in needs or t[0][0] in denied}
     return frozenset({f for f in needs if f[0] in meant} | {f for f in follows if f[0] in denied} | {f for t in turned for f in t})
 
 

@@ -60,7 +60,7 @@ def test_it_gets_there_at_a_speed_that_it_may_have_and_turns_the_shorter_way() -
     assert ten.max() < 0.55
     turned = np.abs(np.unwrap(2 * np.arctan2(track[:, 6], track[:, 3])) - 2.8)
     assert turned.max() < 0.7, "2.8 to -2.9 rad is 0.58 rad the shorter way"
-    assert rollout.sizes == {"arm/base": (0.988, 0.662, 0.386)}
+    assert rollout.sizes["arm/base"] == (0.988, 0.662, 0.386)
 
 
 def test_what_stands_in_the_way_stops_it() -> None:
