@@ -30,6 +30,7 @@ SIDES: Mapping[str, tuple[int, float]] = {
 OFF_WALLS = 0.008
 """Of an outline from the walls that it is let down between [m]: a streamed arm is up to 5 mm off its path."""
 WELL_IN = 0.01  # of an origin from the edge of its region [m]: a thing that is let go shifts by a few millimetres
+LEVEL = 45.0  # of closing or approach direction from level, up to which something falls out of a hand [deg]: friction of 1 holds on less
 ABOVE_IT = "above it"  # where a refusal says that the stand-off is to blame
 SEEN = 0.5  # share of a thing that others may not hide
 
@@ -154,6 +155,15 @@ def inside(spot: Spot, wanted: Wanted) -> str:
     return (
         f"{1000 * across:.0f} mm of it would stick out by {1000 * out:.0f} mm over the {1000 * room:.0f} mm {side} of '{wanted.entity}'"
     )
+
+
+def falls(spot: Spot, wanted: Wanted) -> str:
+    """Check that what is let go of falls out of the hand, and stays neither on the lower finger nor on the palm."""
+    fingers, ahead = (float(spot.pose.rotate(axis)[2]) for axis in ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    for what, up in (("the lower finger", abs(fingers)), ("the palm below it", ahead)):
+        if (steep := math.degrees(math.asin(max(-1.0, min(1.0, up))))) > LEVEL:
+            return f"it would stay on {what}, since the hand is turned up by {steep:.0f} deg; up to {LEVEL:.0f} deg it falls"
+    return ""
 
 
 def in_region(spot: Spot, wanted: Wanted) -> str:
@@ -305,7 +315,7 @@ def hidden_by(points: Floats, eye: Floats, belief: Belief, others: Iterable[Thin
 
 CHEAP: Mapping[str, Mapping[str, Filter]] = {
     "on": {"supported": supported, "clear": clear, "near": near, "beside": beside, "in its region": in_region},
-    "in": {"inside": inside, "near": near, "beside": beside, "in its region": in_region},
+    "in": {"inside": inside, "falls": falls, "near": near, "beside": beside, "in its region": in_region},
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {

@@ -126,7 +126,9 @@ def _no_room(kept: list[Refused], targets: list[Wanted], location: Location, con
     about = (n for n, v in context.bindings.items() if v in (targets[0].thing.name, *there))
     first = {r.passed: f"{r.value}: {r.reason}" for r in reversed(kept)}
     said = "; ".join(first[passed] for passed in sorted(first, reverse=True))
-    because = (location.of or "", *put, *about)
+    turned = any(r.reason.startswith("not falls") for r in kept)  # another grip turns the hand another way
+    grips = (n for n, v in context.bindings.items() if turned and isinstance(v, Place) and v.thing == targets[0].thing.name)
+    because = (location.of or "", *put, *about, *grips)
     return Unresolvable(f"none of {len(kept)} placements fits; {said}", because, blocking=tuple(sorted(there)))
 
 
