@@ -107,12 +107,13 @@ class _Writer:
         self.blocked = BlockingText(blocked, self._atom, self.of_entities, frozenset(self.entities))
 
     def text(
-        self, facts: Iterable[Fact], needs: Iterable[Fact], without: Iterable[Pattern],
+        self, facts: Sequence[Fact], needs: Iterable[Fact], without: Iterable[Pattern],
         earlier: Sequence[Sequence[PlanStep]], refused: Sequence[PlanStep],
     ) -> PddlText:  # fmt: skip
         """Return both texts; the problem is made first, as the domain declares what both use."""
         marks = {s.key[0] for steps in earlier for s in steps}, {s.key[0] for s in refused}
-        actions = [self._action(name, schema, *marks) for name, schema in self.actions.items()]
+        attainable = _attainable(self.schemas, facts)
+        actions = [self._action(name, schema, *marks) for name, schema in self.actions.items() if schema in attainable]
         goal = [self._fact(f) for f in sorted(needs)] + [self._forbidden(p) for p in sorted(without, key=str)]
         goal += [self._not_again(steps) for steps in earlier]
         init = ["(= (total-cost) 0)", *self._initial(facts), *(self._mark("refused", s) for s in refused), *self.blocked.initial()]
@@ -232,6 +233,13 @@ class _Writer:
             )
         yield from (self._atom(PART_OF, [e, thing_of(e)]) for e in self.entities if BETWEEN in e and thing_of(e) in here)
         yield from (self._fact(f) for f in sorted(facts) if here.issuperset(f[1:]) and self.names(f[0]) in self.used)
+
+
+def _attainable(schemas: Sequence[ActionSchema], facts: Iterable[Fact]) -> list[ActionSchema]:
+    """Leave out what needs a relation that neither holds of anything nor is brought about: planners ground the rest faster."""
+    known = {f[0] for f in (*facts, *(f for s in schemas for f in s.change.adds))}
+    kept = [s for s in schemas if known.issuperset(f[0] for f in s.change.needs)]
+    return kept if len(kept) == len(schemas) else _attainable(kept, facts)
 
 
 def _label(schema: ActionSchema) -> str:
