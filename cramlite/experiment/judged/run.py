@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any
@@ -22,7 +21,7 @@ from ...plugin.selection import INSTALLED, PluginChoice
 from ...version import VERSION
 from ..progress import clock
 from ..store import code_key, locked
-from ..worker_pool import worker_pool
+from ..worker_pool import stop_workers, worker_pool
 from .judge import connect
 from .play import BEGUN, Trial, died, play
 from .results import EpisodeResult, plain_reason
@@ -152,7 +151,7 @@ def _round(order: Order, left: Sequence[Episode], say: Callable[[str], None]) ->
     except BrokenProcessPool:
         say("a worker process died; what it was at is begun anew")
     finally:
-        _stop(pool)
+        stop_workers(pool)
     return lost
 
 
@@ -188,10 +187,3 @@ def _read(path: Path) -> EpisodeResult:
     except (OSError, DecodeError, ValidationError) as error:
         why = str(error).splitlines()[0]
         raise UserError(f"'{path}' is damaged ({why}). Delete this one file and start again: only that episode is played anew.") from error
-
-
-def _stop(pool: ProcessPoolExecutor) -> None:
-    """End the workers at once: what is written is written whole."""
-    pool.shutdown(wait=False, cancel_futures=True)
-    for child in multiprocessing.active_children():
-        child.terminate()
