@@ -11,6 +11,7 @@ from conftest import ROOT, Run
 from msgspec.structs import replace
 
 from cramlite import UserError
+from cramlite.base.rate import Rate
 from cramlite.experiment.judged.judge import connect
 from cramlite.experiment.judged.page import explained, page, why
 from cramlite.experiment.judged.play import Trial, play
@@ -18,7 +19,7 @@ from cramlite.experiment.judged.report import markdown
 from cramlite.experiment.judged.results import Attempt, EpisodeResult, plain_reason
 from cramlite.experiment.judged.run import Order, results_in, run_judged
 from cramlite.experiment.judged.spec import Episode, JudgedExperiment, chosen, read_judged
-from cramlite.experiment.judged.tables import Rate, tables
+from cramlite.experiment.judged.tables import tables
 
 SMALL = ROOT / "tests" / "helpers" / "small_judge" / "experiment.yaml"
 

@@ -14,6 +14,7 @@ from msgspec import DecodeError, ValidationError, json
 
 from ...base.errors import UserError
 from ...base.json_text import as_json
+from ...base.resources import data_folder
 from ...base.run_directory import RunDirectory, content_key, write_whole
 from ...base.value import Value
 from ...plugin.registry import Registry
@@ -108,9 +109,10 @@ def run_key(order: Order) -> dict[str, Any]:
     """Return what results depend on: files and code, and what is asked of each program. Episodes and workers are none of it."""
     spec, path = order.experiment.spec, order.experiment.path.resolve()
     infos = Registry(order.plugins.files, order.plugins.blocked, order.plugins.preferred).infos
+    files = [path, *sorted(path.parent.glob("*.py")), *sorted(data_folder("experiments").glob("*.py"))]  # the last are shared by all
     code = [Path(__file__).resolve().parents[2], *(Path(i.file).resolve().parent for i in infos)]
     return {
-        "cramlite": VERSION, "experiment": spec.experiment, "files": content_key(path, *sorted(path.parent.glob("*.py"))),
+        "cramlite": VERSION, "experiment": spec.experiment, "files": content_key(*files),
         "code": code_key(code), "twins": order.twins, "attempt_refused": order.attempt_refused,
     }  # fmt: skip
 

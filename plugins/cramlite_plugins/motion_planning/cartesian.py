@@ -60,8 +60,17 @@ def line(motion: Motion, belief: Belief, context: Context, targets: list[Pose]) 
     found = plan_straight_line(scene, context.robot, belief.joints, targets)
     if isinstance(found, Refusal):
         said = f"no straight line to {motion.to}: {found.reason}"
-        raise Unresolvable(said, blocking=found.blocking, collision=found.collision)
+        raise _refused(said, motion, context, found)
     return found.points
+
+
+def _refused(said: str, motion: Motion, context: Context, no: Refusal) -> Unresolvable:
+    """What to say where there is no straight line. Where the hand or what it holds meets something, no other position of the arm helps:
+    how the arm was moved there is not to blame."""
+    if motion.to is None or no.collision is None or any(n.startswith(f"{no.collision.robot}/") for n in no.collision.pair):
+        return Unresolvable(said, blocking=no.blocking, collision=no.collision)
+    settled = tuple(name for name, value in context.bindings.items() if isinstance(value, Place | str))
+    return Unresolvable.because_of_earlier_tasks(said, settled, blocking=no.blocking, collision=no.collision)
 
 
 def near(a: Pose, b: Pose) -> bool:

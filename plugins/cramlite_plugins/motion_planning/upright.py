@@ -79,9 +79,11 @@ def carried(
         Unresolvable: it is tilted at one of the ends already, or no way keeps it upright.
     """
     here, there = forward(context.robot, belief.joints), forward(context.robot, goals[0])
-    for pose, where in ((here, "now"), (there, f"at the stand-off of {motion.to}")):
+    causes, to = _causes(motion, context), motion.to.name if motion.to else ""
+    so_far = tuple(name for name in causes if name != to)  # wherever it is brought, it is tilted now
+    for pose, where, settled in ((here, "now", so_far), (there, f"at the stand-off of {motion.to}", causes)):
         if carry.tilt(pose) > carry.limit:
-            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context), blocking=())
+            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", settled, blocking=())
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
     if no := start_blocked(scene, belief.joints):
         raise Unresolvable(f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision)
