@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -147,6 +154,54 @@ def test_what_kills_its_worker_or_breaks_here_is_a_failure_and_the_others_go_on(
     assert kinds[1, 1] == ("defect", "ValueError: a bug (defect.txt has the traceback)")
     assert kinds[2, 0][0] == kinds[2, 1][0] == "goal" and sum("begun anew" in line for line in said) == 2
     assert "raise ValueError" in (tmp_path / "out" / "episodes" / "table-1-1" / "defect.txt").read_text()
+
+
+def descendants(process: int) -> set[int]:
+    """Processes that one started, and those that they did."""
+    parents = {}
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            state, parent = stat.read_text().rpartition(")")[2].split()[:2]
+            parents[int(stat.parent.name)] = 0 if state == "Z" else int(parent)
+    found, more = set[int](), {process}
+    while more := {one for one, parent in parents.items() if parent in more} - found:
+        found |= more
+    return found
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize(("how", "code"), [(signal.SIGINT, 130), (signal.SIGKILL, -9)])
+def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, code: int, tmp_path: Path, small: JudgedExperiment) -> None:
+    """The first episode has no words and takes no time, its judge hangs in the second one's reset, its fifth request."""
+    out = tmp_path / "out"
+    words = [sys.executable, "-m", "cramlite", "experiment", SMALL, "--suite", "table", "--tasks", "2", "--states", "0:2", "--out", out]
+    running = subprocess.Popen(
+        [*words, "--workers", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env={**os.environ, "SMALL_JUDGE": "hang 5"}
+    )
+    try:
+        begun = out / "episodes" / "table-2-1" / "begun"
+        assert wait_until(begun.exists), running.communicate()[1]
+        left = descendants(running.pid)
+        assert any("judge.py" in Path(f"/proc/{p}/cmdline").read_text() for p in left)
+        os.kill(running.pid, how)
+        running.communicate(timeout=60)
+    finally:
+        running.kill()
+    assert running.returncode == code
+    assert wait_until(lambda: not any(is_running(p) for p in left))
+    (done,) = results_in(out, small)
+    assert (done.task, done.state, done.failure) == (2, 0, "goal")
+
+
+def is_running(process: int) -> bool:
+    """Whether a process is there, and not only waited for."""
+    stat = Path(f"/proc/{process}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def wait_until(true: Callable[[], bool]) -> bool:
+    """Whether it comes true within a minute."""
+    return any(true() or time.sleep(0.1) for _ in range(600))
 
 
 # Input
