@@ -175,9 +175,8 @@ def test_ctrl_c_and_kill_end_workers_and_judges_and_keep_what_is_done(how: int, 
     """The first episode has no words and takes no time, its judge hangs in the second one's reset, its fifth request."""
     out = tmp_path / "out"
     words = [sys.executable, "-m", "cramlite", "experiment", SMALL, "--suite", "table", "--tasks", "2", "--states", "0:2", "--out", out]
-    running = subprocess.Popen(
-        [*words, "--workers", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env={**os.environ, "SMALL_JUDGE": "hang 5"}
-    )
+    hangs = {**os.environ, "SMALL_JUDGE": "hang 5"}
+    running = subprocess.Popen([*words, "--workers", "1"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True, env=hangs)
     try:
         begun = out / "episodes" / "table-2-1" / "begun"
         assert wait_until(begun.exists), running.communicate()[1]
