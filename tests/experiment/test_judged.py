@@ -303,6 +303,20 @@ def test_within_the_budget_and_in_unlimited_time(small: JudgedExperiment) -> Non
     assert html.index("A passing verdict was right") < html.index("<h2>Suites") and "too far" in html
 
 
+def test_a_refusal_is_shown_by_what_the_judge_saw_and_the_state_that_was_refused(tmp_path: Path, small: JudgedExperiment) -> None:
+    bare = result(1, proven=False, failure="grasp")
+    shown = replace(result(0, proven=False, failure="grasp"), picture="scene.png", miss="miss.jpg")
+    folder = tmp_path / "episodes" / "table-0-0"
+    folder.mkdir(parents=True)
+    (folder / "scene.png").write_bytes(b"seen")
+    (folder / "miss.jpg").write_bytes(b"met")
+    assert explained([bare, shown]) == [("grasp", 2, [shown, bare])]
+    html = page(tables([bare, shown], small), [bare, shown], small, tmp_path)
+    failures = html[html.index("<h2>Failures") : html.index("<h2>Time")]
+    assert failures.count("data:image/png") == failures.count("data:image/jpeg") == 1 and failures.count("no picture") == 1
+    assert "the nearest state that was refused" in failures
+
+
 def test_nothing_is_counted_where_nothing_was_played(small: JudgedExperiment) -> None:
     found = tables([], small)
     assert found.whole.rest.total == 0 and "none tried" in markdown(found, small) and plain_reason("") == "nothing was said"
