@@ -88,7 +88,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     room = HandRoom.about(thing, belief, free)
     ordered = _in_order(grips, thing, belief, context, room)
     if not ordered:
-        raise Unresolvable(f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it", (location.of or "",), blocking=())
+        reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
+        raise Unresolvable(reason, (location.of or "",), blocking=())
     for cost, grasp in ordered:
         reached = _reached(grasp, near.opened(grasp.opening), free.opened(grasp.opening), belief, context)
         if isinstance(reached, Refusal):

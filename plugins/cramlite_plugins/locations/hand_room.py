@@ -1,8 +1,8 @@
 """Room for a hand at a grasp: boxes around the parts of the hand as its model has them, and what stands around a thing.
 
 Exact for hands and surroundings of boxes, on the safe side for others: a mesh is in two boxes, as it lies and along the tool, and where
-one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes lie askew in their own frames. Hundreds of grasps are looked at in the time of one or two
-inverse kinematics, and those with room are tried first.
+one of them is free, the mesh is. Fingers have a flat side to the gap, and meshes lie askew in their own frames. Hundreds of grasps are
+looked at in the time of one or two inverse kinematics, and those with room are tried first.
 """
 
 from __future__ import annotations
