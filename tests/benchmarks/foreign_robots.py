@@ -38,7 +38,7 @@ ROBOTS = {
     "panda (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/panda/robot.xml, payload: 3 kg, sensor: flange,"
     f" home: [0, -0.785, 0, -2.356, 0, 1.571, 0.785], at: {{position: [100 mm, 0, 0]}}, {HAND}}}",
     "iiwa (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/iiwa/robot.xml, payload: 7 kg, sensor: flange,"
-    f" home: [0, 0.4, 0, -1.6, 0, 1.1, 0], at: {{position: [100 mm, 0, 0]}}, {HAND}}}",
+    f" home: [0, 0.4, 0, -1.6, 0, 1.1, 0], {HAND}}}",
     "gen3 (robosuite) + 2f85 (Menagerie)": f"robot: {{file: {MODELS}/robots/kinova3/robot.xml, payload: 4 kg, sensor: flange,"
     f" home: [0, 0.65, 0, 1.89, 0, 0.6, -1.57], at: {{position: [100 mm, 0, 0]}}, LIMITS, {HAND}}}",
     "panda + 2f140 (robosuite)": f"robot: {{file: {MODELS}/robots/panda/robot.xml, payload: 3 kg, sensor: flange,"
