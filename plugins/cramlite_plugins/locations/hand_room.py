@@ -104,7 +104,7 @@ def _reaches_into(shape: rays.Body, hands: Hands, part: Part, distance: float) -
     met = np.ones((len(hands.positions), len(shape.geoms)), bool)
     for box in part:
         met &= overlaps(shape, hands.positions + hands.turns @ box.centre, hands.turns @ box.turn, box.half + distance)
-    return met.any(axis=1)
+    return np.asarray(met.any(axis=1))
 
 
 def _column(hole: Feature) -> Geom | None:
