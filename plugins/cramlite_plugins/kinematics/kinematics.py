@@ -151,7 +151,9 @@ def has_closed_form(robot: Robot) -> bool:
 def inverse(robot: Robot, target: Pose, *, seed: Sequence[float] | None = None) -> tuple[Joints, ...]:
     """Solve inverse kinematics for the tcp: all solutions where a closed form is known, else many.
 
-    Of an arm that its controller leads by the tool (``Robot.posture``) it is the one that it takes, and no other. Else every branch of the analytic solution is polished below 1e-6 m, and every whole turn that stays inside the joint limits is
+    Of an arm that its controller leads by the tool (``Robot.posture``) it is the one that it takes, and no other.
+
+    Else every branch of the analytic solution is polished below 1e-6 m, and every whole turn that stays inside the joint limits is
     a solution of its own. Of seven joints the last is locked at every value of a grid, where a closed form is known for the
     others (``numeric_inverse`` for other arms), and the position nearest to the seed is looked for as well. Solutions nearer to a
     singularity than the robot's ``conditioning`` are left out.
@@ -200,7 +202,7 @@ def held_posture(robot: Robot, target: Pose) -> Joints | None:
         if (size := float(np.abs(way).max())) < SETTLED:
             break
         share, before = share / 2 if way @ before < 0 else share, way  # it went too far
-        q = refine(robot, target, q + min(share, FURTHEST / size) * way, steps=8)
+        q = refine(robot, target, tuple(q + min(share, FURTHEST / size) * way), steps=8)
     return q
 
 
