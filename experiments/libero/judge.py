@@ -102,7 +102,7 @@ class Judge:
         controller = self.env.robots[0].controller
         lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
         return {
-            "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag,
+            "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag, "spring": True,
             "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
             "fingers": OPEN * QUANTUM / 4 * 1.1, "closed": SHUT, "hesitation": 2 / QUANTUM / RATE + 0.05,
         } | self.feel()  # fmt: skip
