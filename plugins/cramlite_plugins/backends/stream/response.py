@@ -10,7 +10,8 @@ from cramlite.model import Floats
 
 STIFFER = 1.5
 """A spring is made so much stiffer by what it is told beside its command. It may pull with 0.2 to 2 times the force that it should, as
-one that treats position and rotation apart does: with a lag of 3.3 periods an error then falls to a share of at most 0.83 a period, 0.89 without."""
+one that treats position and rotation apart does: with a lag of 3.3 periods an error then falls to a share of at most 0.83 a period, and
+without to 0.89."""
 SAMPLES = 2.0
 """Periods that the lag must have for that (0.78 a period, 0.82 without); where it has one, such a spring would swing ever more."""
 
