@@ -152,29 +152,27 @@ class StreamedArm(CommandedArm):
         """From where the tool is to its command (6,), base axes [m, rad]."""
         return self._way(self.kinematics.forward(self.q))
 
-    def _error(self) -> tuple[float, float]:
-        """How far the tool is from its command [m, rad]."""
-        off = self._off()
-        return float(np.linalg.norm(off[:3])), float(np.linalg.norm(off[3:]))
-
     def _check(self) -> None:
         for name, q, (low, high) in zip(self.arm.joints, self.state.joints, self.arm.limits, strict=True):
             if not low - BEYOND <= q <= high + BEYOND:
                 raise ProtectiveStop(f"joint '{name}' is at {q:.3f} rad, outside {low:.3f} .. {high:.3f}")
-        off, _ = self._error()
+        off = float(np.linalg.norm(self._off()[:3]))
         if off > ASTRAY:
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self) -> bool:
-        """Whether the tool is where its motion ends.
+        """Whether the tool is where its motion ends, and will still be after the next period as it moves now.
 
         Raises:
             ProtectiveStop: it is not, and had the time.
         """
-        (off, turned), (near, straight) = self._error(), self.hello.tolerance
-        there = off <= near and turned <= straight
+        now, (near, straight) = self._off(), self.hello.tolerance
+        there = all(
+            np.linalg.norm(off[:3]) <= near and np.linalg.norm(off[3:]) <= straight for off in (now, 2 * now - self.response.off)
+        )
         self.late = 0.0 if there else self.late + self.period
         if self.late > ARRIVAL:
+            off, turned = np.linalg.norm(now[:3]), np.linalg.norm(now[3:])
             raise ProtectiveStop(
                 f"{ARRIVAL:g} s after it should be there, the tool is {1000 * off:.1f} mm and {turned:.3f} rad off its target, "
                 f"more than {1000 * near:g} mm or {straight:g} rad"
