@@ -20,6 +20,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
+from ..shapes.standing_up import stood_up
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .grips import SLACK, WIDE
@@ -67,7 +68,7 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     the two things alone, and on where tasks have put what stands there.
     """
     targets, cheap = _targets(location, belief, context), len(CHEAP[location.relation])
-    now = as_asked(held_now(belief, context), location.parameters)
+    now = _put_down(targets[0], location)
     _check_turn(held_now(belief, context), now, targets[0])
     work, kept, passed = context.samples, list[Refused](), False
     for k, answer in _answers(targets, now, location):
@@ -248,7 +249,7 @@ def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
 
 def _fits(wanted: Wanted, location: Location) -> bool:
     """Whether there is room beside what stands on a surface, and within what stands about it, in its middle at some turn."""
-    now = held_now(wanted.belief, wanted.context)
+    now = _put_down(wanted, location)
     own = replace(wanted, obstacles=tuple(o for o in wanted.obstacles if o.name == thing_of(wanted.entity)))
     within = any(not clear(_spot(own, now, (0.0, 0.0), yaw, *ONTO[0]), own) for yaw in YAWS)
     return within and not _free(wanted, now, location).is_empty
@@ -357,6 +358,15 @@ def _check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
         grasps = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held.thing and "width_m" in v.values)
         said = f"turned so, the hand would be under '{held.thing}' and reach up by {math.degrees(math.asin(min(rise, 1.0))):.0f} deg"
         raise Unresolvable(said, tuple(grasps))
+
+
+def _put_down(wanted: Wanted, location: Location) -> Pose:
+    """How what is held is turned when it is put somewhere: as it is asked for, else as it is; what leans and is put onto something, so that
+    it stands. What is in it stays as level as it was."""
+    now = held_now(wanted.belief, wanted.context)
+    if location.relation == "on" and not wanted.where.get("attitude") and wanted.thing.filling is None:
+        return stood_up(wanted.thing, now)
+    return as_asked(now, wanted.where)
 
 
 def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
