@@ -24,7 +24,8 @@ from ..shapes.standing_up import stood_up
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .grips import SLACK, WIDE
-from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
+from .place_filters import ABOVE_IT, ASIDE, CHEAP, DEAR, OFF_WALLS, SIDES, Filter, Obstacle, Spot, Wanted, clear, opened
+from .room_for_more import corner, roomiest, to_come
 
 FEW_YAWS = (0.0, 90.0, -45.0)  # away from the middle of a surface [deg]
 GOLDEN = 137.5077640500378  # of one further turn, another one everywhere: the golden angle [deg]
@@ -92,9 +93,23 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
 def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[int, Grounding | Refused]]:
     """Each placement with the number of its position."""
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
-        yaws = (*(YAWS if k < len(targets) else FEW_YAWS), *((GOLDEN * k % 360,) if k else ()))
+        few = YAWS if k < len(targets) else FEW_YAWS
+        yaws = (*few[:1], *_along_walls(wanted, now, offset), *few[1:], *((GOLDEN * k % 360,) if k else ()))
         for yaw in FACING if wanted.where.get("facing") else yaws:
             yield from ((k, answer) for answer in _turned(wanted, now, offset, yaw, location.relation))
+
+
+def _along_walls(wanted: Wanted, now: Pose, offset: Offset) -> tuple[float, ...]:
+    """Turns by which the sides of what is held are along those of an opening [deg], the smallest first; none of a round one."""
+    import shapely
+
+    area = wanted.target.area
+    if not wanted.depth or area.area < 0.99 * shapely.box(*area.bounds).area:
+        return ()
+    there, axis = _spot(wanted, now, offset, 0.0, 0.0, 0.0).thing, wanted.target.pose.rotate((1.0, 0.0, 0.0))
+    apart = math.degrees(math.atan2(axis[1], axis[0])) - _rectangle(wanted, there)[2]
+    turns = [math.remainder(apart + quarter, 360.0) for quarter in (0.0, 90.0, 180.0, 270.0)]
+    return tuple(sorted((round(t, 2) for t in turns), key=abs))
 
 
 def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[Wanted, Offset]]:
@@ -106,7 +121,7 @@ def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterat
 
 def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset]:
     """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide."""
-    return iter([(0.0, 0.0)]) if wanted.under else positions(_free(wanted, now, location), _anchor(wanted))
+    return iter([(0.0, 0.0)]) if wanted.under else positions(free := _free(wanted, now, location), _anchor(wanted, now, free))
 
 
 def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
@@ -287,12 +302,13 @@ def _obstacles(wanted: Wanted, context: Context) -> tuple[Obstacle, ...]:
     return tuple(found)
 
 
-def _lying_in(wanted: Wanted) -> tuple[Obstacle, ...]:
-    """Outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to rest."""
+def _lying_in(wanted: Wanted, sure: bool = False) -> tuple[Obstacle, ...]:
+    """Outlines of what lies in a cavity, with the gap around, each as much wider as it is not known where it came to rest; or as if that
+    were sure."""
     from ..motion_planning.reach import uncertainty_margins
     from ..shapes.surfaces import footprint
 
-    belief, to, margins = wanted.belief, wanted.target.pose.inverse(), uncertainty_margins(wanted.belief)
+    belief, to, margins = wanted.belief, wanted.target.pose.inverse(), {} if sure else uncertainty_margins(wanted.belief)
     found = []
     for name in belief.poses:
         outline = footprint(belief.world.thing(name), to * belief.pose(name), -wanted.depth, 0.0)
@@ -384,17 +400,43 @@ def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
     return Pose(now.position, turned.quaternion)
 
 
-def _anchor(wanted: Wanted) -> Offset:
+def _anchor(wanted: Wanted, now: Pose, free: Any) -> Offset:
     """The best position of all, whether it is free or not: the middle; near a thing that is asked for; for a robot that drove
-    there what is nearest to it, as a table's middle may be out of reach from all sides."""
+    there what is nearest to it, as a table's middle may be out of reach from all sides; in a container where the rest finds room."""
     to = wanted.target.pose.inverse()
     at = np.zeros(2)
+    if wanted.depth and not wanted.where.get("near") and not free.is_empty:
+        return _with_room(wanted, now)
     if other := wanted.where.get("near"):
         at = to.apply(wanted.belief.pose(other).position)[:2]
     elif wanted.belief.at is not None:
         low, high = np.reshape(wanted.target.area.bounds, (2, 2))
         at = np.clip(to.apply((0.0, 0.0, 0.0))[:2], np.minimum(low + INSET, 0.0), np.maximum(high - INSET, 0.0))
     return float(at[0]), float(at[1])
+
+
+def _with_room(wanted: Wanted, now: Pose) -> Offset:
+    """In a corner where more is to come, else amid the room that what lies there leaves; where nothing does, in the middle."""
+    lying = [o.area for o in _lying_in(wanted, sure=True)]
+    left = free_area(wanted.target.area, lying, 0.0)
+    if left.is_empty:
+        return 0.0, 0.0
+    if to_come(wanted.entity, wanted.belief, wanted.context):
+        x, y, _ = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
+        long, short, _ = _rectangle(wanted, now)
+        return corner(wanted.target.area.buffer(-OFF_WALLS), left, (long, short), (x, y))
+    return roomiest(left) if lying else (0.0, 0.0)
+
+
+def _rectangle(wanted: Wanted, now: Pose) -> tuple[float, float, float]:
+    """Sides of the smallest rectangle around the outline of what is held [m], and how its longer one is turned in the robot's base [deg]."""
+    import shapely
+
+    from ..shapes.surfaces import footprint
+
+    a, b, c, *_ = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(wanted.thing, now)))
+    long, other = sorted((b - a, c - b), key=lambda v: -float(np.hypot(*v)))
+    return float(np.hypot(*long)), float(np.hypot(*other)), math.degrees(math.atan2(long[1], long[0]))
 
 
 def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, float]]:
