@@ -40,8 +40,8 @@ def roomiest(area: Any) -> Offset:
 
 
 def corner(area: Any, left: Any, sides: tuple[float, float], near: Offset) -> Offset:
-    """Return where a rectangle, along the axes of an area or across them, leaves the largest disc free beside it; of places alike the nearest
-    to a point.
+    """Return where a rectangle, along the axes of an area or across them, leaves the largest disc free beside it; of places alike the
+    nearest to a point.
 
     Args:
         area: convex, that it has to be in.

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import replace
 
-from cramlite.model import Belief, EntityName, Location, Place, Pose, Thing, thing_of
+from cramlite.model import Belief, EntityName, Floats, Location, Place, Pose, Thing, thing_of
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
 
 from ..motions.gripping import OPEN, release_opening
@@ -94,22 +94,27 @@ def _answers(targets: list[Wanted], now: Pose, location: Location) -> Iterator[t
     """Each placement with the number of its position."""
     for k, (wanted, offset) in enumerate(_interleaved(targets, now, location)):
         few = YAWS if k < len(targets) else FEW_YAWS
-        yaws = (*few[:1], *_along_walls(wanted, now, offset), *few[1:], *((GOLDEN * k % 360,) if k else ()))
+        yaws = (*_turns(wanted, now, offset, few), *((GOLDEN * k % 360,) if k else ()))
         for yaw in FACING if wanted.where.get("facing") else yaws:
             yield from ((k, answer) for answer in _turned(wanted, now, offset, yaw, location.relation))
 
 
-def _along_walls(wanted: Wanted, now: Pose, offset: Offset) -> tuple[float, ...]:
-    """Turns by which the sides of what is held are along those of an opening [deg], the smallest first; none of a round one."""
+def _turns(wanted: Wanted, now: Pose, offset: Offset, few: tuple[float, ...]) -> tuple[float, ...]:
+    """Turns [deg], and between the walls of an opening those by which the sides of what is held are along them: first of all where it would
+    else be near a wall."""
     import shapely
+
+    from ..shapes.surfaces import footprint
 
     area = wanted.target.area
     if not wanted.depth or area.area < 0.99 * shapely.box(*area.bounds).area:
-        return ()
+        return few  # nothing is let down, or the opening is round
     there, axis = _spot(wanted, now, offset, 0.0, 0.0, 0.0).thing, wanted.target.pose.rotate((1.0, 0.0, 0.0))
-    apart = math.degrees(math.atan2(axis[1], axis[0])) - _rectangle(wanted, there)[2]
-    turns = [math.remainder(apart + quarter, 360.0) for quarter in (0.0, 90.0, 180.0, 270.0)]
-    return tuple(sorted((round(t, 2) for t in turns), key=abs))
+    side = np.subtract(*_rectangle(wanted, there)[:2])
+    apart = math.degrees(math.atan2(axis[1], axis[0]) - math.atan2(side[1], side[0]))
+    along = sorted((round(math.remainder(apart + quarter, 360.0), 2) for quarter in (0.0, 90.0, 180.0, 270.0)), key=abs)
+    narrow = not area.buffer(-OFF_WALLS).covers(footprint(wanted.thing, wanted.target.pose.inverse() * there))
+    return (*along, *few) if narrow else (*few[:1], *along, *few[1:])
 
 
 def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterator[tuple[Wanted, Offset]]:
@@ -121,7 +126,7 @@ def _interleaved(targets: list[Wanted], now: Pose, location: Location) -> Iterat
 
 def _positions(wanted: Wanted, now: Pose, location: Location) -> Iterator[Offset]:
     """Positions on a surface; of what is not level the middle alone, where things are least likely to tip or to slide."""
-    return iter([(0.0, 0.0)]) if wanted.under else positions(free := _free(wanted, now, location), _anchor(wanted, now, free))
+    return iter([(0.0, 0.0)]) if wanted.under else positions(_free(wanted, now, location), _anchor(wanted, now))
 
 
 def _at_best(targets: list[Wanted], now: Pose, location: Location) -> Iterator[Refused]:
@@ -340,14 +345,14 @@ def _free(wanted: Wanted, now: Pose, location: Location) -> Any:
 
 
 def _radius(wanted: Wanted, now: Pose, top: float = math.inf) -> float:
-    """Radius of the largest disc about the centre of mass in the outline of the held thing [m], up to a height over what it stands on;
+    """Radius of the largest disc about the middle of the outline of the held thing [m], up to a height over what it stands on;
     0 where that is beside it."""
     import shapely
 
     from ..shapes.surfaces import footprint
 
     low = -support(wanted.thing, now, (0.0, 0.0, -1.0))
-    outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*now.apply(centre_of_mass(wanted.thing))[:2])
+    outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*_middle(wanted, now))
     return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
 
 
@@ -400,12 +405,12 @@ def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
     return Pose(now.position, turned.quaternion)
 
 
-def _anchor(wanted: Wanted, now: Pose, free: Any) -> Offset:
+def _anchor(wanted: Wanted, now: Pose) -> Offset:
     """The best position of all, whether it is free or not: the middle; near a thing that is asked for; for a robot that drove
     there what is nearest to it, as a table's middle may be out of reach from all sides; in a container where the rest finds room."""
     to = wanted.target.pose.inverse()
     at = np.zeros(2)
-    if wanted.depth and not wanted.where.get("near") and not free.is_empty:
+    if wanted.depth and not wanted.where.get("near"):
         return _with_room(wanted, now)
     if other := wanted.where.get("near"):
         at = to.apply(wanted.belief.pose(other).position)[:2]
@@ -423,20 +428,28 @@ def _with_room(wanted: Wanted, now: Pose) -> Offset:
         return 0.0, 0.0
     if to_come(wanted.entity, wanted.belief, wanted.context):
         x, y, _ = wanted.target.pose.inverse().apply((0.0, 0.0, 0.0)).tolist()
-        long, short, _ = _rectangle(wanted, now)
-        return corner(wanted.target.area.buffer(-OFF_WALLS), left, (long, short), (x, y))
+        a, b, c, _ = _rectangle(wanted, now)
+        return corner(wanted.target.area.buffer(-OFF_WALLS), left, (math.dist(a, b), math.dist(b, c)), (x, y))
     return roomiest(left) if lying else (0.0, 0.0)
 
 
-def _rectangle(wanted: Wanted, now: Pose) -> tuple[float, float, float]:
-    """Sides of the smallest rectangle around the outline of what is held [m], and how its longer one is turned in the robot's base [deg]."""
+def _rectangle(wanted: Wanted, now: Pose) -> Floats:
+    """Corners (4, 2) of the smallest rectangle around the outline of what is held at a pose, from above [m]."""
     import shapely
 
     from ..shapes.surfaces import footprint
 
-    a, b, c, *_ = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(wanted.thing, now)))
-    long, other = sorted((b - a, c - b), key=lambda v: -float(np.hypot(*v)))
-    return float(np.hypot(*long)), float(np.hypot(*other)), math.degrees(math.atan2(long[1], long[0]))
+    corners: Floats = shapely.get_coordinates(shapely.minimum_rotated_rectangle(footprint(wanted.thing, now)))[:4]
+    return corners
+
+
+def _middle(wanted: Wanted, now: Pose) -> Floats:
+    """What of a thing is brought over a position (2,) [m]: its centre of mass, which has to be supported; between walls of a container the
+    middle of its outline, which has to get past them."""
+    if wanted.depth:
+        found: Floats = _rectangle(wanted, now).mean(axis=0)
+        return found
+    return np.asarray(now.apply(centre_of_mass(wanted.thing)))[:2]
 
 
 def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, float]]:
@@ -454,8 +467,8 @@ def _heights(wanted: Wanted, now: Pose, relation: str) -> list[tuple[float, floa
 
 
 def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, above: float) -> Spot:
-    """Its centre of mass over a position of the target, leaning as it is held or as it is asked for, turned by ``yaw`` [deg]: from
-    facing the robot as it does now, or from facing what it shall face."""
+    """Its middle over a position of the target, leaning as it is held or as it is asked for, turned by ``yaw`` [deg]: from facing the robot
+    as it does now, or from facing what it shall face."""
     from ..motion_planning.reach import shift, tcp
 
     assert wanted.belief.held is not None
@@ -466,7 +479,7 @@ def _spot(wanted: Wanted, now: Pose, offset: Offset, yaw: float, height: float, 
         facing = math.atan2(to[1], to[0]) - math.atan2(ahead[1], ahead[0])
     turn = Pose.from_rotvec((0, 0, 0), (0, 0, facing + math.radians(yaw)))
     turned = Pose((0, 0, 0), (turn * Pose((0, 0, 0), now.quaternion)).quaternion)
-    x, y, _ = target - turned.apply(centre_of_mass(wanted.thing))
+    x, y = target[:2] - _middle(wanted, turned)
     thing = Pose((float(x), float(y), float(target[2]) + height + support(wanted.thing, turned, (0, 0, -1))), turned.quaternion)
     pose = thing * wanted.belief.held.tcp_to_thing.inverse()
     name = f"turned {math.remainder(yaw, 360.0):+.0f} deg, lowest point {1000 * height:+.0f} mm from it"

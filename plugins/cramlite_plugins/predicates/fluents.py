@@ -158,7 +158,7 @@ def _tops(scene: SymbolicWorld) -> list[tuple[str, Floats, Floats]]:
 
 
 def _stacked(thing: Thing, scene: SymbolicWorld, boxes: list[tuple[str, Floats, Floats]]) -> str | None:
-    """The thing that can be moved itself, and whose surface is what another stands on, or whose rim it leans on; None where there is none."""
+    """The thing that can be moved itself, and whose surface is what another stands on, or that it leans on; None where there is none."""
     (low, high) = next(((low, high) for name, low, high in boxes if name == thing.name), (None, None))
     if low is None or high is None:
         return None
