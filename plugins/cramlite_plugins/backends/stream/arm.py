@@ -25,8 +25,8 @@ ASTRAY = 0.10
 SLOWEST, FASTER = 0.1, 1.2
 """Motions that want larger deltas than the process takes go on at a lower pace, at least this share, which grows so much a period."""
 BEYOND = 0.15
-"""How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is. An arm that is led by
-its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
+"""How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is. An arm that is
+led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
 
 
 class StreamedArm(CommandedArm):
