@@ -30,12 +30,16 @@ TURNS = (0.0, 180.0)
 """Of the hand about the vertical [deg]: its fingers open across the way."""
 EIGHTHS = (0.0, 180.0, 90.0, 270.0, 45.0, 225.0, 135.0, 315.0)
 """The same of closed fingers in a thing."""
+SPOTS = ((0.0, 0.0), (0.02, 0.0), (0.0, 0.02), (0.0, -0.02), (-0.02, 0.0))
+"""For these, from its middle, ahead and to the left [m]: where the hand is beside what stands beside the thing."""
 ASIDE = (0.06, -0.06, 0.12, -0.12)
 """Corners of a way around something, beside the straight one, to the left [m]."""
 OVER, DEEP = 0.002, 0.006  # finger tips in a thing, over its floor; the least that its rim stands up from that [m]
 SHORT = 1e-6  # [m]: no way at all
 UP = np.array([0.0, 0.0, 1.0])
 Spot = tuple[float, float]
+Hand = tuple[Floats, Pose, float, str]
+"""The level way (3,) of a thing, the TCP from where it begins, how far the fingers are open [m], and how the hand is held."""
 
 
 @hookimpl
@@ -59,12 +63,9 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     if not thing.movable:
         raise Unresolvable(f"'{entity}' is fixed and cannot be pushed", (location.of or "",))
     area, frame = _region(thing, pose, str(location.parameters["region"]), belief)
-    tries = itertools.product((0.0,) if inside else SHARES, EIGHTHS if inside else TURNS)
-    for k, (share, turn) in enumerate(tries):
-        way = _towards(pose, area, frame, share)
-        apart = float(location.parameters.get("apart", 0.0))
-        at, opening = _hand(thing, pose, way, turn, context.robot.gripper, None if inside else apart)
-        name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand turned {turn:.0f} deg"
+    hands = _hands_in if inside else _hands_behind
+    for k, (way, at, opening, turn) in enumerate(hands(thing, pose, location, context.robot.gripper, area, frame)):
+        name = f"by ({1000 * way[0]:+.0f} {1000 * way[1]:+.0f}) mm, hand {turn}"
         free = make_scene(belief, context, (), opening)
         near, before = make_scene(belief, context, [entity], opening) if inside else free, shift(at, ABOVE * UP)
         off = collision_free_ik(free, context, before, belief.joints)
@@ -174,43 +175,58 @@ def _towards(pose: Pose, area: Feature, frame: Pose, share: float) -> Floats:
     return np.array([*(target - np.asarray(pose.position))[:2], 0.0])
 
 
-def _hand(thing: Thing, pose: Pose, way: Floats, turn: float, gripper: Gripper, apart: float | None) -> tuple[Pose, float]:
-    """The TCP of fingers behind a thing or in it, and how far they are open [m].
-
-    Args:
-        apart: how far they shall be open, as a share of the thing's width; None for closed ones in the middle of it.
-    """
-    ahead = way / float(np.linalg.norm(way))
-    across = np.cross(UP, ahead)
-    hand = Pose.from_axes((0, 0, 0), -UP, ahead) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
-    low, top, front, back, left, right = (support(thing, pose, v) for v in (-UP, UP, ahead, -ahead, across, -across))
-    middle = (left - right) / 2 * across
-    if apart is None:
-        opening, middle = gripper.opening[0], middle + (front - back) / 2 * ahead
-        height = _floor(thing, pose, middle, replace(hand, position=(0.0, 0.0, top)), gripper) + OVER
-    else:
+def _hands_behind(thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose) -> Iterator[Hand]:
+    """Hands whose fingers are behind a thing, as far open as the location says, as a share of the thing's width."""
+    low, top = -support(thing, pose, -UP), support(thing, pose, UP)
+    apart = float(location.parameters.get("apart", 0.0))
+    for share, turn in itertools.product(SHARES, TURNS):
+        way = _towards(pose, area, frame, share)
+        ahead, across, hand = _axes(way, turn)
+        back, left, right = (support(thing, pose, v) for v in (-ahead, across, -across))
         opening = min(gripper.opening[1], max(gripper.opening[0], apart * (left + right)))
-        middle, height = middle - (back + GAP + gripper.pad[0] / 2) * ahead, -low + LOW * (top + low)
-    x, y, z = (float(v) for v in middle + (height + gripper.pad[1] / 2) * UP)
-    return replace(hand, position=(x, y, z)), opening
+        start = -(back + GAP + gripper.pad[0] / 2) * ahead + (left - right) / 2 * across
+        x, y, z = (float(v) for v in start + (low + LOW * (top - low) + gripper.pad[1] / 2) * UP)
+        yield way, replace(hand, position=(x, y, z)), opening, f"turned {turn:.0f} deg"
 
 
-def _floor(thing: Thing, pose: Pose, middle: Floats, hand: Pose, gripper: Gripper) -> float:
-    """The highest of a thing under closed fingers over its middle, along z of the base frame [m].
+def _hands_in(thing: Thing, pose: Pose, location: Location, gripper: Gripper, area: Feature, frame: Pose) -> Iterator[Hand]:
+    """Hands whose closed fingers are in a thing, over its floor.
 
     Raises:
         Unresolvable: it has no rim there that fingers could take it along at.
     """
-    across, along = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 5)
-    half = gripper.opening[0] / 2 + FINGER
-    tips = np.array([hand.rotate((x * gripper.pad[0] / 2, y * half, 0.0)) for x in across for y in along]) + middle * (1, 1, 0)
-    tips[:, 2] = hand.position[2]
+    way, rim = _towards(pose, area, frame, 0.0), False
+    for spot, turn in itertools.product(SPOTS, EIGHTHS):
+        ahead, across, hand = _axes(way, turn)
+        left, right, front, back = (support(thing, pose, v) for v in (across, -across, ahead, -ahead))
+        x, y, _ = (float(v) for v in ((left - right) / 2 + spot[1]) * across + ((front - back) / 2 + spot[0]) * ahead)
+        floor = _floor(thing, pose, replace(hand, position=(x, y, support(thing, pose, UP))), gripper)
+        if floor is not None:
+            rim, aside = True, f", {1000 * spot[0]:+.0f} {1000 * spot[1]:+.0f} mm from its middle" if any(spot) else ""
+            at = replace(hand, position=(x, y, floor + OVER + gripper.pad[1] / 2))
+            yield way, at, gripper.opening[0], f"turned {turn:.0f} deg{aside}"
+    if not rim:
+        raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
+
+
+def _axes(way: Floats, turn: float) -> tuple[Floats, Floats, Pose]:
+    """Unit vectors (3,) along a level way and to the left of it, and a hand that points down, turned about the vertical [deg]."""
+    ahead = way / float(np.linalg.norm(way))
+    hand = Pose.from_axes((0, 0, 0), -UP, ahead) * Pose.from_rotvec((0, 0, 0), (0, 0, math.radians(turn)))
+    return ahead, np.cross(UP, ahead), hand
+
+
+def _floor(thing: Thing, pose: Pose, over: Pose, gripper: Gripper) -> float | None:
+    """The highest of a thing under closed fingers, along z of the base frame [m]; None where its rim hardly stands up from that.
+
+    Args:
+        over: of the fingers' tips, as high as the thing's rim.
+    """
+    half, grid = gripper.opening[0] / 2 + FINGER, np.linspace(-1.0, 1.0, 5)
+    tips = over.apply(np.array([(x * gripper.pad[0] / 2, y * half, 0.0) for x in grid for y in grid]))
     to = pose.inverse()
     met = intervals(body(thing.geoms), to.apply(tips), np.tile(to.rotate(-UP), (len(tips), 1)))[0].min()
-    height = hand.position[2] - float(met)
-    if not math.isfinite(height) or met < DEEP:
-        raise Unresolvable(f"'{thing.name}' has no rim around its middle that fingers in it could push it at", (), blocking=())
-    return height
+    return over.position[2] - float(met) if math.isfinite(met) and met >= DEEP else None
 
 
 def _gap(thing: Thing, pose: Pose, hand: Pose, ahead: Floats, opening: float, gripper: Gripper) -> float:
