@@ -79,15 +79,13 @@ def _behind(location: Location, belief: Belief, context: Context) -> Iterator[Gr
 
 
 def _pushed_to(location: Location, belief: Belief, context: Context) -> Iterator[Grounding | Refused]:
-    """Straight on until a thing is in its region, or where the corner of its way says; nothing may be in its way."""
+    """Straight on from where a piece of its way ended or begins until a thing is in its region; nothing may be in its way."""
     from ..motion_planning.reach import bound, causes
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
-    begun: Place = context.bindings[f"behind({location.of})"]
-    corner = location.parameters.get("corner")
-    target: Place = context.bindings[str(corner)] if corner else begun
-    leg = _leg(belief, context, entity, (target.values["x_m"], target.values["y_m"]), begun.opening or 0.0)
+    begun: Place = context.bindings[str(location.parameters["begin"])]
+    leg = _leg(belief, context, entity, (begun.values["x_m"], begun.values["y_m"]), begun.opening or 0.0)
     if isinstance(leg, Refusal):
         said = f"'{entity}' cannot be pushed on: {leg.reason}"
         raise Unresolvable(said, causes(location, context), blocking=leg.blocking, collision=leg.collision)
@@ -100,7 +98,7 @@ def _pushed_around(location: Location, belief: Belief, context: Context) -> Iter
     from ..motion_planning.space import Refusal
 
     entity = bound(context, location.of)
-    pose, begun = belief.pose(entity), context.bindings[f"behind({location.of})"]
+    pose, begun = belief.pose(entity), context.bindings[str(location.parameters["begin"])]
     area, frame = _region(belief.thing(entity), pose, str(location.parameters["region"]), belief)
     for k, (corner, end) in enumerate(_corners(np.asarray(pose.position), area, frame)):
         name = f"by way of ({1000 * corner[0]:+.0f} {1000 * corner[1]:+.0f}) mm"
@@ -110,7 +108,7 @@ def _pushed_around(location: Location, belief: Belief, context: Context) -> Iter
             yield after.refused(name)
         elif not isinstance(leg, Refusal):
             values = {**leg[0].values, "x_m": end[0], "y_m": end[1]}
-            yield Grounding(replace(leg[0], values=values), name, 0.1 * k, key=name)
+            yield Grounding(replace(leg[0], opening=begun.opening, values=values), name, 0.1 * k, key=name)
 
 
 def _leg(belief: Belief, context: Context, entity: str, to: Spot, opening: float) -> tuple[Place, Belief] | Refusal:

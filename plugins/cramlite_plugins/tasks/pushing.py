@@ -68,15 +68,15 @@ class Pushing(TaskType):
         behind = self.begins_at(action)
         behind = replace(behind, parameters={**behind.parameters, "apart": apart})
         says = "with open fingers" if apart else "with closed fingers"
-        far = Location(action.inside("far"), "pushed_to", action.roles["Patient"].name)
+        far = Location(action.inside("far"), "pushed_to", action.roles["Patient"].name, {"begin": behind.name})
         steps = (*self._there(action, behind, says, "place" if apart else "shut"), *self._on(action, far, "push"))
         return Decomposition(steps, f"from behind {says}, straight to its region", cost)
 
     def _from_inside(self, action: Action, around: bool, cost: float) -> Decomposition:
         name, begin = action.roles["Patient"].name, self.begins_at(action)
-        inside = replace(begin, parameters={**begin.parameters, "inside": True})
-        corner = Location(action.inside("corner"), "pushed_around", name, begin.parameters)
-        far = Location(action.inside("far"), "pushed_to", name, {"corner": corner.name} if around else {})
+        inside = Location(action.inside("amid" if around else "inside"), "behind", name, {**begin.parameters, "inside": True})
+        corner = Location(action.inside("corner"), "pushed_around", name, {**begin.parameters, "begin": inside.name})
+        far = Location(action.inside("far"), "pushed_to", name, {"begin": corner.name if around else inside.name})
         first = self._on(action, corner, "aside") if around else ()
         steps = (*self._there(action, inside, "with closed fingers in it", "shut"), *first, *self._on(action, far, "push"))
         return Decomposition(steps, f"at its rim from inside, {'around what is in its way' if around else 'straight'}", cost)
