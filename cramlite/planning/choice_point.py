@@ -125,7 +125,7 @@ class ChoicePoint(Struct):
     def blamed(self, answer: Grounding | Refused) -> set[str]:
         """Return the choices of the domain that an answer depends on."""
         if isinstance(answer, Refused) and answer.blocking is not None:
-            return self.about(answer.blocking)
+            return self.about(answer.blocking) | self.asked_by
         if isinstance(answer, Grounding) and answer.anew:
             place = self.item.to.name if isinstance(self.item, Motion) and self.item.to else ""
             return self.domain - self.state.led - (self.state.reached - {place})
@@ -146,7 +146,7 @@ class ChoicePoint(Struct):
 
     @property
     def asked_by(self) -> set[str]:
-        """Choices that the designator is part of."""
+        """Choices that the designator is part of: made otherwise, it may not be asked for."""
         return {name for name, _ in self.state.choices if is_part_of(self.item.name, name)}
 
     def say(

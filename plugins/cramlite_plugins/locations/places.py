@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Belief, Collision, Location, Place, Pose
 from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, hookimpl
