@@ -44,6 +44,10 @@ PER_LOAD, MOST_LOAD = 0.02, 5.0
 """Cost of each time the force that the pads lack to keep a thing from turning [m], and up to how many."""
 
 
+AT_IT = "at the grasp"
+"""Where a refusal says that not the way there is to blame."""
+
+
 class Grasp(Value):
     """Grip of a thing where it is.
 
@@ -94,6 +98,8 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
         reached = _reached(grasp, near.opened(grasp.opening), free.opened(grasp.opening), belief, context)
         if isinstance(reached, Refusal):
             yield reached.refused(grasp.name)
+            if reached.reason.startswith(AT_IT):  # wider fingers have less room there, from wherever they come
+                continue
             opening = next(_openings(grasp, thing, gripper), grasp.opening)
             yield from _aslant(grasp, thing.name, cost, near.opened(opening), free.opened(opening), belief, context)
             continue
@@ -147,7 +153,7 @@ def _reached(
 
     there = collision_free_ik(near, context, grasp.at, belief.joints)
     if isinstance(there, Refusal):
-        return replace(there, reason=f"at the grasp: {there.reason}")
+        return replace(there, reason=f"{AT_IT}: {there.reason}")
     off = collision_free_ik(free, context, grasp.before, there)
     return replace(off, reason=f"at the pre-grasp: {off.reason}") if isinstance(off, Refusal) else (there, off)
 

@@ -79,9 +79,10 @@ def carried(
         Unresolvable: it is tilted at one of the ends already, or no way keeps it upright.
     """
     here, there = forward(context.robot, belief.joints), forward(context.robot, goals[0])
-    for pose, where in ((here, "now"), (there, f"at the stand-off of {motion.to}")):
+    so_far, whole = _tilted_by(motion, belief, context, carry), _causes(motion, context)
+    for pose, where, settled in ((here, "now", so_far), (there, f"at the stand-off of {motion.to}", whole)):
         if carry.tilt(pose) > carry.limit:
-            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", _causes(motion, context), blocking=())
+            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", settled, blocking=())
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
     if no := start_blocked(scene, belief.joints):
         raise Unresolvable(f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision)
@@ -181,6 +182,16 @@ def _line_upright(context: Context, carry: Load, start: Joints, goal: Joints) ->
 def _tilted(carry: Load, angle: float) -> str:
     most = math.degrees(carry.limit + SLACK)
     return f"'{carry.thing}' would be tilted by {math.degrees(angle):.0f} deg > {most:.0f} deg ({PROPERTY})"
+
+
+def _tilted_by(motion: Motion, belief: Belief, context: Context, carry: Load) -> tuple[str, ...]:
+    """What it depends on that a load is tilted as it is: on itself where it stood so, else on what led the hand; never on where it is
+    brought."""
+    stood = math.acos(float(np.clip(belief.world.thing(carry.thing).pose.rotate((0.0, 0.0, 1.0))[2], -1.0, 1.0)))
+    itself = tuple(name for name, value in context.bindings.items() if value == carry.thing)
+    if itself and abs(stood - carry.tilt(forward(context.robot, belief.joints))) < SLACK:
+        return itself
+    return tuple(name for name in _causes(motion, context) if motion.to is None or name != motion.to.name)
 
 
 def _causes(motion: Motion, context: Context) -> tuple[str, ...]:

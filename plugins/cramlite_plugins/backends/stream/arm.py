@@ -25,8 +25,8 @@ ASTRAY = 0.10
 SLOWEST, FASTER = 0.1, 1.2
 """Motions that want larger deltas than the process takes go on at a lower pace, at least this share, which grows so much a period."""
 BEYOND = 0.15
-"""How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is. An arm that is led by
-its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
+"""How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is. An arm that is
+led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
 
 
 class StreamedArm(CommandedArm):
@@ -51,6 +51,7 @@ class StreamedArm(CommandedArm):
         self.watch = SafetyWatch(Safety(), robot, np.ones(len(robot.joints)), self.period)
         self.tare = np.zeros(6)
         self.clock = self.late = 0.0
+        self.rate = np.zeros(len(robot.joints))
 
     # What it measures
 
@@ -102,8 +103,9 @@ class StreamedArm(CommandedArm):
             self.motion = None if self._arrived() else motion
 
     def _action(self, rate: Floats) -> Action:
-        """The action of this period: the command, ahead by the lag."""
-        ahead = self.q + self.hello.lag * rate
+        """The action of this period: the command, ahead by the lag and by what inertia leaves it behind, so that it brakes in time."""
+        acceleration, self.rate = (rate - self.rate) / self.period, rate
+        ahead = self.q + self.hello.lag * rate + (0.0 if self.force_mode else self.hello.inertia) * acceleration
         hand = Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
         if self.hello.actions == "joints":
             low, high = np.array(self.arm.limits).T
