@@ -124,7 +124,8 @@ def _grasps_with(corners: list[tuple[float, float, float]], tmp_path: Path) -> l
     text, where = (FILES / "linked_hand.xml").read_text(), tmp_path / "hand.xml"
     text = text.replace("<default>", WEDGE.format(" ".join(f"{v}" for c in corners for v in c)) + "<default>", 1)
     for side, turn in (("left", "1 0 0 0"), ("right", "0 0 0 1")):
-        text = text.replace(f'<geom name="{side}_tip"', f'<geom type="mesh" mesh="wedge" quat="{turn}" mass="0.01"/><geom name="{side}_tip"')
+        finger, tip = f'<geom type="mesh" mesh="wedge" quat="{turn}" mass="0.01"/>', f'<geom name="{side}_tip"'
+        text = text.replace(tip, finger + tip)
     where.write_text(text)
     pads = ("left_tip", "right_tip")
     home = (0.0, 0.3, 1.6, 0.0, 1.24, 0.0)
