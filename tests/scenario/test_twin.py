@@ -91,10 +91,21 @@ def test_what_stands_goes_up_and_down_with_what_it_stands_on(seed: int) -> None:
 @examples(40)
 @given(st.integers(0, 2**31 - 1))
 def test_what_is_mounted_moves_with_what_carries_it(seed: int) -> None:
-    real = drawn(seed, ErrorModel(), DRAWER)
-    for thing in DRAWER.things:
+    _stays_mounted(DRAWER, seed)
+
+
+def test_so_it_does_where_a_file_lists_it_first() -> None:
+    reversed_things = replace(DRAWER, things=tuple(reversed(DRAWER.things)))
+    assert drawn(1, ErrorModel(), reversed_things).things[0].pose != reversed_things.things[0].pose
+    _stays_mounted(reversed_things, 1)
+
+
+def _stays_mounted(world: World, seed: int) -> None:
+    real = drawn(seed, ErrorModel(), world)
+    assert any(t.joint is not None and t.joint.parent for t in world.things)
+    for thing in world.things:
         if thing.joint is not None and thing.joint.parent:
-            before = DRAWER.thing(thing.joint.parent).pose.inverse() * thing.pose
+            before = world.thing(thing.joint.parent).pose.inverse() * thing.pose
             after = real.thing(thing.joint.parent).pose.inverse() * real.thing(thing.name).pose
             assert max(before.distance(after)) < 1e-6
 

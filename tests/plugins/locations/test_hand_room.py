@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -14,7 +15,7 @@ from msgspec.structs import replace
 from properties import examples
 
 from cramlite import Engine
-from cramlite.model import Belief, Geom, Location, Pose, RobotMount, Thing, World, initial_belief
+from cramlite.model import Belief, Geom, HandFile, Location, Pose, RobotMount, Stated, Thing, World, initial_belief
 from cramlite.plugin import Context, Grounding, Refused, Unresolvable
 from cramlite_plugins.kinematics.kinematics import forward
 from cramlite_plugins.locations import grasps
@@ -23,7 +24,9 @@ from cramlite_plugins.shapes import ray_casting as rays
 from cramlite_plugins.shapes.box_overlaps import overlaps
 from cramlite_plugins.simulation.model.compile import compile_world
 from cramlite_plugins.simulation.objects.products_and_fixtures import block, table
+from cramlite_plugins.simulation.robot_files.robot_file import read_robot
 
+FILES = Path(__file__).parents[1] / "simulation" / "robots_data"
 MOUNT = RobotMount("arm", "fr3")
 TABLE = table("table", Pose((0.5, 0.0, 0.0)))
 coordinate = st.floats(-0.15, 0.15)
@@ -109,6 +112,38 @@ def test_a_box_under_a_roof_has_no_grasp_with_room() -> None:
     it = block("it", Pose((0.5, 0.1, 0.03)), (0.05, 0.05, 0.06))
     roof = Thing("roof", "cram:Product", Pose((0.5, 0.1, 0.075)), (Geom("box", (0.3, 0.3, 0.005)),))
     assert not any(isinstance(f, Grounding) for f in _asked(it, roof, most=400))
+
+
+WEDGE = '<asset><mesh name="wedge" vertex="{}"/></asset>'
+FLAT = [(x, y, z) for x in (-0.008, 0.008) for y, z in ((-0.013, 0.0), (-0.013, 0.06), (0.022, 0.0))]
+"""A finger whose flat side is 2 mm behind the pad, in the finger's frame [m]: its axes of inertia are askew to that side."""
+
+
+def _grasps_with(corners: list[tuple[float, float, float]], tmp_path: Path) -> list[Grounding | Refused]:
+    """Grasps by a hand from a file, both of whose fingers have such a mesh behind their pads."""
+    text, where = (FILES / "linked_hand.xml").read_text(), tmp_path / "hand.xml"
+    text = text.replace("<default>", WEDGE.format(" ".join(f"{v}" for c in corners for v in c)) + "<default>", 1)
+    for side, turn in (("left", "1 0 0 0"), ("right", "0 0 0 1")):
+        finger, tip = f'<geom type="mesh" mesh="wedge" quat="{turn}" mass="0.01"/>', f'<geom name="{side}_tip"'
+        text = text.replace(tip, finger + tip)
+    where.write_text(text)
+    pads = ("left_tip", "right_tip")
+    home = (0.0, 0.3, 1.6, 0.0, 1.24, 0.0)
+    robot = read_robot(FILES / "six.urdf", "mine", Stated(4.0, sensor="flange", home=home, gripper=HandFile(str(where), pads=pads))).robot
+    world = World((TABLE, block("it", Pose((0.5, 0.1, 0.05)), (0.04, 0.04, 0.1))), (mount := RobotMount("arm", "mine"),))
+    context = Context(robot, mount, {"it": "it"}, Engine().knowledge.taxonomy)
+    found = grasps.resolve_location(Location("grasp(it)", "grasp", "it"), initial_belief(world, "arm", robot.home, 0.08), context)
+    assert found is not None
+    return list(itertools.islice(found, 5))
+
+
+def test_fingers_of_meshes_that_lie_askew_leave_the_gap_free(tmp_path: Path) -> None:
+    assert any(isinstance(f, Grounding) for f in _grasps_with(FLAT, tmp_path))
+
+
+def test_a_finger_that_reaches_into_the_gap_is_said_to_be_in_the_way(tmp_path: Path) -> None:
+    with pytest.raises(Unresolvable, match="the hand would be inside it"):
+        _grasps_with([(x, y - 0.02, z) for x, y, z in FLAT], tmp_path)
 
 
 def test_of_the_two_ways_round_the_nearer_one_comes_first() -> None:

@@ -94,6 +94,16 @@ def test_a_joint_that_is_closed_above_is_turned_round(tmp_path: Path) -> None:
     assert any("turned round" in n for n in scene.things[0].notes)
 
 
+@pytest.mark.parametrize(("exclude", "meets"), [("", True), ('<contact><exclude body1="cabinet" body2="drawer"/></contact>', False)])
+def test_a_drawer_is_mounted_in_its_cabinet_whether_they_collide_or_not(tmp_path: Path, exclude: str, meets: bool) -> None:
+    slide = '<joint type="slide" axis="1 0 0" range="0 0.2"/><geom type="box" size=".1 .1 .04"/>'
+    walls = "".join(f'<geom type="box" size=".1 .01 .1" pos="0 {y} 0"/>' for y in (-0.12, 0.12))
+    scene = _scene(tmp_path, f'<body name="cabinet">{walls}<body name="drawer">{slide}</body></body>', exclude)
+    joint = next(t.joint for t in scene.things if t.name == "drawer")
+    assert joint is not None and (joint.parent, joint.meets) == ("cabinet", meets)
+    assert compile_world(World(scene.things), {}).model.nexclude == (not meets)
+
+
 def test_what_cannot_be_taken_over_is_said(tmp_path: Path) -> None:
     ball = '<body name="globe"><joint type="ball"/><geom size=".1"/></body>'
     two = '<body name="xy" pos="1 0 0"><joint type="slide"/><joint type="slide" axis="1 0 0"/><geom size=".1"/></body>'
