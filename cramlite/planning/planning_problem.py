@@ -23,6 +23,7 @@ from .goal_planner import (
     parse_goals,
     reasons,
 )
+from .handling import handled
 from .handling import said as said_task
 from .operators import Grounder, Operator, conditions_of, held_in
 from .pddl import PddlText, PlanStep, write_pddl
@@ -104,8 +105,9 @@ class PlanningProblem(Value, eq=False):
         schemas = [self._here(s, scope) for s in action_schemas(grounder, self.knowledge.goal_rules, self.knowledge.tasks)]
         facts = [f for f in self.facts if here.issuperset(map(thing_of, f[1:]))]
         entities = [*grounder.scene.entities, *grounder.contents]
+        relevant = _relevant(self.wanted, schemas, grounder.fluents, bool(self.blocked))
         return write_pddl(
-            " and ".join(self.says), _relevant(self.wanted, schemas, grounder.fluents), grounder.fluents, entities, facts,
+            " and ".join(self.says), relevant, grounder.fluents, entities, facts,
             self.wanted.needs, self.wanted.without, earlier=earlier, refused=refused, blocked=self.blocked,
         )  # fmt: skip
 
@@ -116,8 +118,10 @@ class PlanningProblem(Value, eq=False):
         return replace(schema, change=change, tables=tuple(self._allowed(schema, t, scope) for t in schema.tables))
 
     def _allowed(self, schema: ActionSchema, table: Table, scope: Scope) -> Table:
-        """A table of fillers without what can be moved, where the goal does not ask for it there."""
-        made = [(f[0], k) for f in schema.change.adds - schema.change.needs for k, t in enumerate(f) if (t,) == table.terms]
+        """A table of fillers without what can be moved, where the goal does not ask for it there. What a task alone is about, such as
+        the drawer that it opens, is no place."""
+        new = [f for f in schema.change.adds - schema.change.needs if len(f) > 2]
+        made = [(f[0], k) for f in new for k, t in enumerate(f) if (t,) == table.terms]
         if not scope.on_fixed or not made or table.terms[0] in schema.in_hand:
             return table
         wanted = {(f[0], k, e) for f in self.wanted.needs for k, e in enumerate(f)}
@@ -249,12 +253,14 @@ def _may_make(schema: ActionSchema, added: Fact, fact: Fact) -> bool:
     )
 
 
-def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents) -> list[ActionSchema]:
-    """Schemas that change something which the goal, or a relevant schema, asks about."""
+def _relevant(goal: GoalFacts, schemas: Sequence[ActionSchema], fluents: Fluents, blocked: bool) -> list[ActionSchema]:
+    """Schemas that change something which the goal, or a relevant schema, asks about; where tasks are blocked, also those that move what
+    is not in the hand, such as a drawer and with it what stands in it."""
     asked = {p[0] for p in (*goal.needs, *goal.without)}
     changing = [s for s in schemas if _changes(s, fluents)]
+    moving = [s for s in changing if blocked and _moves_joint(s, fluents)]
     while True:
-        found = [s for s in changing if asked & _changed(s)]
+        found = [s for s in changing if asked & _changed(s) or any(s is m for m in moving)]
         more = asked | {n for s in found for n in _asked(s)}
         if more == asked:
             return found
@@ -266,6 +272,11 @@ def _changes(schema: ActionSchema, fluents: Fluents) -> bool:
     change = schema.change
     ends = [p for p in change.removes if p not in change.without]
     return bool(ends or schema.after or change.adds - fluents.implied(change.needs, schema.in_hand))
+
+
+def _moves_joint(schema: ActionSchema, fluents: Fluents) -> bool:
+    change = schema.change
+    return any(h.displaces and not h.holds for h in handled(change.needs, change.adds, change.removes, fluents).values())
 
 
 def _changed(schema: ActionSchema) -> set[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -26,6 +27,20 @@ things:
   - {name: tray, model: table, at: {position: [0.45, -0.35, 0.15]}, with: {size: [0.25 m, 0.25 m, 20 mm]}}
   - {name: prize, model: block, at: {position: [0.5, 0.15, 31 mm]}}
   - {name: other, model: block, at: {position: [0.5, 0.23, 31 mm]}}
+"""
+
+
+BOWL = """
+scenario: bowl
+goal: [tin in bowl]
+robot: {type: ur5e}
+things:
+  - {name: floor, model: table, at: {position: [0.2, 0, -5 mm]}, with: {size: [1.6 m, 1.6 m, 20 mm]}}
+  - {name: cabinet, model: cabinet, at: {position: [0.65, 0.1, 0.35], yaw: 180 deg}}
+  - {name: drawer, model: drawer, at: {position: [0.65, 0.1, 0.35], yaw: 180 deg}, with: {parent: cabinet}}
+  - {name: bowl, model: bowl, at: {position: [0.75, 0.1, 0.309]}, with: {height: 50 mm}}
+  - {name: tray, model: table, at: {position: [0.45, -0.35, 0.15]}, with: {size: [0.3 m, 0.3 m, 20 mm]}}
+  - {name: tin, model: block, at: {position: [0.45, -0.35, 0.181]}, with: {size: [40 mm, 40 mm, 60 mm]}}
 """
 
 
@@ -83,6 +98,18 @@ def test_all_of_one_set_are_put_aside(in_the_way: tuple[tuple[str, ...], ...], m
     scene = ENGINE.setting(scenario).symbolic(ENGINE.knowledge.taxonomy)
     plans, _ = replanned(planning_problem(Goal(("prize on tray",)), scene, ENGINE.knowledge), Refutation((1,), in_the_way))
     assert {n for n in ("before", "behind", "left", "right") if f"Grasping(Patient={n})" in plans[1]} in moved
+
+
+def test_what_stands_in_a_closed_drawer_is_reached_by_opening_that(tmp_path: Path) -> None:
+    """No rule asks for it, as the goal is about the bowl alone; and not where the drawer is not what is in the way."""
+    path = tmp_path / "bowl.yaml"
+    path.write_text(BOWL)
+    scene = ENGINE.setting(read_scenario(path)).symbolic(ENGINE.knowledge.taxonomy)
+    inside = planning_problem(Goal(("tin in bowl",)), scene, ENGINE.knowledge)
+    (first, second), _ = replanned(inside, Refutation((3,), (("bowl",), ("cabinet",), ("drawer",))))
+    assert "Opening" not in first and second == f"Opening(Patient=drawer) {first}"
+    others, _ = replanned(inside, Refutation((1,), ()), Refutation((1,), ()))
+    assert not any("Opening" in plan for plan in others)
 
 
 def test_with_one_that_stays_in_each_set_nothing_helps(problem: PlanningProblem) -> None:

@@ -74,6 +74,7 @@ class Wanted(Value):
         where: further constraints, by name (the keys of ``where`` in scenario files).
         obstacles: what stands there.
         depth: of a cavity [m].
+        covers: what is over its opening.
         under: what it comes to rest on in its middle, where that is not level.
     lowered: the scene in which the held thing may touch that, and the hand may not.
     """
@@ -87,6 +88,7 @@ class Wanted(Value):
     where: Mapping[str, Any]
     obstacles: tuple[Obstacle, ...] = ()
     depth: float = 0.0
+    covers: tuple[Obstacle, ...] = ()
     opened: tuple[Any, ...] = ()
     under: Thing | None = None
     lowered: Any = None
@@ -163,6 +165,20 @@ def falls(spot: Spot, wanted: Wanted) -> str:
     for what, up in (("the lower finger", abs(fingers)), ("the palm below it", ahead)):
         if (steep := math.degrees(math.asin(max(-1.0, min(1.0, up))))) > LEVEL:
             return f"it would stay on {what}, since the hand is turned up by {steep:.0f} deg; up to {LEVEL:.0f} deg it falls"
+    return ""
+
+
+def falls_in(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that what is let go of falls into the container, and not onto what is between, such as the cabinet of a closed drawer."""
+    from ..motion_planning.space import Refusal
+    from ..shapes.surfaces import FLAT, footprint
+
+    belief, to = wanted.belief, wanted.target.pose.inverse()
+    for name in (o.name for o in wanted.covers) if spot.height > 0 else ():
+        between = footprint(belief.world.thing(name), to * belief.pose(name), 2 * FLAT, spot.height)
+        if (overlap := float(footprint(wanted.thing, to * spot.thing).intersection(between).area)) > 0:
+            said = f"'{name}' is over {1e4 * overlap:.1f} cm2 of it, between it and '{wanted.entity}': it would come to rest on that"
+            return Refusal(said, blocking=(name,))
     return ""
 
 
@@ -318,7 +334,7 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {
-    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open,
+    "free to fall": falls_in, "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open,
     "let down by the thing alone": hand_off,
 }  # fmt: skip
 """Asked of the arm and the camera, in this order."""

@@ -62,20 +62,20 @@ def _lift(location: Location, belief: Belief, context: Context) -> Found:
 
 def _reachable(options: list[tuple[str, Pose]], belief: Belief, context: Context, first: int = 0) -> Found:
     """Options whose end is reachable and free, in order; there were so many others before the first."""
-    from ..motion_planning.reach import collision_free_ik, make_scene
+    from ..motion_planning.reach import collision_free_ik, led_here, make_scene
     from ..motion_planning.space import Refusal
 
     scene = make_scene(belief, context)
     for k, (name, pose) in enumerate(options, first):
         there = collision_free_ik(scene, context, pose, belief.joints)
         if isinstance(there, Refusal):
-            yield there.refused(name)
+            yield replace(there.refused(name), because=led_here(context))
         else:
             yield Grounding(Place(pose, pose), name, 0.1 * k, key=name)
 
 
 def _slide(location: Location, belief: Belief, context: Context) -> Found:
-    from ..motion_planning.reach import traverse
+    from ..motion_planning.reach import led_here, traverse
 
     distance = float(location.parameters["distance_m"])
     for k, angle in enumerate(DIRECTIONS):
@@ -85,4 +85,4 @@ def _slide(location: Location, belief: Belief, context: Context) -> Found:
             yield traverse(location, belief, context, [way], name, float(k))
         except Unresolvable as blocked:
             seen = blocked.collision if isinstance(blocked.collision, Collision) else None
-            yield Refused(name, blocked.reason, blocking=blocked.blocking, collision=seen)
+            yield Refused(name, blocked.reason, because=led_here(context), blocking=blocked.blocking, collision=seen)

@@ -21,6 +21,7 @@ from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
 from ..shapes.standing_up import stood_up
+from .covers import closed_in, covers
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
 from .grips import SLACK, WIDE
@@ -250,8 +251,13 @@ def _targets(location: Location, belief: Belief, context: Context) -> list[Wante
         level = [replace(w, obstacles=_obstacles(w, context)) for w in bare]
         middle = _uneven(level[0], thing, pose)
         return [middle, *(w for w in level[:1] if _fits(w, location))] if middle else level
-    beside_it = [replace(w, obstacles=_lying_in(w)) for w in bare]
-    return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there, or over it
+    height = _heights(bare[0], held_now(belief, context), location.relation)[-1][0]
+    bare = [replace(w, covers=covers(w, height)) for w in bare]
+    if bare[0].covers and (around := closed_in(bare[0])):
+        said = f"no hand comes into '{entity}': {' and '.join(map(repr, around))} are on all sides of its opening"
+        raise Unresolvable(said, (location.of or "",), blocking=around)
+    beside_it = [replace(w, obstacles=(*_lying_in(w), *w.covers)) for w in bare]
+    return [*(w for w in beside_it if w.obstacles), *bare]  # beside what lies there and is over it, or anywhere
 
 
 def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:

@@ -171,3 +171,11 @@ def causes(location: Location, context: Context) -> tuple[str, ...]:
     Every place it was led to, the grasp among them, and the reference object.
     """
     return (*(name for name, value in context.bindings.items() if isinstance(value, Place)), location.of or "")
+
+
+def led_here(context: Context) -> tuple[str, ...]:
+    """Return what a short way from where the hand is depends on: the last place that it was led to, and earlier ones of the same thing,
+    such as the grasp of what was put there."""
+    places = {name: value.thing for name, value in context.bindings.items() if isinstance(value, Place)}
+    last = next(reversed(places.values()), "")
+    return tuple(name for name, thing in places.items() if thing == last)
