@@ -204,6 +204,18 @@ def beside(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
+def room(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that there is room for the hand and the thing at the placement and above it, wherever the arm is; of what is out of reach that
+    is left to be said."""
+    from ..kinematics.kinematics import reach_shortfall
+
+    base = wanted.belief.base()
+    for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
+        if not reach_shortfall(wanted.context.robot, pose) and (no := wanted.scene.met(base * pose)) is not None:
+            return replace(no, reason=f"{where}: {no.reason}")
+    return ""
+
+
 def reachable(spot: Spot, wanted: Wanted) -> str:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
     from ..kinematics.kinematics import inverse, reach_shortfall
@@ -319,7 +331,8 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {
-    "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open,
+    "collision-free": room, "reachable": reachable, "visible": visible, "collision-free with the arm": collision_free,
+    "free to open": room_to_open,
     "let down by the thing alone": hand_off,
 }  # fmt: skip
 """Asked of the arm and the camera, in this order."""
