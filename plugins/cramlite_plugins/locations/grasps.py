@@ -90,7 +90,11 @@ def _places(location: Location, belief: Belief, context: Context) -> Iterator[Gr
     reference_pose(belief, location, context)
     near, free = make_scene(belief, context, [thing.name]), make_scene(belief, context)
     room = HandRoom.about(thing, belief, free)
-    for cost, grasp in _in_order(grips, thing, belief, context, room):
+    ordered = _in_order(grips, thing, belief, context, room)
+    if not ordered:
+        reason = f"at each of {len(grips)} grips of '{thing.name}' the hand would be inside it"
+        raise Unresolvable(reason, (location.of or "",), blocking=())
+    for cost, grasp in ordered:
         reached = _reached(grasp, near.opened(grasp.opening), free.opened(grasp.opening), belief, context)
         if isinstance(reached, Refusal):
             yield reached.refused(grasp.name)
@@ -168,7 +172,7 @@ def _openings(grasp: Grasp, thing: Thing, gripper: Gripper) -> Iterator[float]:
 
 def _in_order(
     grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context, room: HandRoom
-) -> Iterator[tuple[float, Grasp]]:
+) -> list[tuple[float, Grasp]]:
     """All grasps with their cost [m], those without room for the hand last; those at which it would be in the thing itself are left out."""
     from ..motion_planning.planning_scene import CLEARANCE
     from ..motion_planning.reach import tcp
@@ -186,8 +190,11 @@ def _in_order(
     up = antipodal.Hands(hands.positions + LIFTED * belief.base().inverse().rotate((0.0, 0.0, 1.0)), hands.turns)
     others |= room.blocked(hands.moved(-STANDOFF), openings, CLEARANCE)[1] | room.blocked(up, openings, CLEARANCE)[1]
     others |= room.in_a_hole(hands, most)  # when it opens around what is threaded
-    for blocked in (False, True):
-        yield from varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
+    return [
+        grasp
+        for blocked in (False, True)
+        for grasp in varied(f for f, no, it in zip(found, others, own, strict=True) if no == blocked and not it)
+    ]
 
 
 def _loads(grips: Sequence[Grip], thing: Thing, belief: Belief, context: Context) -> Floats:

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
+from msgspec.structs import replace
 
 from cramlite.model import Belief, Motion, MoveJoints, MoveLinear, Place, Pose, Value
 from cramlite.plugin import Context, Grounding, Unresolvable
@@ -53,7 +54,8 @@ class Load(Value):
 
 
 def load(belief: Belief, context: Context) -> Load | None:
-    """Return what is held, if its class limits its tilt; of what is held upside down nothing can be spilled any more."""
+    """Return what is held, if its class limits its tilt, and to as much as it leans by already if that is more; of what is held upside down
+    nothing can be spilled any more."""
     if belief.held is None:
         return None
     thing = belief.world.thing(belief.held.thing)
@@ -62,7 +64,8 @@ def load(belief: Belief, context: Context) -> Load | None:
         return None
     x, y, z = belief.base().inverse().rotate((0.0, 0.0, 1.0)).tolist()
     found = Load(thing.name, math.radians(min(limits)) - SLACK, belief.held.tcp_to_thing, (x, y, z))
-    return found if found.tilt(forward(context.robot, belief.joints)) <= math.pi / 2 else None
+    now = found.tilt(forward(context.robot, belief.joints))
+    return replace(found, limit=max(found.limit, now + SLACK)) if now <= math.pi / 2 else None
 
 
 def carried(
@@ -76,13 +79,11 @@ def carried(
         pace: speed and acceleration of joint-space lines [rad/s, rad/s2].
 
     Raises:
-        Unresolvable: it is tilted at one of the ends already, or no way keeps it upright.
+        Unresolvable: it is tilted at the end, or no way keeps it upright.
     """
     here, there = forward(context.robot, belief.joints), forward(context.robot, goals[0])
-    so_far, whole = _tilted_by(motion, belief, context, carry), _causes(motion, context)
-    for pose, where, settled in ((here, "now", so_far), (there, f"at the stand-off of {motion.to}", whole)):
-        if carry.tilt(pose) > carry.limit:
-            raise Unresolvable(f"{where} {_tilted(carry, carry.tilt(pose))}", settled, blocking=())
+    if carry.tilt(there) > carry.limit:
+        raise Unresolvable(f"at the stand-off of {motion.to} {_tilted(carry, carry.tilt(there))}", _causes(motion, context), blocking=())
     about = f"'{carry.thing}' at most {math.degrees(carry.limit + SLACK):.0f} deg from upright ({PROPERTY})"
     if no := start_blocked(scene, belief.joints):
         raise Unresolvable(f"no path to {motion.to}: {no.reason}", blocking=no.blocking, collision=no.collision)
@@ -182,16 +183,6 @@ def _line_upright(context: Context, carry: Load, start: Joints, goal: Joints) ->
 def _tilted(carry: Load, angle: float) -> str:
     most = math.degrees(carry.limit + SLACK)
     return f"'{carry.thing}' would be tilted by {math.degrees(angle):.0f} deg > {most:.0f} deg ({PROPERTY})"
-
-
-def _tilted_by(motion: Motion, belief: Belief, context: Context, carry: Load) -> tuple[str, ...]:
-    """What it depends on that a load is tilted as it is: on itself where it stood so, else on what led the hand; never on where it is
-    brought."""
-    stood = math.acos(float(np.clip(belief.world.thing(carry.thing).pose.rotate((0.0, 0.0, 1.0))[2], -1.0, 1.0)))
-    itself = tuple(name for name, value in context.bindings.items() if value == carry.thing)
-    if itself and abs(stood - carry.tilt(forward(context.robot, belief.joints))) < SLACK:
-        return itself
-    return tuple(name for name in _causes(motion, context) if motion.to is None or name != motion.to.name)
 
 
 def _causes(motion: Motion, context: Context) -> tuple[str, ...]:
