@@ -211,7 +211,8 @@ def room(spot: Spot, wanted: Wanted) -> str | Refusal:
 
     base = wanted.belief.base()
     for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
-        if not reach_shortfall(wanted.context.robot, pose) and (no := wanted.scene.met(base * pose)) is not None:
+        no: Refusal | None = None if reach_shortfall(wanted.context.robot, pose) else wanted.scene.met(base * pose)
+        if no is not None:
             return replace(no, reason=f"{where}: {no.reason}")
     return ""
 

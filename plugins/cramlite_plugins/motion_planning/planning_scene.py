@@ -140,7 +140,7 @@ class PlanningScene(Value):
         data, model, address = self.data, self.compiled.model, self.index.joints[0]
         data.qpos[address : address + len(self.index.joints)] = self.robot.home
         mujoco.mj_kinematics(model, data)
-        rigid, still = self.moved[:, -1] > 0, ~self.moved.any(axis=1)
+        rigid, still = self.moved[:, -1] > 0, self.moved.sum(axis=1) == 0
         way = (tcp * self.index.pose(data).inverse()).matrix
         data.geom_xpos[rigid] = data.geom_xpos[rigid] @ way[:3, :3].T + way[:3, 3]
         data.geom_xmat[rigid] = (way[:3, :3] @ data.geom_xmat[rigid].reshape(-1, 3, 3)).reshape(-1, 9)
