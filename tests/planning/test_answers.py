@@ -147,14 +147,16 @@ NEAR_IT = Refused("here", "no room", blocking=("mug",))
 
 
 @pytest.mark.parametrize(
-    ("answers", "moved", "asked"),
+    ("answers", "moved", "of", "asked"),
     [
-        ([NEAR_IT, NEAR_IT], 0.0, 1), ([NEAR_IT], 1e-9, 1),
-        ([NEAR_IT], 0.01, 2), ([NEAR_IT, Grounding("there", "fine")], 0.0, 2), ([Refused("here", "who knows")], 0.0, 2), ([], 0.0, 2),
+        ([NEAR_IT, NEAR_IT], 0.0, "w", 1), ([NEAR_IT], 1e-9, "w", 1), ([NEAR_IT], 0.0, None, 2), ([NEAR_IT], 0.01, "w", 2),
+        ([NEAR_IT, Grounding("there", "fine")], 0.0, "w", 2), ([Refused("here", "who knows")], 0.0, "w", 2), ([], 0.0, "w", 2),
     ],
 )  # fmt: skip
-def test_places_that_are_refused_for_what_is_around_them_are_so_wherever_the_arm_is(answers: list[Any], moved: float, asked: int) -> None:
-    """The second time the arm is elsewhere, and a cup has moved so far."""
+def test_places_that_are_refused_for_what_is_around_them_are_so_wherever_the_arm_is(
+    answers: list[Any], moved: float, of: str | None, asked: int
+) -> None:
+    """The second time the arm is elsewhere, and a cup has moved so far. Those at no thing are where the hand is."""
     kept, questions, nobody = Answers(), list[Context](), cast("Any", None)
 
     def ask(context: Context) -> list[tuple[str, list[Any]]]:
@@ -164,5 +166,5 @@ def test_places_that_are_refused_for_what_is_around_them_are_so_wherever_the_arm
     for joints, x in (((0.0,), 0.0), ((1.0,), moved)):
         belief = replace(BELIEF, joints=joints, poses={"cup": Estimate(Pose((x, 0.0, 0.0)))})
         context = Context(nobody, nobody, {}, nobody)
-        assert [list(told) for _, told in kept.of(Location("place", "at"), belief, context, ask)[1]] == [answers]
+        assert [list(told) for _, told in kept.of(Location("place", "at", of=of), belief, context, ask)[1]] == [answers]
     assert len(questions) == asked
