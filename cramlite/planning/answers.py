@@ -134,8 +134,8 @@ class Question(Struct):
 
     @property
     def refused_anywhere(self) -> bool:
-        """Whether it is a place all answers of which are refused for what is around it: the arm may come from anywhere."""
-        return isinstance(self.item, Location) and all(k.ended and self._about_things(k) for k in self.kept.values())
+        """Whether it is a place at a thing all answers of which are refused for what is around it: the arm may come from anywhere."""
+        return isinstance(self.item, Location) and bool(self.item.of) and all(k.ended and self._about_things(k) for k in self.kept.values())
 
     def _about_things(self, kept: Kept) -> bool:
         end = kept.impossible

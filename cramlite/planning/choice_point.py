@@ -137,7 +137,7 @@ class ChoicePoint(Struct):
         held = self.state.belief.held
         named = (t for one in things for t in ([one] if isinstance(one, str) else one))
         meant = {*named, thing_of(str(own)), *([held.thing] if held else [])}
-        if any(_was_moved(name, self.state.belief) for name in meant):  # with a door or a drawer, it may be
+        if not own or any(_was_moved(name, self.state.belief) for name in meant):  # it may be by a door or a drawer; so may the hand
             meant |= {t.name for t in self.state.belief.world.things if t.joint is not None}
         opened = (i.action for i in self.state.agenda if isinstance(i, Effect))
         known = {a.name: a for a in (*self.state.actions, *self.state.parts, *opened)}

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, cast
 
+import pytest
+from msgspec.structs import replace
 from test_search import Trial
 
-from cramlite.model import Belief, Location, Object, World
+from cramlite.model import Belief, Estimate, Location, Object, Pose, World
+from cramlite.planning.answers import Answers
 from cramlite.planning.choice_point import CAPS, Nogoods
 from cramlite.planning.refutation import Capped
 from cramlite.planning.search import Effort, Search
 from cramlite.planning.state import State
 from cramlite.planning.trace import KNOWN
+from cramlite.plugin.grounding import Context, Grounding, Refused
 
 Plugin = Callable[[str, str], Path]
 BELIEF = Belief(World(()), {}, "arm", (), 0.0)
@@ -136,3 +141,30 @@ def test_no_goods_of_a_round_that_left_something_out_end_with_it() -> None:
     nogoods.remember(frozenset({"b"}), made)
     left = nogoods.lasting()
     assert left.made_again(made) == {"b"} and left.made_again(made[:1]) is None and nogoods.made_again(made[:1]) is not None
+
+
+NEAR_IT = Refused("here", "no room", blocking=("mug",))
+
+
+@pytest.mark.parametrize(
+    ("answers", "moved", "of", "asked"),
+    [
+        ([NEAR_IT, NEAR_IT], 0.0, "w", 1), ([NEAR_IT], 1e-9, "w", 1), ([NEAR_IT], 0.0, None, 2), ([NEAR_IT], 0.01, "w", 2),
+        ([NEAR_IT, Grounding("there", "fine")], 0.0, "w", 2), ([Refused("here", "who knows")], 0.0, "w", 2), ([], 0.0, "w", 2),
+    ],
+)  # fmt: skip
+def test_places_that_are_refused_for_what_is_around_them_are_so_wherever_the_arm_is(
+    answers: list[Any], moved: float, of: str | None, asked: int
+) -> None:
+    """The second time the arm is elsewhere, and a cup has moved so far. Those at no thing are where the hand is."""
+    kept, questions, nobody = Answers(), list[Context](), cast("Any", None)
+
+    def ask(context: Context) -> list[tuple[str, list[Any]]]:
+        questions.append(context)
+        return [("places", answers)]
+
+    for joints, x in (((0.0,), 0.0), ((1.0,), moved)):
+        belief = replace(BELIEF, joints=joints, poses={"cup": Estimate(Pose((x, 0.0, 0.0)))})
+        context = Context(nobody, nobody, {}, nobody)
+        assert [list(told) for _, told in kept.of(Location("place", "at", of=of), belief, context, ask)[1]] == [answers]
+    assert len(questions) == asked

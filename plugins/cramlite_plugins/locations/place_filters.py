@@ -220,6 +220,19 @@ def beside(spot: Spot, wanted: Wanted) -> str:
     return ""
 
 
+def room(spot: Spot, wanted: Wanted) -> str | Refusal:
+    """Check that there is room for the hand and the thing at the placement and above it, wherever the arm is; of what is out of reach that
+    is left to be said."""
+    from ..kinematics.kinematics import reach_shortfall
+
+    base = wanted.belief.base()
+    for pose, where in ((spot.before, ABOVE_IT), (spot.pose, "at it")):
+        no: Refusal | None = None if reach_shortfall(wanted.context.robot, pose) else wanted.scene.met(base * pose)
+        if no is not None:
+            return replace(no, reason=f"{where}: {no.reason}")
+    return ""
+
+
 def reachable(spot: Spot, wanted: Wanted) -> str:
     """Check that inverse kinematics has solutions for the placement and its approach, whatever is in the way."""
     from ..kinematics.kinematics import inverse, why_no_inverse
@@ -334,7 +347,8 @@ CHEAP: Mapping[str, Mapping[str, Filter]] = {
 }
 """Asked of the shapes alone, by relation."""
 DEAR: Mapping[str, Filter] = {
-    "free to fall": falls_in, "reachable": reachable, "visible": visible, "collision-free": collision_free, "free to open": room_to_open,
+    "free to fall": falls_in, "collision-free": room, "reachable": reachable, "visible": visible,
+    "collision-free with the arm": collision_free, "free to open": room_to_open,
     "let down by the thing alone": hand_off,
 }  # fmt: skip
 """Asked of the arm and the camera, in this order."""

@@ -181,10 +181,9 @@ def _turned(wanted: Wanted, now: Pose, offset: Offset, yaw: float, relation: str
 
 def _from_aside(spot: Spot, wanted: Wanted, above: float) -> Spot | None:
     """The same placement, brought there from aside: a drawer under another one has no room above, and some before it."""
-    from ..motion_planning.reach import collision_free_ik, shift
-    from ..motion_planning.space import Refusal
+    from ..motion_planning.reach import shift
 
-    if isinstance(collision_free_ik(wanted.scene, wanted.context, spot.pose, wanted.belief.joints), Refusal):
+    if wanted.scene.met(wanted.belief.base() * spot.pose) is not None:
         return None  # wherever it comes from
     for side, way in slants(above):
         aside = replace(spot, name=f"{spot.name}, from {side}", before=shift(spot.pose, way))

@@ -33,6 +33,7 @@ from ..simulation.model.index import RobotIndex
 from .inflated import Inflated
 from .pairs import Pairs, required_distances
 from .planning_models import inflated_model, moved_geoms, planning_model
+from .space import Refusal
 
 Joints = tuple[float, ...]
 Position = Sequence[float] | Floats
@@ -130,6 +131,29 @@ class PlanningScene(Value):
     def free(self, q: Position) -> bool:
         """Check whether the joints are inside their limits and every pair keeps the distance that it needs."""
         return self._inside(q) and all(d >= self._needed(q, g, h) for g, h, d in self._look(q, self.levels[0]))
+
+    def met(self, tcp: Pose) -> Refusal | None:
+        """Return what is too near to the hand, or to what it holds, with the tcp at a pose in the world; None if nothing is.
+
+        Then no joint position for the pose is free, which is known without one: there is no state to draw.
+        """
+        data, model, address = self.data, self.compiled.model, self.index.joints[0]
+        data.qpos[address : address + len(self.index.joints)] = self.robot.home
+        mujoco.mj_kinematics(model, data)
+        rigid, still = self.moved[:, -1] > 0, self.moved.sum(axis=1) == 0
+        way = (tcp * self.index.pose(data).inverse()).matrix
+        data.geom_xpos[rigid] = data.geom_xpos[rigid] @ way[:3, :3].T + way[:3, 3]
+        data.geom_xmat[rigid] = (way[:3, :3] @ data.geom_xmat[rigid].reshape(-1, 3, 3)).reshape(-1, 9)
+        pairs = [(g, h) for g, h in self.levels[0].near(data) if (rigid[g] and still[h]) or (rigid[h] and still[g])]
+        far = [(mujoco.mj_geomDistance(model, data, g, h, FAR, None), g, h) for g, h in pairs if self.need.item(g, h) > -math.inf]
+        close = sorted((d, g, h) for d, g, h in far if d < self.need.item(g, h))
+        if not close:
+            return None
+        touch = [(self.compiled.owners[g].touch, self.compiled.owners[h].touch, -d) for d, g, h in close]
+        said = {pair[:2]: str(self._state(self.robot.home, *pair)) for pair in reversed(touch)}  # of each pair the deepest
+        loose = {self._loose(g, h) for _, g, h in close}
+        reason = ", ".join(said[pair] for pair in list(dict.fromkeys(t[:2] for t in touch))[:2])
+        return Refusal(reason, blocking=() if "" in loose else (tuple(sorted(loose)),))
 
     def line_free(self, a: Position, b: Position) -> bool:
         """Check whether the straight joint-space line from a free position is free; its end, long intervals first."""

@@ -159,6 +159,20 @@ def test_a_thing_in_the_hand_moves_with_it_and_collides() -> None:
     assert "'block'" in make(TABLE, long, held={"block": Pose()}).why(q)
 
 
+def test_what_the_hand_meets_it_meets_at_every_position_of_the_arm() -> None:
+    """Whether there is room for the hand and the block that it holds is known from the pose alone, as from all joint positions for it."""
+    place, count = make(TABLE, WALL, BLOCK, held={"block": Pose((0, 0, 0.02))}), [0, 0]
+    base = next(m.base for m in world().robots)
+    for x, y, z in np.random.default_rng(5).uniform((0.4, -0.1, 0.0), (0.65, 0.35, 0.3), (60, 3)).tolist():
+        solutions, met = inverse(UR5E, down(x, y, z)), place.met(base * down(x, y, z))
+        hand = [p for p in place.collisions(solutions[0]) if not any(n.startswith("arm1/") for n in p[:2])]
+        count[met is not None] += 1
+        assert (met is not None) == bool(hand)
+        assert met is None or not any(place.free(q) for q in solutions)
+        assert met is None or all(name in met.reason for name in hand[0][:2])
+    assert min(count) > 10
+
+
 def test_things_are_reposed() -> None:
     place = make(TABLE, BLOCK)
     q = stance(place, down(0.45, -0.3, 0.03))
