@@ -134,8 +134,8 @@ def _resolved(trial: Trial, judge: Judge, result: EpisodeResult) -> EpisodeResul
     if proven is None:
         result = replace(result, reason=failure_text(trace, engine.registry.faults))
         if trial.pictures:
-            seen, miss = judge.picture(), _refused_state(engine, setting, trace)
-            result = replace(result, picture=_kept(trial.folder / SEEN, seen), miss=_kept(trial.folder / MISS, miss))
+            miss = _refused_state(engine, setting, trace)
+            result = replace(result, picture=_kept(trial.folder / SEEN, judge.picture()), miss=_kept(trial.folder / MISS, miss))
         again = trial.attempt_refused and refused is not None
         return replace(result, refused=_attempt(trial, judge, engine, refused, "refused")) if again and refused else result
     advice = tuple(f"{f.validator}: {f.reason.removeprefix(ADVICE)}" for f in proven.verdict.advice)
