@@ -17,7 +17,7 @@ POST = Thing("post", "cram:Product", Pose((0.0, 0.0, 0.04)), (Geom("box", (0.01,
 def carrier(at: Pose) -> str:
     board = Thing("board", "cram:Product", at, (Geom("box", (0.08, 0.03, 0.002)),), mass=0.1)
     world = World((table("table", Pose(), (1.0, 1.0, 0.02)), POST, board), ())
-    found = dict((thing, below) for below, thing in _supporting(SymbolicWorld(world, Engine().knowledge.taxonomy, (), {})))
+    found = {thing: below for below, thing in _supporting(SymbolicWorld(world, Engine().knowledge.taxonomy, (), {}))}
     return found["board"]
 
 
@@ -27,6 +27,9 @@ def test_what_leans_on_a_post_is_carried_by_it() -> None:
     assert carrier(leant) == "post"
 
 
-@pytest.mark.parametrize("at", [Pose.from_rotvec((0.0, 0.0, 0.15), (0.0, 0.35, 0.0)), Pose((0.2, 0.0, 0.012))], ids=["over it", "beside it"])
+OVER, BESIDE = Pose.from_rotvec((0.0, 0.0, 0.15), (0.0, 0.35, 0.0)), Pose((0.2, 0.0, 0.012))
+
+
+@pytest.mark.parametrize("at", [OVER, BESIDE], ids=["over it", "beside it"])
 def test_what_is_over_or_beside_it_is_not(at: Pose) -> None:
     assert carrier(at) == "table"
