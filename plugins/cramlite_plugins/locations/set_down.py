@@ -20,7 +20,7 @@ from cramlite.plugin import Answers, Context, Grounding, Refused, Unresolvable, 
 from ..motions.gripping import OPEN, release_opening
 from ..shapes.bounds import centre_of_mass, corners, support
 from ..shapes.front import front
-from ..shapes.standing_up import stood_up
+from .attitude import check_turn, held_now, put_down
 from .covers import closed_in, covers
 from .free_area import Offset, beside, free_area, positions
 from .from_aside import is_free, slants
@@ -47,8 +47,6 @@ ABOVE = 0.06  # stand-off above a rim [m]
 BETWEEN = (1.0, 0.67, 0.33)  # parts of a way down from aside that are looked at first
 TURNED = "turned"
 """Value of a place: 1 where it asks for an attitude, so that what is brought there need not be kept as it is held."""
-PALM_UP = math.sin(math.radians(20.0))
-"""Of the hand's approach, upwards: with more of it the hand would be under what it holds, and in what that is put on."""
 FACING = (0.0, 6.0, -6.0)
 """Turns from facing another thing [deg]: of the 15 deg that are judged, letting go may take some."""
 PER_TURN, PER_HEIGHT = 0.1, 0.02  # cost of a radian of turn, and of each height above the lowest
@@ -70,8 +68,8 @@ def _spots(location: Location, belief: Belief, context: Context) -> Iterator[Gro
     the two things alone, and on where tasks have put what stands there.
     """
     targets, cheap = _targets(location, belief, context), len(CHEAP[location.relation])
-    now = _put_down(targets[0], location)
-    _check_turn(held_now(belief, context), now, targets[0])
+    now = put_down(targets[0], location)
+    check_turn(held_now(belief, context), now, targets[0])
     work, kept, passed = context.samples, list[Refused](), False
     for k, answer in _answers(targets, now, location):
         shapes = isinstance(answer, Refused) and answer.passed < cheap
@@ -277,7 +275,7 @@ def _uneven(first: Wanted, thing: Thing, pose: Pose) -> Wanted | None:
 
 def _fits(wanted: Wanted, location: Location) -> bool:
     """Whether there is room beside what stands on a surface, and within what stands about it, in its middle at some turn."""
-    now = _put_down(wanted, location)
+    now = put_down(wanted, location)
     own = replace(wanted, obstacles=tuple(o for o in wanted.obstacles if o.name == thing_of(wanted.entity)))
     within = any(not clear(_spot(own, now, (0.0, 0.0), yaw, *ONTO[0]), own) for yaw in YAWS)
     return within and not _free(wanted, now, location).is_empty
@@ -362,55 +360,6 @@ def _radius(wanted: Wanted, now: Pose, top: float = math.inf) -> float:
     low = -support(wanted.thing, now, (0.0, 0.0, -1.0))
     outline, middle = footprint(wanted.thing, now, high=low + top), shapely.Point(*_middle(wanted, now))
     return float(outline.boundary.distance(middle)) if outline.covers(middle) else 0.0
-
-
-def held_now(belief: Belief, context: Context) -> Pose:
-    """Return the current pose of what is held, in the base frame."""
-    from ..motion_planning.reach import held_pose
-
-    return held_pose(belief, context)
-
-
-def _check_turn(now: Pose, asked: Pose, wanted: Wanted) -> None:
-    """Check that what is held can be brought to the attitude that is asked for, as it is held.
-
-    Raises:
-        Unresolvable: what is in it would be spilled, or the hand would come under it; then another grasp may do.
-    """
-    held, (turn, context) = wanted.belief.held, (now.inverse() * asked, wanted.context)
-    if held is None or math.hypot(*turn.rotvec) < SAME:  # rounding turns nothing
-        return
-    if wanted.thing.filling is not None:
-        raise Unresolvable(f"'{wanted.thing.name}' holds something that would be spilled", (wanted.entity,))
-    rise = float((asked * held.tcp_to_thing.inverse()).rotate((0.0, 0.0, 1.0))[2])
-    if rise > PALM_UP:
-        grasps = (n for n, v in context.bindings.items() if isinstance(v, Place) and v.thing == held.thing and "width_m" in v.values)
-        said = f"turned so, the hand would be under '{held.thing}' and reach up by {math.degrees(math.asin(min(rise, 1.0))):.0f} deg"
-        raise Unresolvable(said, tuple(grasps))
-
-
-def _put_down(wanted: Wanted, location: Location) -> Pose:
-    """How what is held is turned when it is put somewhere: as it is asked for, else as it is; what leans and is put onto something, so that
-    it stands. What is in it stays as level as it was."""
-    now = held_now(wanted.belief, wanted.context)
-    if location.relation == "on" and not wanted.where.get("attitude") and wanted.thing.filling is None:
-        return stood_up(wanted.thing, now)
-    return as_asked(now, wanted.where)
-
-
-def as_asked(now: Pose, where: Mapping[str, Any]) -> Pose:
-    """Return a pose in the base frame turned the shortest way so that its z axis points up or down, where ``attitude`` wants it."""
-    if not where.get("attitude"):
-        return now
-    up, axis = now.rotate((0.0, 0.0, 1.0)), {"upright": 1.0, "upside down": -1.0}[where["attitude"]]
-    way = np.cross(up, (0.0, 0.0, axis))
-    sine = float(np.linalg.norm(way))
-    angle = math.atan2(sine, axis * float(up[2]))
-    if sine < SAME:  # half a turn is as short about any level axis
-        way, sine = now.rotate((1.0, 0.0, 0.0)), 1.0
-    x, y, z = (way / sine * angle).tolist()
-    turned = Pose.from_rotvec((0, 0, 0), (x, y, z)) * Pose((0, 0, 0), now.quaternion)
-    return Pose(now.position, turned.quaternion)
 
 
 def _anchor(wanted: Wanted, now: Pose) -> Offset:

@@ -15,6 +15,7 @@ from test_places import HELD, _belief, _context, _wanted
 from cramlite.model import Belief, Feature, Filling, Geom, Location, Place, Pose, Thing
 from cramlite.plugin import Grounding, Refused, Unresolvable
 from cramlite_plugins.locations import set_down
+from cramlite_plugins.locations.attitude import as_asked, check_turn
 from cramlite_plugins.locations.place_filters import Spot, clear
 from cramlite_plugins.locations.set_down import ARM, GAP, INSET, OUTLINE, YAWS
 from cramlite_plugins.motion_planning.reach import held_pose, tcp, uncertainty_margins
@@ -399,17 +400,17 @@ def angle(a: Any, b: Any) -> float:
 def test_it_is_turned_the_shortest_way(attitude: str, z: float) -> None:
     for leaning in ((0.3, -0.5, 1.1), (2.0, 0.2, -0.4), (1.2, 1.4, 0.0), (0.0, 0.0, 0.7)):
         now = Pose.from_rotvec((0.4, 0.3, 0.5), leaning)
-        asked = set_down.as_asked(now, {"attitude": attitude})
+        asked = as_asked(now, {"attitude": attitude})
         assert asked.rotate((0.0, 0.0, 1.0)) == pytest.approx((0.0, 0.0, z), abs=1e-9) and asked.position == now.position
         assert now.distance(asked)[1] == pytest.approx(angle(now.rotate((0.0, 0.0, 1.0)), (0.0, 0.0, z)), abs=1e-6)
-        assert set_down.as_asked(now, {}) is now
+        assert as_asked(now, {}) is now
 
 
 @pytest.mark.parametrize(("attitude", "over"), [("upright", math.pi), ("upside down", 0.0)])
 def test_half_a_turn_is_about_its_own_side(attitude: str, over: float) -> None:
     """The x axis stays where it is: upside down it need not turn at all."""
     turned = Pose.from_rotvec((0.4, 0.3, 0.5), (0.0, 0.0, 0.7)) * Pose.from_rotvec((0, 0, 0), (math.pi, 0, 0))
-    asked = set_down.as_asked(turned, {"attitude": attitude})
+    asked = as_asked(turned, {"attitude": attitude})
     assert turned.distance(asked)[1] == pytest.approx(over, abs=1e-9)
     assert asked.rotate((1.0, 0.0, 0.0)) == pytest.approx(turned.rotate((1.0, 0.0, 0.0)))
 
@@ -428,11 +429,11 @@ def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool
     context = replace(_context(belief), bindings={**_context(belief).bindings, **known})
     wanted = replace(_wanted(belief), belief=belief, context=context)
     if passes:
-        set_down._check_turn(Pose(), Pose(), wanted)
-        return set_down._check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
-    set_down._check_turn(Pose(), Pose(), wanted)  # it is as asked for already
+        check_turn(Pose(), Pose(), wanted)
+        return check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
+    check_turn(Pose(), Pose(), wanted)  # it is as asked for already
     with pytest.raises(Unresolvable) as none:
-        set_down._check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
+        check_turn(Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), Pose(), wanted)
     assert none.value.because == ("grasp",)
     assert none.value.reason == f"turned so, the hand would be under 'it' and reach up by {degrees:.0f} deg"
 
@@ -440,11 +441,11 @@ def test_the_hand_does_not_come_under_what_it_holds(degrees: float, passes: bool
 def test_what_is_full_is_not_turned() -> None:
     belief = _belief()
     full = replace(_wanted(belief), thing=replace(belief.world.thing("it"), filling=Filling(3, 0.005, 0.001)))
-    set_down._check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (5e-7, 0, 0)), full)
+    check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (5e-7, 0, 0)), full)
     with pytest.raises(Unresolvable, match="'it' holds something that would be spilled") as none:
-        set_down._check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1e-5, 0, 0)), full)
+        check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1e-5, 0, 0)), full)
     assert none.value.because == ("shelf",)
-    set_down._check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), replace(full, belief=replace(belief, held=None)))
+    check_turn(Pose(), Pose.from_rotvec((0, 0, 0), (1.0, 0, 0)), replace(full, belief=replace(belief, held=None)))
 
 
 @pytest.mark.parametrize("yaw", [0.0, 6.0, -6.0])

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cramlite.model import Geom, Pose, Thing
-from cramlite_plugins.shapes.nesting import SETTLES, STEP, nested
+from cramlite_plugins.shapes.nesting import SETTLES, STEP, nested, room_under
 
 RIM = 0.008
 PLATE = Thing(
@@ -55,3 +55,12 @@ def test_it_is_put_where_it_cannot_get_lower() -> None:
 
 def test_beside_it_nothing_carries() -> None:
     assert nested(block(0.02), Pose((0.2, 0, 0)), PLATE, Pose()) is None
+
+
+@given(st.floats(-0.02, 0.02), st.floats(0.0, 0.1))
+def test_room_under_a_thing_is_how_far_it_can_be_let_down(off: float, over: float) -> None:
+    assert room_under(block(0.02), Pose((off, 0, 0.034 + over)), PLATE, Pose()) == pytest.approx(over, abs=1e-6)
+
+
+def test_beside_it_there_is_room_without_end() -> None:
+    assert room_under(block(0.02), Pose((0.2, 0, 0.5)), PLATE, Pose()) == math.inf

@@ -12,6 +12,7 @@ from short_runs import (
     LIFTED,
     OPENED,
     RIGHT,
+    SHELF,
     STEP,
     TAKEN,
     WEIGHT,
@@ -22,7 +23,7 @@ from short_runs import (
     touching,
 )
 
-from cramlite.model import JudgingLimits, Touch
+from cramlite.model import Feature, JudgingLimits, Pose, Touch
 from cramlite.plugin import HAND, Allowance, Candidate
 from cramlite_plugins.validators.collision import GAP, GRIP, Bump, Collision, bumps
 
@@ -272,3 +273,16 @@ def test_the_limit_of_the_task_that_runs_comes_before_that_of_the_one_that_moves
 def test_standing_is_no_pressing(sample: int) -> None:
     """The floor bears the block however hard the pads push it down, as long as they held it nowhere else."""
     assert said(Collision(), touching([sample], Touch("floor" if sample < LIFTED else "shelf", "block", 300.0, 0.0))) == []
+
+
+@pytest.mark.parametrize(("hollow", "lies_there", "passes"), [(True, True, True), (True, False, False), (False, True, False)])
+def test_what_is_brought_into_a_container_may_touch_what_lies_in_there(hollow: bool, lies_there: bool, passes: bool) -> None:
+    """Siblings that fail: the cup is held over the container by somebody else, and the shelf is no container."""
+    box = replace(SHELF, features=(Feature("inside", "cram:Cavity", Pose(), {"width": 0.2, "depth": 0.2, "height": 0.1}),))
+    found = touching(range(66, 68), Touch("block", "cup", 10.0, 0.0))
+    run = found.rollout
+    assert run is not None
+    things = tuple(box if t.name == "shelf" and hollow else t for t in run.world.things)
+    apart = tuple(tuple(t for t in row if {t.a, t.b} != {"shelf", "cup"}) for row in run.touches)
+    rollout = replace(run, world=replace(run.world, things=things), touches=run.touches if lies_there else apart)
+    assert only(Collision(), replace(found, rollout=rollout)).passed is passes

@@ -1,0 +1,35 @@
+"""What carries a thing that leans on another, and stands on no surface."""
+
+from __future__ import annotations
+
+import pytest
+
+from cramlite import Engine
+from cramlite.model import Geom, Pose, Thing, World
+from cramlite.plugin import SymbolicWorld
+from cramlite_plugins.predicates.fluents import _supporting
+from cramlite_plugins.simulation.objects.products_and_fixtures import table
+
+POST = Thing("post", "cram:Product", Pose((0.0, 0.0, 0.04)), (Geom("box", (0.01, 0.01, 0.03)),), mass=0.2)
+"""Its top is 70 mm high, on a table whose top is 10 mm high; what has its edge there cannot stand on so little."""
+
+
+def carrier(at: Pose) -> str:
+    board = Thing("board", "cram:Product", at, (Geom("box", (0.08, 0.03, 0.002)),), mass=0.1)
+    world = World((table("table", Pose(), (1.0, 1.0, 0.02)), POST, board), ())
+    found = {thing: below for below, thing in _supporting(SymbolicWorld(world, Engine().knowledge.taxonomy, (), {}))}
+    return found["board"]
+
+
+def test_what_leans_on_a_post_is_carried_by_it() -> None:
+    """Leant by 20 deg, over the middle of the post, whose upper edge it meets: 70 mm, 2 mm of thickness, 10 mm aside."""
+    leant = Pose.from_rotvec((0.0, 0.0, 0.0758), (0.0, 0.35, 0.0))
+    assert carrier(leant) == "post"
+
+
+OVER, BESIDE = Pose.from_rotvec((0.0, 0.0, 0.15), (0.0, 0.35, 0.0)), Pose((0.2, 0.0, 0.012))
+
+
+@pytest.mark.parametrize("at", [OVER, BESIDE], ids=["over it", "beside it"])
+def test_what_is_over_or_beside_it_is_not(at: Pose) -> None:
+    assert carrier(at) == "table"
