@@ -32,8 +32,8 @@ POSTURE = (0.0, -0.161, 0.0, -2.445, 0.0, 2.227, 0.785)
 """Where LIBERO's robot begins, but for 0.02 rad, and what OSC_POSE pulls the joints to: MountedPanda's init_qpos."""
 CONDITIONING = 0.08
 """Kept from stretched postures and other singularities: the controller treats position and rotation of the tool apart, and comes
-through the stretched elbow out on its other side, where it is stuck against its stop. Of 13 programs of the freeze with postures
-below 0.065 that were not wrist singularities 12 did so, and none of the 69 that kept 0.09."""
+through the stretched elbow out on its other side, where it is stuck against its stop. Of the freeze's 83 programs 12 came
+below 0.065 with the arm stretched: 11 of them did so, and none of the 70 that kept 0.09."""
 TABLE = (*DH[:-1], (DH[-1][0], DH[-1][1] - 0.107 + FLANGE, DH[-1][2]))
 JAWS = Jaws(
     stroke=0.080, pad=(0.016, 0.020, 0.008), palm=HEIGHT, tip=0.106, back=(0.0105, 0.004), knuckle=(0.0105, 0.0075, 0.004), mass=0.11,

@@ -33,6 +33,8 @@ EXACT = 1e-6  # a branch whose error stays above this is no solution [m, rad]
 SAME = 1e-5  # two branches nearer than this are one [rad]
 SETTLING, SETTLED, FURTHEST = 40, 1e-3, 0.15
 """Steps of a self-motion, a step that is small enough to end it, and the largest [rad]."""
+LEADING = (0.1, 0.4)
+"""Between poses on the way of a tool that is led [m, rad]."""
 STEPS = (0.48, 0.06)
 """Between the values at which the last of seven joints is locked [rad]: the second where nothing is found with the first."""
 
@@ -194,7 +196,11 @@ def held_posture(robot: Robot, target: Pose) -> Joints | None:
         Joint positions; None where the tool cannot be led there from the posture.
     """
     assert robot.posture is not None
-    q, share, before = refine(robot, target, robot.posture, steps=30), 1.0, np.zeros(len(robot.joints))
+    if reach_shortfall(robot, target):
+        return None
+    q, share, before = refine(robot, target, robot.posture, steps=12), 1.0, np.zeros(len(robot.joints))
+    if q is None or not numeric_inverse.inside(robot, q):
+        q = _led(robot, target, robot.posture)
     for _ in range(SETTLING if len(robot.joints) > 6 else 0):
         if q is None:
             return None
@@ -204,6 +210,19 @@ def held_posture(robot: Robot, target: Pose) -> Joints | None:
         share, before = share / 2 if way @ before < 0 else share, way  # it went too far
         q = refine(robot, target, tuple(q + min(share, FURTHEST / size) * way), steps=8)
     return q
+
+
+def _led(robot: Robot, target: Pose, posture: Joints) -> Joints | None:
+    """Joint positions at the end of the straight way of the tool from a posture to a pose, by steps of least norm."""
+    start = forward(robot, posture)
+    q: Joints | None = posture
+    shift, turn = np.subtract(target.position, start.position), np.asarray((start.inverse() * target).rotvec)
+    count = max(1, math.ceil(np.linalg.norm(shift) / LEADING[0]), math.ceil(np.linalg.norm(turn) / LEADING[1]))
+    for part in np.arange(1, count) / count:
+        x, y, z = (start.position + part * shift).tolist()
+        turned = Pose((x, y, z), start.quaternion) * Pose.from_rotvec((0.0, 0.0, 0.0), part * turn)
+        q = q and refine(robot, turned, q)
+    return q and refine(robot, target, q, steps=12)
 
 
 def _self_motion(robot: Robot, q: Joints, way: Floats) -> Floats:
