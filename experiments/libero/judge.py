@@ -11,17 +11,18 @@ from __future__ import annotations
 import base64
 import difflib
 import io
-import json
 import os
 import sys
+from pathlib import Path
 from typing import Any
 
-LINES = os.fdopen(os.dup(1), "w")  # robosuite and LIBERO print to standard output, which becomes standard error
-os.dup2(2, 1)
 os.environ.setdefault("MUJOCO_GL", "egl")
 
-import mujoco  # noqa: E402
-import numpy as np  # noqa: E402
+import mujoco
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from judge_lines import Refused, serve
 
 RATE, IDLE = 20, 10
 """Actions in a second [Hz], and those that do nothing after a reset: LIBERO's evaluation."""
@@ -31,12 +32,10 @@ QUANTUM = 0.25
 """What one action changes of the command of the hand, -1 (open) to 1 (closed): 25 physics steps of 0.01 each (PandaGripper)."""
 SHUT = 0.0019
 """Between fingers that have closed on nothing when they have hardly moved for half a second [m]: they creep from 2.1 to 1 mm in 1 s."""
+CREEP = 0.002
+"""Of their way to an opening that fingers still have when they have hardly moved for half a second [m]: they were seen 1.5 mm before it."""
 PIXELS = 256
 HAND = "gripper0_right_gripper"
-
-
-class Refused(Exception):
-    """A request that cannot be served; the message is for people."""
 
 
 class Judge:
@@ -46,15 +45,6 @@ class Judge:
         self.env: Any = None
         self.steps, self.first = 0, None
         self.hand = 0.0
-
-    def answer(self, ask: dict[str, Any]) -> dict[str, Any]:
-        """Serve a request."""
-        name = ask.pop("ask", None)
-        if name not in ("reset", "hello", "scene", "step", "check", "cameras"):
-            raise Refused(f"there is no request '{name}'")
-        if name != "reset" and self.env is None:
-            raise Refused(f"'{name}' needs an episode; 'reset' begins one")
-        return getattr(self, name)(**ask)
 
     def reset(self, suite: str, task: int, state: int) -> dict[str, Any]:
         """Begin an episode, after LIBERO's idle actions."""
@@ -100,11 +90,12 @@ class Judge:
     def hello(self, **_: Any) -> dict[str, Any]:
         """Say what robot there is."""
         controller = self.env.robots[0].controller
-        lag = 2.0 / float(np.sqrt(controller.kp[0]))  # of a critically damped spring that is pulled along
+        inertia = 1.0 / float(controller.kp[0])  # of a critically damped spring, which is pulled along and holds an action for a period
+        lag = 2.0 * inertia**0.5 - 0.5 / RATE
         return {
-            "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag,
+            "protocol": 1, "robot": "libero_panda", "actions": "deltas", "rate": RATE, "lag": lag, "inertia": inertia,
             "most": [float(controller.output_max[0]), float(controller.output_max[3])], "tolerance": [0.004, 0.02],
-            "fingers": OPEN * QUANTUM / 4 * 1.1, "closed": SHUT, "hesitation": 2 / QUANTUM / RATE + 0.05,
+            "fingers": OPEN * QUANTUM / 4 + CREEP, "closed": SHUT, "hesitation": 2 / QUANTUM / RATE + 0.05,
         } | self.feel()  # fmt: skip
 
     def step(self, delta: list[float], opening: float, grip: float) -> dict[str, Any]:
@@ -175,21 +166,5 @@ def site_box(sim: Any, name: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def main() -> None:
-    """Answer until the input ends."""
-    judge = Judge()
-    for line in sys.stdin:
-        try:
-            ask = json.loads(line)
-            if ask.get("ask") == "end":
-                return
-            said = judge.answer(ask)
-        except Refused as refused:
-            said = {"error": str(refused)}
-        except (ValueError, TypeError, AttributeError) as error:
-            said = {"error": f"{type(error).__name__}: {error}"}
-        print(json.dumps(said), file=LINES, flush=True)
-
-
 if __name__ == "__main__":
-    main()
+    serve(Judge())

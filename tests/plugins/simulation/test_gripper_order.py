@@ -38,3 +38,20 @@ def test_nothing_does_not_stop_them() -> None:
 def test_what_is_thinner_than_a_hand_tells_is_taken_for_nothing() -> None:
     assert closed_on(3.0, None) == "there"
     assert closed_on(6.0, None) == "stopped closing"
+
+
+def test_fingers_that_have_moved_need_not_hesitate_once_they_are_stopped() -> None:
+    assert periods(6.0) == len(EMPTY[:6]) + 3  # as soon as they are sent no further, and have stood still for 0.08 s
+    assert periods(None, first=True) == 10  # what holds them from the beginning may be that they hesitate: 0.45 s
+
+
+def periods(thickness: float | None, first: bool = False) -> int:
+    """After how many periods fingers that close on something as thick [mm], or are stuck from the first, count as stopped."""
+    order = GripperOrder(FRANKA_HAND)
+    order.tolerance, order.patience, order.closed, order.opening = 0.0055, 0.45, 0.0019, EMPTY[0] / 1000
+    order.move(0.0, 0.1, 20.0)
+    for count, opening in enumerate(itertools.chain(EMPTY, itertools.repeat(EMPTY[-1], 60)), 1):
+        order.follow(EMPTY[0] / 1000 if first else max(opening, thickness or 0.0) / 1000, 0.05)
+        if order.state() == "stopped closing":
+            return count
+    return 0

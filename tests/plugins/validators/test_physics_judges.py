@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec.structs import replace
 from properties import examples
-from short_runs import COUNT, LEFT, LINES, OPENED, STEP, TAKEN, good, only, said, shifted, touching
+from short_runs import COUNT, LEFT, LINES, OPENED, STEP, TAKEN, good, only, posed, said, shifted, touching
 
 from cramlite.model import Floats, Touch
 from cramlite.plugin import Candidate
@@ -123,6 +123,14 @@ def test_the_first_line_of_a_program_counts() -> None:
 
 def test_a_slip_while_it_is_put_down_is_one_of_that_task() -> None:
     assert only(GraspSlip(), shifted((0, 0.02, 0), "block", 60)).origin == "3.Placing"
+
+
+@pytest.mark.parametrize(("lifted", "origin"), [(0.0119, "3.Placing"), (0.0121, "2.PickingUp")])
+def test_what_slips_ever_further_is_one_of_the_task_where_it_first_went_too_far(lifted: float, origin: str) -> None:
+    poses = shifted((0, lifted, 0), "block", 40).rollout.poses["block"].copy()  # type: ignore[union-attr]
+    poses[60:, 1] += 0.02
+    found = only(GraspSlip(), posed(block=poses))
+    assert (found.passed, found.origin) == (False, origin) and found.value == pytest.approx(lifted + 0.02)
 
 
 @given(way=st.floats(-0.1, 0.1), sample=st.integers(TAKEN + 3, OPENED - 4), axis=st.sampled_from([0, 1, 2]))

@@ -14,7 +14,8 @@ from ...simulation.controller.commanded_arm import CommandedArm
 from ...simulation.controller.gripper_order import GripperOrder
 from ...simulation.controller.protective_stop import ProtectiveStop, Safety, SafetyWatch
 from ...simulation.controller.trajectories import StoppingMotion
-from .messages import Action, Hello, Six, State
+from .messages import Action, Hello, State
+from .response import Response
 
 CYCLE = 0.008
 """Control cycle for which the gain of force mode was chosen (simulation/controller/force_mode.py) [s]; a slower one takes less."""
@@ -22,11 +23,11 @@ ARRIVAL = 3.0
 """How long the arm may take to come near enough after a motion should have ended [s]."""
 ASTRAY = 0.10
 """A tool that is further off its path than this has left it [m]; at 0.3 m/s, an arm with a lag of 0.16 s is 50 mm behind."""
-SLOWEST, FASTER = 0.1, 1.2
-"""Motions that want larger deltas than the process takes go on at a lower pace, at least this share, which grows so much a period."""
+SLOWEST, HALVINGS = 0.1, 5
+"""Motions that want larger deltas than the process takes go on at a lower pace, at least this share, which is looked for by halves."""
 BEYOND = 0.15
-"""How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is. An arm that is led by
-its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
+"""How far an encoder may be outside its joint's range [rad]: a range is where motions are planned, not where the stop is. An arm that is
+led by its tool alone, as by robosuite's OSC_POSE, keeps its elbow where it likes: it was seen 35 mrad outside."""
 
 
 class StreamedArm(CommandedArm):
@@ -51,6 +52,7 @@ class StreamedArm(CommandedArm):
         self.watch = SafetyWatch(Safety(), robot, np.ones(len(robot.joints)), self.period)
         self.tare = np.zeros(6)
         self.clock = self.late = 0.0
+        self.response = Response(hello.lag, hello.inertia, self.period, len(robot.joints))
 
     # What it measures
 
@@ -89,10 +91,14 @@ class StreamedArm(CommandedArm):
         Raises:
             ProtectiveStop: a joint leaves its range or moves too fast, the arm does not follow, or the process stops it.
         """
-        before, motion = self.q, self.motion
+        before, motion, off = self.q, self.motion, self._off()
+        correction = self.response.correction(off) if self.force_mode is None else np.zeros(6)
+        self.pace = self._pace(correction)
         self.q = self._command()
         self.watch.command(before, self.q)
-        self.state = self.step(self._action((self.q - before) / self.period))
+        rate = (self.q - before) / self.period
+        self.state = self.step(self._action(rate, correction))
+        self.response.passed(rate, off)
         self.clock += self.period
         self.gripper.follow(self.state.opening, self.period)
         if self.state.stop:
@@ -101,50 +107,73 @@ class StreamedArm(CommandedArm):
         if motion is not None and self.motion is None and not isinstance(motion, StoppingMotion) and self.force_mode is None:
             self.motion = None if self._arrived() else motion
 
-    def _action(self, rate: Floats) -> Action:
-        """The action of this period: the command, ahead by the lag."""
-        ahead = self.q + self.hello.lag * rate
+    def _action(self, rate: Floats, correction: Floats) -> Action:
+        """The action of this period: the command, ahead by the lag and by what inertia leaves it behind, so that it brakes in time."""
+        ahead = self.q + self.response.lead(rate, free=self.force_mode is None)
         hand = Action(opening=round(self.gripper.command, 6), grip=self.gripper.force)
         if self.hello.actions == "joints":
             low, high = np.array(self.arm.limits).T
             return replace(hand, joints=tuple(np.clip(ahead, low, high).round(9).tolist()))
-        return replace(hand, delta=self._delta(self.kinematics.forward(ahead)))
+        delta = self._way(self.kinematics.forward(ahead)) + correction
+        x, y, z, rx, ry, rz = (min(1.0, self._fit(delta)) * delta).round(9).tolist()
+        return replace(hand, delta=(x, y, z, rx, ry, rz))
 
-    def _delta(self, target: Pose) -> Six:
-        """From where the tool is to a target, base axes, as large as the process takes."""
+    def _pace(self, correction: Floats) -> float:
+        """The largest share of its planned speed, to a part of 2^-HALVINGS, at which the running motion asks for a delta that the process
+        takes."""
+        if self.hello.most is None or self.motion is None or self.force_mode is not None or self._fits(1.0, correction):
+            return 1.0
+        low, high = SLOWEST, 1.0
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self._fits(middle, correction) else (low, middle)
+        return low
+
+    def _fits(self, pace: float, correction: Floats) -> bool:
+        """Whether the process takes the delta to where the running motion would be after this period at a pace."""
+        assert self.motion is not None
+        place = self.motion.at(self.time + pace * self.period)
+        q = self.kinematics.follow(place, self.q) if isinstance(place, Pose) else place
+        if q is None:
+            return True  # _command says what is wrong
+        ahead = q + self.response.lead((q - self.q) / self.period)
+        return self._fit(self._way(self.kinematics.forward(ahead)) + correction) >= 1.0
+
+    def _fit(self, delta: Floats) -> float:
+        """The share of a delta (6,) that the process takes at once; above 1 where it would take more."""
+        most = self.hello.most or (math.inf, math.inf)
+        return min(m / max(float(np.linalg.norm(v)), 1e-12) for v, m in zip((delta[:3], delta[3:]), most, strict=True))
+
+    def _way(self, target: Pose) -> Floats:
+        """From where the tool is to a target (6,), base axes [m, rad]."""
         here = self.actual_tcp()
-        way = np.subtract(target.position, here.position)
-        turn = np.array(here.rotate((here.inverse() * target).rotvec))
-        if self.hello.most is not None:
-            fit = min(m / max(float(np.linalg.norm(v)), 1e-12) for v, m in zip((way, turn), self.hello.most, strict=True))
-            self.pace = max(SLOWEST, fit * self.pace) if fit < 1.0 else min(1.0, FASTER * self.pace)
-            way, turn = min(1.0, fit) * way, min(1.0, fit) * turn
-        x, y, z, rx, ry, rz = np.concatenate([way, turn]).round(9).tolist()
-        return x, y, z, rx, ry, rz
+        return np.concatenate([np.subtract(target.position, here.position), here.rotate((here.inverse() * target).rotvec)])
 
-    def _error(self) -> tuple[float, float]:
-        """How far the tool is from its command [m, rad]."""
-        should, here = self.kinematics.forward(self.q), self.actual_tcp()
-        return math.dist(should.position, here.position), float(np.linalg.norm((here.inverse() * should).rotvec))
+    def _off(self) -> Floats:
+        """From where the tool is to its command (6,), base axes [m, rad]."""
+        return self._way(self.kinematics.forward(self.q))
 
     def _check(self) -> None:
         for name, q, (low, high) in zip(self.arm.joints, self.state.joints, self.arm.limits, strict=True):
             if not low - BEYOND <= q <= high + BEYOND:
                 raise ProtectiveStop(f"joint '{name}' is at {q:.3f} rad, outside {low:.3f} .. {high:.3f}")
-        off, _ = self._error()
+        off = float(np.linalg.norm(self._off()[:3]))
         if off > ASTRAY:
             raise ProtectiveStop(f"the tool is {1000 * off:.0f} mm off its path, more than {1000 * ASTRAY:.0f} mm: the arm does not follow")
 
     def _arrived(self) -> bool:
-        """Whether the tool is where its motion ends.
+        """Whether the tool is where its motion ends, and will still be after the next period as it moves now.
 
         Raises:
             ProtectiveStop: it is not, and had the time.
         """
-        (off, turned), (near, straight) = self._error(), self.hello.tolerance
-        there = off <= near and turned <= straight
+        now, (near, straight) = self._off(), self.hello.tolerance
+        there = all(
+            np.linalg.norm(off[:3]) <= near and np.linalg.norm(off[3:]) <= straight for off in (now, 2 * now - self.response.off)
+        )
         self.late = 0.0 if there else self.late + self.period
         if self.late > ARRIVAL:
+            off, turned = np.linalg.norm(now[:3]), np.linalg.norm(now[3:])
             raise ProtectiveStop(
                 f"{ARRIVAL:g} s after it should be there, the tool is {1000 * off:.1f} mm and {turned:.3f} rad off its target, "
                 f"more than {1000 * near:g} mm or {straight:g} rad"

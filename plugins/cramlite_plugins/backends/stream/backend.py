@@ -16,7 +16,7 @@ class Stream:
     remark = "the controller model ran the program at 125 Hz; a robot process is sent the same motions at its own rate"
 
     def emit(self, program: Program, robot: Robot) -> Code:
-        """Write the program as JSON: the text that ``drive`` streams.
+        """Write the program as JSON: the text that ``drive`` streams; empty fingers open on the way.
 
         Raises:
             UserError: the program is for another robot, drives a platform or asks for poses while it runs.
@@ -24,13 +24,14 @@ class Stream:
         from cramlite.model import typed_code
 
         from ..unsupported import refuse_drives
+        from .on_the_way import opened_on_the_way
 
         if program.robot_type != robot.type:
             raise UserError(f"a program for '{program.robot_type}' is not one for '{robot.type}'")
         if program.late:
             raise UserError("the program asks for poses when it runs, and actions carry none")
         refuse_drives(program, "a stream of actions")
-        return typed_code(program)
+        return typed_code(opened_on_the_way(program))
 
     def drive(self, text: str, robot: Robot, command: Sequence[str]) -> Rollout:
         """Run a program's text on the robot of a process; see ``run.drive``."""

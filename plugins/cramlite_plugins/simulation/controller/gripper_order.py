@@ -12,6 +12,7 @@ COUNTS = 255  # of a gripper's registers: 0 open, 255 closed
 TOLERANCE = 3 / COUNTS  # share of the stroke within which an opening is reached: 1 mm of a 2F-85
 STILL = 0.004  # fingers slower than this have stopped [m/s]
 PATIENCE = 0.08  # for this long [s], before an object counts as found
+CREEP = 1.5  # times what they are apart when they have closed on nothing: nearer to it they creep on, and are waited for longer
 
 State = Literal["moving", "stopped opening", "stopped closing", "there"]
 
@@ -25,7 +26,7 @@ class GripperOrder:
         self.stroke = self.widest - low
         self.opening = self.goal = self.command = self.widest
         self.speed, self.force = gripper.speed[1], sum(gripper.force) / 2
-        self.still = 0.0
+        self.still, self.moved = 0.0, False
         self.tolerance, self.patience = TOLERANCE * self.stroke, PATIENCE
         self.closed = self.tolerance
 
@@ -38,7 +39,7 @@ class GripperOrder:
 
     def begin(self, opening: float) -> None:
         """Start towards an opening [m] from the fingers' present one: a squeezed object must not delay the opening."""
-        self.goal, self.still, self.command = opening, 0.0, self.opening
+        self.goal, self.still, self.command, self.moved = opening, 0.0, self.opening, False
 
     def stop(self) -> None:
         """Stop the fingers where they are."""
@@ -49,9 +50,15 @@ class GripperOrder:
         rest = self.opening - self.goal
         if abs(rest) <= self._near:
             return "there"
-        if self.still < self.patience:
+        if self.still < (min(PATIENCE, self.patience) if self._stopped else self.patience):
             return "moving"
         return "stopped closing" if rest > 0 else "stopped opening"
+
+    @property
+    def _stopped(self) -> bool:
+        """Whether fingers that stand still have been stopped for certain, and do not only hesitate: they had begun to move, press with all
+        that they are ordered to, and are not nearly closed."""
+        return self.moved and self.command == self.goal and self.opening > CREEP * self.closed
 
     @property
     def _near(self) -> float:
@@ -61,6 +68,7 @@ class GripperOrder:
     def follow(self, opening: float, period: float) -> None:
         """Take a measured opening [m], a control cycle after the last one, and move the command on."""
         fast = abs(opening - self.opening) / period > STILL
+        self.moved = self.moved or (fast and (opening - self.opening) * (self.goal - self.opening) > 0)
         self.opening = opening
         step = self.speed * period
         self.command += max(-step, min(step, self.goal - self.command))
