@@ -57,6 +57,7 @@ def test_fingers_in_it_push_a_plate_away_from_a_wall(engine: Engine, tmp_path: P
     assert ways.endswith("at its rim from inside, straight"), reasons
 
 
+@pytest.mark.heavy
 def test_they_push_it_around_a_post(engine: Engine, tmp_path: Path) -> None:
     ways, reasons = _pushed(engine, tmp_path, BASE + RIM, POST)
     assert ways.endswith("around what is in its way"), reasons
